@@ -1,0 +1,56 @@
+"""Output regulator of one axis: observer, internal model, state feedback and antiwindup (4.16), (5.11), (5.13)."""
+
+from controller_fmu.internal_model import InternalModel, OscillatorStep
+from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
+
+
+class OutputRegulator:
+    """Makes the position of one axis follow its reference, constant disturbances notwithstanding."""
+
+    def __init__(self, k1: float, k2: float, k3: float, k4: float, k5: float, ec: float, position: float):
+        self.k1 = k1                    # 1/s², parameter: gain of the error
+        self.k2 = k2                    # 1/s, parameter: of its rate
+        self.k3 = k3                    # 1/s⁵, parameter: of ξ1
+        self.k4 = k4                    # 1/s⁴, parameter: of ξ2
+        self.k5 = k5                    # 1/s³, parameter: of ξ3
+        self.ec1 = ec                   # m s²/A, parameter: antiwindup gain on ξ1
+        self.ec2 = ec                   # m s/A, parameter: on ξ2
+        self.ec3 = ec                   # m/A, parameter: on ξ3
+        self.reference = position       # m, input
+        self.reference_rate = 0.0       # m/s, input
+        self.measured = position        # m, input
+        self.observer = VelocityObserver()
+        self.model = InternalModel()
+        self.error = 0.0                # m, output: measured − reference
+        self.error_rate = 0.0           # m/s
+
+    def start(self) -> None:
+        """Begin at the measurement, with ξ1 such that the first demand is zero but for the rate of the error."""
+        self.observer.seed(self.measured)
+        self.model.xi1 = 0.0
+        if self.k3 != -1.0:
+            self.model.xi1 = -self.k1 * (self.measured - self.reference) / (self.k3 + 1.0)
+
+    def sample(self, observer_filter: ObserverFilter, sample_time: float) -> None:
+        """Take in measurement and reference."""
+        self.observer.update(self.measured, observer_filter, sample_time)
+        self.error = self.measured - self.reference
+        self.error_rate = self.observer.velocity - self.reference_rate
+
+    def demand(self) -> float:
+        """Demanded acceleration v (m/s²), equation (4.16)."""
+        model = self.model
+        return (self.k1 * self.error + self.k2 * self.error_rate
+                + self.k3 * model.xi1 + self.k4 * model.xi2 + self.k5 * model.xi3 + model.xi1)
+
+    def update(self, oscillator: OscillatorStep, excess: float) -> None:
+        """Advance the internal model by one sample (5.13).
+
+        Parameters
+        ----------
+        oscillator : OscillatorStep
+            The discretised internal model.
+        excess : float
+            Ts (sat(u) − u) of the command that serves this axis, A s; 0 without antiwindup.
+        """
+        self.model.update(self.error, oscillator, self.ec1 * excess, self.ec2 * excess, self.ec3 * excess)

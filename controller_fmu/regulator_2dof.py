@@ -1,0 +1,89 @@
+"""Nonlinear regulator of the 2-DOF stage: output regulation on the feedback-linearised motor (4.12), (4.15), (4.16)."""
+
+from math import pi
+
+from controller_fmu.feedback_linearisation import smaller_root
+from controller_fmu.internal_model import OscillatorStep
+from controller_fmu.motor_command import MotorCommand
+from controller_fmu.output_regulator import OutputRegulator
+from controller_fmu.safety_trip import exceeds
+from controller_fmu.sample_clock import SampleClock
+from controller_fmu.velocity_observer import ObserverFilter
+from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
+from pmlsm.gap_functions import gap_functions
+
+STEPPED = 0       # status of `start` and `step`
+STEP_MISFIT = 1
+
+
+class Regulator2DOF:
+    """Samples positions and references, commands phase currents that hold until the next sample."""
+
+    def __init__(self) -> None:
+        self.C1 = 14.20         # m/(s² A), parameter: thrust
+        self.C2 = 796.99        # m/(s² T²), parameter: attraction
+        self.C3 = 31.04         # m/(s² A T), parameter: magnets on coils
+        self.C4 = 0.07          # m/(s² A²), parameter: coils on iron
+        self.sample_time = SAMPLE_TIME_2DOF   # s, parameter
+        self.omega0 = 1.5 * pi  # rad/s, parameter
+        self.current_limit = 4.0              # A, parameter, 0 = none
+        self.antiwindup = False               # parameter
+        self.trip_error = 0.0                 # m, parameter, 0 = never
+        self.v = OutputRegulator(-1662.0, -65.0, -360360.0, -103350.0, -20332.0, 0.0, 20.0e-3)
+        self.h = OutputRegulator(-1182.0, -55.0, -154440.0, -45128.0, -11924.0, 0.0, 0.0)
+        self.observer = ObserverFilter()
+        self.oscillator = OscillatorStep()
+        self.clock = SampleClock()
+        self.motor = MotorCommand()
+        self.started = False    # state: a measurement has come in
+        self.saturated = False  # output
+        self.feasible = True    # output
+        self.tripped = False    # state and output
+
+    def start(self) -> int:
+        """Compute what follows from the fixed parameters."""
+        self.observer.prepare(self.sample_time)
+        self.oscillator.prepare(self.omega0, self.sample_time)
+        return STEPPED
+
+    def step(self, t: float, dt: float) -> int:
+        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
+        if not self.clock.fits(dt, self.sample_time):
+            return STEP_MISFIT
+        if self.clock.due(dt, self.sample_time):
+            self.sample()
+        return STEPPED
+
+    def sample(self) -> None:
+        """Run the law once."""
+        v = self.v
+        h = self.h
+        if not self.started:
+            if v.measured <= 0.0:
+                return   # an importer that has not exchanged values yet: this is no measurement
+            v.start()
+            h.start()
+            self.started = True
+        v.sample(self.observer, self.sample_time)
+        h.sample(self.observer, self.sample_time)
+        if exceeds(v.error, self.trip_error) or exceeds(h.error, self.trip_error):
+            self.tripped = True
+        if self.tripped:
+            self.motor.release()
+            self.saturated = False
+            return
+        i_d, i_q = self.linearise(v.demand(), h.demand())
+        motor = self.motor
+        motor.command(i_d, i_q, self.current_limit, h.measured)
+        self.saturated = motor.limited
+        antiwindup_time = self.sample_time if self.antiwindup else 0.0
+        v.update(self.oscillator, antiwindup_time * motor.excess_d)
+        h.update(self.oscillator, antiwindup_time * motor.excess_q)
+
+    def linearise(self, demand_v: float, demand_h: float) -> tuple[float, float]:
+        """Currents i_d, i_q (A) that make the demanded accelerations (m/s²), equation (4.12)."""
+        f1, f2, f3, f4 = gap_functions(self.v.measured)
+        i_q = -demand_h / (self.C1 * f1)
+        i_d, self.feasible = smaller_root(
+            self.C4 * f4, self.C3 * f3, demand_v - GRAVITY + self.C4 * f4 * i_q * i_q + self.C2 * f2)
+        return i_d, i_q

@@ -1,0 +1,107 @@
+"""Nonlinear regulator of the 3-DOF stage with antiwindup (5.7), (5.10), (5.11), (5.13)."""
+
+from math import pi
+
+from controller_fmu.feedback_linearisation import smaller_root
+from controller_fmu.internal_model import OscillatorStep
+from controller_fmu.motor_command import MotorCommand
+from controller_fmu.output_regulator import OutputRegulator
+from controller_fmu.safety_trip import exceeds
+from controller_fmu.sample_clock import SampleClock
+from controller_fmu.velocity_observer import ObserverFilter
+from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
+from pmlsm.gap_functions import gap_functions
+
+STEPPED = 0       # status of `start` and `step`
+STEP_MISFIT = 1
+
+
+class Regulator3DOF:
+    """Samples positions and references, commands phase currents that hold until the next sample.
+
+    Both pairs get the same direct current, which takes the redundancy out of (5.2).
+    """
+
+    def __init__(self) -> None:
+        self.C1 = 0.6135        # m/(s² A), parameter: thrust along x
+        self.C2 = 0.8224        # m/(s² A), parameter: thrust along z
+        self.C3 = 327.50        # m/(s² T²), parameter: attraction
+        self.C4 = 8.48          # m/(s² A T), parameter: magnets on coils
+        self.C5 = 0.0070        # m/(s² A²), parameter: coils on iron
+        self.sample_time = SAMPLE_TIME_3DOF   # s, parameter
+        self.omega0 = 1.5 * pi  # rad/s, parameter
+        self.current_limit = 4.0              # A, parameter, 0 = none
+        self.antiwindup = True                # parameter
+        self.trip_error = 0.0                 # m, parameter, 0 = never
+        self.y = OutputRegulator(-1274.0, -104.0, -50001.0, -3936.0, -7774.0, 1.0e-5, 25.0e-3)
+        self.x = OutputRegulator(-463.0, -35.0, -15121.0, -997.0, -2548.0, 1.1e-4, 0.0)
+        self.z = OutputRegulator(-463.0, -35.0, -15121.0, -997.0, -2548.0, 1.25e-4, 0.0)
+        self.observer = ObserverFilter()
+        self.oscillator = OscillatorStep()
+        self.clock = SampleClock()
+        self.alpha = MotorCommand()
+        self.beta = MotorCommand()
+        self.started = False    # state: a measurement has come in
+        self.saturated = False  # output
+        self.feasible = True    # output
+        self.tripped = False    # state and output
+
+    def start(self) -> int:
+        """Compute what follows from the fixed parameters."""
+        self.observer.prepare(self.sample_time)
+        self.oscillator.prepare(self.omega0, self.sample_time)
+        return STEPPED
+
+    def step(self, t: float, dt: float) -> int:
+        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
+        if not self.clock.fits(dt, self.sample_time):
+            return STEP_MISFIT
+        if self.clock.due(dt, self.sample_time):
+            self.sample()
+        return STEPPED
+
+    def sample(self) -> None:
+        """Run the law once."""
+        y = self.y
+        x = self.x
+        z = self.z
+        if not self.started:
+            if y.measured <= 0.0:
+                return   # an importer that has not exchanged values yet: this is no measurement
+            y.start()
+            x.start()
+            z.start()
+            self.started = True
+        y.sample(self.observer, self.sample_time)
+        x.sample(self.observer, self.sample_time)
+        z.sample(self.observer, self.sample_time)
+        if (exceeds(y.error, self.trip_error) or exceeds(x.error, self.trip_error)
+                or exceeds(z.error, self.trip_error)):
+            self.tripped = True
+        if self.tripped:
+            self.alpha.release()
+            self.beta.release()
+            self.saturated = False
+            return
+        i_d, i_qa, i_qb = self.linearise(y.demand(), x.demand(), z.demand())
+        alpha = self.alpha
+        beta = self.beta
+        alpha.command(i_d, i_qa, self.current_limit, x.measured)
+        beta.command(i_d, i_qb, self.current_limit, z.measured)
+        self.saturated = alpha.limited or beta.limited
+        antiwindup_time = self.sample_time if self.antiwindup else 0.0
+        # With the model's sign of i_d the thesis's antiwindup on y acts in the wrong direction; its gain is so small
+        # that nothing follows from it.
+        y.update(self.oscillator, antiwindup_time * alpha.excess_d)
+        x.update(self.oscillator, antiwindup_time * alpha.excess_q)
+        z.update(self.oscillator, antiwindup_time * beta.excess_q)
+
+    def linearise(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
+        """Currents i_d, i_qα, i_qβ (A) that make the demanded accelerations (m/s²), equation (5.7)."""
+        f1, f2, f3, f4 = gap_functions(self.y.measured)
+        i_qa = -demand_x / (2.0 * self.C1 * f1)
+        i_qb = -demand_z / (2.0 * self.C2 * f1)
+        i_d, self.feasible = smaller_root(
+            4.0 * self.C5 * f4, 4.0 * self.C4 * f3,
+            demand_y - GRAVITY + 2.0 * self.C5 * f4 * (i_qa * i_qa + i_qb * i_qb) + 4.0 * self.C3 * f2)
+        return i_d, i_qa, i_qb

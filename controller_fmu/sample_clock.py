@@ -1,0 +1,29 @@
+"""The controller's own sampling grid."""
+
+TOLERANCE = 1.0e-6   # on the number of communication steps in a sample
+
+
+class SampleClock:
+    """Tells at which communication steps a controller samples: the first, then one every sample time."""
+
+    def __init__(self) -> None:
+        self.dt = 0.0          # s, communication step that was checked last
+        self.divides = False   # whether it divides the sample time
+        self.remaining = 0.0   # s, state: time until the next sample
+
+    def fits(self, dt: float, sample_time: float) -> bool:
+        """Whether a communication step dt (s) divides the sample time (s)."""
+        if dt != self.dt:
+            self.dt = dt
+            steps = sample_time / dt
+            whole = int(steps + 0.5)
+            self.divides = whole >= 1 and whole - TOLERANCE * whole < steps < whole + TOLERANCE * whole
+        return self.divides
+
+    def due(self, dt: float, sample_time: float) -> bool:
+        """Whether a sample falls on the start of this communication step dt (s); counts the step."""
+        sample = self.remaining < 0.5 * dt
+        if sample:
+            self.remaining = sample_time
+        self.remaining -= dt
+        return sample

@@ -1,0 +1,13 @@
+"""Modulation of the attraction between magnets and iron along the slots (cogging, sections 4.4.3 and 5.4.3)."""
+
+from math import pi, sin
+
+from pmlsm.data_sheet import SLOT_PITCH
+
+
+def attraction_factor(modulation: float, displacement: float) -> float:
+    """Factor 1 − k sin²(π d/t1) on the attraction at a displacement d (m); its form is assumed."""
+    if modulation == 0.0:
+        return 1.0
+    s = sin(pi * displacement / SLOT_PITCH)
+    return 1.0 - modulation * s * s

@@ -1,0 +1,91 @@
+"""One axis of motion: mass, guide, end stops, and its share of a Runge–Kutta step."""
+
+from plant_fmu.end_stop import EndStop
+from plant_fmu.guide import GuideFriction, GuideRipple
+from pmlsm.saturation import saturate
+
+LARGEST_POSITION = 1.0e3   # m; a mover beyond has run away, and the numbers after that mean nothing
+LARGEST_SPEED = 1.0e6      # m/s
+
+
+class Axis:
+    """Position and velocity of a mass under motor, gravity, bias, guide friction, end stops and external force.
+
+    The stage computes the acceleration by the motors, which couples the axes, and hands it to `add_slope` four times
+    an integration step: the classical fourth-order Runge–Kutta method. Masses are the thesis's, everything
+    else is assumed.
+    """
+
+    def __init__(self, mass: float, bias: float, coulomb: float, presliding: float, viscous: float,
+                 lower: float, upper: float, position_start: float):
+        self.mass = mass                       # kg, parameter
+        self.bias = bias                       # Δ, m/s², parameter
+        self.position_start = position_start   # m, parameter
+        self.friction = GuideFriction(coulomb, presliding, viscous)
+        self.ripple = GuideRipple(0.0, 5.0e-3)
+        self.stop = EndStop(lower, upper)
+        self.force = 0.0                       # N, input
+        self.position = position_start         # m, state and output
+        self.velocity = 0.0                    # m/s, state and output
+        self.deflection = 0.0                  # w of the guide friction, state
+        self.encoder = position_start          # m, output
+        self.position_0 = 0.0                  # state at the start of the integration step
+        self.velocity_0 = 0.0
+        self.deflection_0 = 0.0
+        self.position_sum = 0.0                # weighted slopes so far
+        self.velocity_sum = 0.0
+        self.deflection_sum = 0.0
+
+    def start(self) -> bool:
+        """Place the mover at rest at its start position; False where that is not between the stops."""
+        self.position = self.position_start
+        self.velocity = 0.0
+        self.deflection = 0.0
+        return not self.beyond_stop()
+
+    def beyond_stop(self) -> bool:
+        """Whether the mover is beyond an end stop of this axis."""
+        return self.stop.touched(self.position)
+
+    def begin(self) -> None:
+        """Begin an integration step."""
+        self.position_0 = self.position
+        self.velocity_0 = self.velocity
+        self.deflection_0 = self.deflection
+        self.position_sum = 0.0
+        self.velocity_sum = 0.0
+        self.deflection_sum = 0.0
+
+    def add_slope(self, motors: float, weight: float, ahead: float) -> None:
+        """Add the slope at the present point, and go to the next one.
+
+        Parameters
+        ----------
+        motors : float
+            Acceleration by the motors and gravity, m/s².
+        weight : float
+            Weight of this slope in the step, s.
+        ahead : float
+            Time from the start of the step to the next point, s.
+        """
+        velocity = self.velocity
+        deflection = self.deflection
+        external = (self.force + self.stop.force(self.position, velocity)
+                    - self.friction.force(deflection, velocity))
+        acceleration = motors + self.bias + self.ripple.acceleration(self.position) + external / self.mass
+        deflection_rate = self.friction.deflection_rate(deflection, velocity)
+        self.position_sum += weight * velocity
+        self.velocity_sum += weight * acceleration
+        self.deflection_sum += weight * deflection_rate
+        self.position = self.position_0 + ahead * velocity
+        self.velocity = self.velocity_0 + ahead * acceleration
+        # |w| ≤ 1 holds exactly in the Dahl model, but not for a Runge–Kutta point at more than δ a step.
+        self.deflection = saturate(self.deflection_0 + ahead * deflection_rate, 1.0)
+
+    def finish(self) -> bool:
+        """Go to the end of the integration step; False where the mover has run away."""
+        self.position = self.position_0 + self.position_sum
+        self.velocity = self.velocity_0 + self.velocity_sum
+        self.deflection = saturate(self.deflection_0 + self.deflection_sum, 1.0)
+        return (-LARGEST_POSITION < self.position < LARGEST_POSITION
+                and -LARGEST_SPEED < self.velocity < LARGEST_SPEED)

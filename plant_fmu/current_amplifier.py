@@ -1,0 +1,89 @@
+"""Linear current amplifier module (LCAM), sections 4.1.3, 5.1.3 and 5.6.2."""
+
+from math import exp
+
+from pmlsm.saturation import saturate
+
+UNLIMITED = 1.0e30        # A, clamp of an amplifier without a peak rating
+DERATING_START = 0.9      # of the squared continuous current; assumed, as is the form of the derating
+DERATING_RANGE = 0.1
+
+
+class AmplifierRating:
+    """Ratings that the three phases of a motor's amplifiers share.
+
+    The thesis states the peak and the continuous current. Assumed: the I²t form of the continuous limit, its time
+    constant and the lag. Each effect is off where its parameter is 0; without a peak there is no clamp at all.
+    """
+
+    def __init__(self, peak: float, continuous: float):
+        self.peak = peak                 # A, parameter
+        self.continuous = continuous     # A, parameter
+        self.thermal_time = 1.0          # s, parameter
+        self.lag = 0.3e-3                # s, parameter
+        self.dt = 0.0                    # s, integration step that the decays below belong to
+        self.lag_decay = 0.0             # of the lag over one integration step
+        self.lag_decay_half = 0.0        # over half of it
+        self.heat_decay = 0.0
+        self.heat_decay_half = 0.0
+
+    def prepare(self, dt: float) -> None:
+        """Compute the exact decays over an integration step dt (s)."""
+        if dt != self.dt:
+            self.dt = dt
+            self.lag_decay_half = 0.0
+            if self.lag > 0.0:
+                self.lag_decay_half = exp(-0.5 * dt / self.lag)
+            self.heat_decay_half = 0.0
+            if self.thermal_time > 0.0:
+                self.heat_decay_half = exp(-0.5 * dt / self.thermal_time)
+            self.lag_decay = self.lag_decay_half * self.lag_decay_half
+            self.heat_decay = self.heat_decay_half * self.heat_decay_half
+
+    def clamp(self, heat: float) -> float:
+        """Largest phase current (A) at a low-passed squared current (A²).
+
+        It falls linearly from the peak to the continuous rating as the heat goes from 0.9 to 1.0 of the squared
+        continuous rating.
+        """
+        if self.peak <= 0.0:
+            return UNLIMITED
+        if self.continuous <= 0.0 or self.thermal_time <= 0.0 or self.continuous >= self.peak:
+            return self.peak
+        derating = (heat / (self.continuous * self.continuous) - DERATING_START) / DERATING_RANGE
+        if derating <= 0.0:
+            return self.peak
+        if derating >= 1.0:
+            return self.continuous
+        return self.peak - derating * (self.peak - self.continuous)
+
+
+class CurrentAmplifier:
+    """Amplifier of one motor phase: the command is clamped, then followed with a first-order lag."""
+
+    def __init__(self) -> None:
+        self.heat = 0.0            # A², state: low-passed square of the clamped command
+        self.current = 0.0         # A, state and output
+        self.current_start = 0.0   # A, at the start of the last integration step
+        self.current_middle = 0.0  # A, in its middle
+        self.started = False       # state: the lag starts at the first clamped command
+        self.saturated = False     # output
+
+    def advance(self, command: float, rating: AmplifierRating) -> None:
+        """Follow a command (A) over the integration step that the rating is prepared for."""
+        bound = rating.clamp(self.heat)
+        clamped = saturate(command, bound)
+        if bound < rating.peak:
+            # The clamp moves during the step: take it at the middle, which is second-order accurate.
+            square = clamped * clamped
+            bound = rating.clamp(square + (self.heat - square) * rating.heat_decay_half)
+            clamped = saturate(command, bound)
+        self.saturated = command > bound or command < -bound
+        if not self.started:
+            self.started = True
+            self.current = clamped
+        self.current_start = self.current
+        self.current_middle = clamped + (self.current - clamped) * rating.lag_decay_half
+        self.current = clamped + (self.current - clamped) * rating.lag_decay
+        square = clamped * clamped
+        self.heat = square + (self.heat - square) * rating.heat_decay

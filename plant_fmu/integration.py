@@ -1,0 +1,8 @@
+"""How a communication step is divided into integration steps."""
+
+ROUNDING = 1.0e-9   # of an integration step, so that a quotient that is whole up to rounding stays whole
+
+
+def integration_steps(dt: float, longest: float) -> int:
+    """Smallest number of equal integration steps, none longer than `longest` (s), that make up a step dt (s)."""
+    return int(dt / longest - ROUNDING) + 1

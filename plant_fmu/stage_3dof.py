@@ -1,0 +1,127 @@
+"""The 3-DOF stage: motor pairs alpha and beta carry the mover (y, the air gap) and drive it along x and z."""
+
+from plant_fmu.attraction import attraction_factor
+from plant_fmu.axis import Axis
+from plant_fmu.encoder import Encoder
+from plant_fmu.integration import integration_steps
+from plant_fmu.motor_supply import MotorSupply
+from pmlsm.data_sheet import (
+    CONTINUOUS_CURRENT_3DOF,
+    ENCODER_RESOLUTION,
+    GRAVITY,
+    MASS_X,
+    MASS_Y,
+    MASS_Z,
+    PEAK_CURRENT_3DOF,
+    SAMPLE_TIME_3DOF,
+)
+from pmlsm.gap_functions import gap_functions
+
+LONGEST_STEP = SAMPLE_TIME_3DOF   # s; docs/accuracy.md has the study behind it
+
+STARTED = 0           # status of `start` and `step`
+Y_BEYOND_STOP = 1
+X_BEYOND_STOP = 2
+Z_BEYOND_STOP = 3
+RUN_AWAY = 4
+
+
+class Stage3DOF:
+    """Motion (5.3) of the 3-DOF stage with friction, bias, ripple, stops, amplifiers and encoders.
+
+    (5.3) prints the x and z rows without the factor 2 of (5.1) and (5.2); it belongs there (corrected).
+    """
+
+    def __init__(self) -> None:
+        self.C1 = 0.6135     # m/(s² A), parameter: thrust along x
+        self.C2 = 0.8224     # m/(s² A), parameter: thrust along z
+        self.C3 = 334.52     # m/(s² T²), parameter: attraction
+        self.C4 = 8.71       # m/(s² A T), parameter: magnets on coils
+        self.C5 = 0.0045     # m/(s² A²), parameter: coils on iron
+        self.attraction_modulation = 0.0135   # parameter
+        self.y = Axis(MASS_Y, 0.1, 2.0, 0.5e-3, 2.0, 18.5e-3, 32.0e-3, 25.0e-3)
+        self.x = Axis(MASS_X, 0.05, 2.4, 0.5e-3, 2.0, -62.0e-3, 62.0e-3, 0.0)
+        self.z = Axis(MASS_Z, 0.05, 2.2, 0.5e-3, 2.0, -62.0e-3, 62.0e-3, 0.0)
+        self.y.ripple.amplitude = 0.15
+        self.alpha = MotorSupply(PEAK_CURRENT_3DOF, CONTINUOUS_CURRENT_3DOF)
+        self.beta = MotorSupply(PEAK_CURRENT_3DOF, CONTINUOUS_CURRENT_3DOF)
+        self.encoder = Encoder(ENCODER_RESOLUTION)
+        self.at_stop = False   # output
+
+    def start(self) -> int:
+        """Place the mover at its start position; the status says which axis is beyond a stop."""
+        if not self.y.start():
+            return Y_BEYOND_STOP
+        if not self.x.start():
+            return X_BEYOND_STOP
+        if not self.z.start():
+            return Z_BEYOND_STOP
+        self.measure()
+        return STARTED
+
+    def step(self, t: float, dt: float) -> int:
+        """Move from t to t + dt (s) with the inputs held."""
+        steps = integration_steps(dt, LONGEST_STEP)
+        self.at_stop = self.beyond_stop()
+        for _ in range(steps):
+            if not self.integrate(dt / steps):
+                return RUN_AWAY
+        self.alpha.deliver(self.x.position)
+        self.beta.deliver(self.z.position)
+        self.measure()
+        return STARTED
+
+    def integrate(self, dt: float) -> bool:
+        """Move over one integration step dt (s); False where the mover has run away."""
+        y = self.y
+        x = self.x
+        z = self.z
+        alpha = self.alpha
+        beta = self.beta
+        alpha.advance(dt)
+        beta.advance(dt)
+        y.begin()
+        x.begin()
+        z.begin()
+        alpha.at_start(x.position)
+        beta.at_start(z.position)
+        self.add_slope(dt / 6.0, dt / 2.0)
+        alpha.at_middle(x.position)
+        beta.at_middle(z.position)
+        self.add_slope(dt / 3.0, dt / 2.0)
+        alpha.at_middle(x.position)
+        beta.at_middle(z.position)
+        self.add_slope(dt / 3.0, dt)
+        alpha.at_end(x.position)
+        beta.at_end(z.position)
+        self.add_slope(dt / 6.0, 0.0)
+        contained = y.finish() and x.finish() and z.finish()
+        if self.beyond_stop():
+            self.at_stop = True
+        return contained
+
+    def add_slope(self, weight: float, ahead: float) -> None:
+        """Add one Runge–Kutta slope on all axes (5.3)."""
+        f1, f2, f3, f4 = gap_functions(self.y.position)
+        f2 *= attraction_factor(self.attraction_modulation, self.x.position)
+        i_da = self.alpha.i_d
+        i_qa = self.alpha.i_q
+        i_db = self.beta.i_d
+        i_qb = self.beta.i_q
+        y_motors = (GRAVITY - 2.0 * self.C5 * f4 * (i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+                    + 2.0 * self.C4 * f3 * (i_da + i_db) - 4.0 * self.C3 * f2)
+        x_motors = -2.0 * self.C1 * f1 * i_qa
+        z_motors = -2.0 * self.C2 * f1 * i_qb
+        self.y.add_slope(y_motors, weight, ahead)
+        self.x.add_slope(x_motors, weight, ahead)
+        self.z.add_slope(z_motors, weight, ahead)
+
+    def beyond_stop(self) -> bool:
+        """Whether any axis is beyond an end stop."""
+        return self.y.beyond_stop() or self.x.beyond_stop() or self.z.beyond_stop()
+
+    def measure(self) -> None:
+        """Set the encoder outputs."""
+        self.y.encoder = self.encoder.measure(self.y.position)
+        self.x.encoder = self.encoder.measure(self.x.position)
+        self.z.encoder = self.encoder.measure(self.z.position)
