@@ -1,0 +1,80 @@
+"""Variables that controllers share, part by part."""
+
+from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+
+ANY_GAIN = 1e15
+
+REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
+                "sample_time = {sample_time} s into a whole number of steps")
+
+
+def axis_inputs(axis: str, meaning: str) -> tuple[Variable, ...]:
+    """Inputs of one controlled axis; `meaning` says what its position is."""
+    return (real_input(f"{axis}.reference", "m", f"reference of the {meaning}", 10.0, 0.01),
+            real_input(f"{axis}.reference_rate", "m/s", f"rate of the reference of the {meaning}", 1000.0, 0.1),
+            real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01))
+
+
+def input_names(*axes: str) -> tuple[str, ...]:
+    """Names of the inputs of axes."""
+    return tuple(f"{axis}.{name}" for axis in axes for name in ("reference", "reference_rate", "measured"))
+
+
+def axis_error(axis: str) -> Variable:
+    """Tracking error of one axis."""
+    return real_output(f"{axis}.error", "m", "tracking error, measured minus reference", 1e-3, discrete=True,
+                       depends_on=(f"{axis}.reference", f"{axis}.measured"))
+
+
+def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], displacement: str
+                  ) -> tuple[Variable, ...]:
+    """Commands to one motor; the names say which inputs decide i_d, i_q and the commutation."""
+    both = tuple(dict.fromkeys((*d_from, *q_from, displacement)))
+    phases = tuple(real_output(f"{motor}.i_{phase}_cmd", "A", f"command to phase {phase}", 1.0, discrete=True,
+                               depends_on=both) for phase in ("a", "b", "c"))
+    return (*phases,
+            real_output(f"{motor}.i_d_cmd", "A", "direct current that is commanded, after the limit", 1.0,
+                        discrete=True, depends_on=d_from),
+            real_output(f"{motor}.i_q_cmd", "A", "quadrature current that is commanded, after the limit", 1.0,
+                        discrete=True, depends_on=q_from))
+
+
+def flags(inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+    """Boolean outputs of a controller with the given inputs."""
+    return (flag("saturated", "a command is at its limit", inputs),
+            flag("feasible", "the demanded acceleration can be made by some current", inputs),
+            flag("tripped", "the safety trip has shut the controller down", inputs))
+
+
+def regulator_gains(axis: str, source: str, antiwindup_source: str) -> tuple[Variable, ...]:
+    """Gains of the output regulator of one axis."""
+    gains = (("k1", "1/s2", "error"), ("k2", "1/s", "rate of the error"), ("k3", "1/s5", "internal-model state 1"),
+             ("k4", "1/s4", "internal-model state 2"), ("k5", "1/s3", "internal-model state 3"))
+    corrections = (("ec1", "m.s2/A"), ("ec2", "m.s/A"), ("ec3", "m/A"))
+    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {of} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
+              for name, unit, of in gains),
+            *(parameter(f"{axis}.{name}", unit, f"antiwindup gain on internal-model state {name[-1]} (5.13)",
+                        antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections))
+
+
+def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
+    """Constant of the controller's motor model; it divides, so that 0 is no value."""
+    return parameter(name, unit, f"constant of the {meaning} in the controller's model", source, 1e-9, 1e6, 1.0)
+
+
+def common_parameters(sample_time_source: str, limit_source: str, antiwindup_source: str) -> tuple[Variable, ...]:
+    """Parameters that every output regulator has."""
+    return (parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
+                      1e-6, 1.0, 1e-3, fixed=True),
+            parameter("omega0", "rad/s", "frequency of the sinusoids that are tracked",
+                      "corrected: 1.5 pi for every experiment, by which the printed gains have the printed poles",
+                      0.0, 1e3, 1.0, fixed=True),
+            parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
+                      0.0, 1000.0, 1.0),
+            switch("antiwindup", "correct the internal models while a command is limited", antiwindup_source),
+            parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
+                      0.0, 1.0, 1e-3, fixed=True),
+            parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
+                      0.0, 1.0, 1e-3, fixed=True),
+            parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
+                      "assumed: the thesis has a trip (section 4.3) and prints no threshold", 0.0, 1.0, 1e-3))

@@ -1,0 +1,1 @@
+"""How a block becomes an FMU: variable table, pythonfmu slave, model description, documentation, build."""

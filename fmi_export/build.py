@@ -1,0 +1,126 @@
+"""Build of pythonfmu FMUs: the same sources give the same bytes, whenever and wherever."""
+
+import hashlib
+import os
+import zipfile
+from datetime import UTC, datetime
+from importlib.metadata import distribution
+from importlib.resources import files
+from pathlib import Path
+
+from fmi_export.definition import FmuDefinition
+from fmi_export.documentation import documentation
+from fmi_export.icon import png_icon
+from fmi_export.model_description import model_description
+from fmi_export.sources import carried_modules, renamed
+
+DEFAULT_DATE = 1767225600   # 2026-01-01, where SOURCE_DATE_EPOCH is not set
+
+SLAVE = '''"""Entry module of {name}, found by pythonfmu's binary through slavemodule.txt."""
+
+from {code}.fmi_export.slave import BlockSlave as Fmi2Slave
+from {code}.{definition_module} import {definition_name}
+
+
+class {name}(Fmi2Slave):
+    """{description}"""
+
+    def __init__(self, **kwargs):
+        super().__init__({definition_name}, **kwargs)
+'''
+
+
+def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
+              packages: tuple[str, ...], destination: Path) -> Path:
+    """Write `destination/NAME.fmu` and return its path.
+
+    Parameters
+    ----------
+    definition : FmuDefinition
+    module, attribute : str
+        Where the definition stands, for the FMU to import it.
+    version, licence : str
+        Version and licence text of the project.
+    packages : tuple of str
+        Packages whose modules the FMU carries, if it imports them.
+    destination : Path
+        Folder, made if it is not there.
+
+    Notes
+    -----
+    pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
+    second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
+    """
+    contents = fmu_contents(definition, module, attribute, version, licence, (*packages, "fmi_export", "pythonfmu"))
+    destination.mkdir(parents=True, exist_ok=True)
+    path = destination / f"{definition.name}.fmu"
+    unfinished = path.with_suffix(".fmu.part")
+    stamp = datetime.fromtimestamp(build_date(), UTC).timetuple()[:6]
+    with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(contents):
+            entry = zipfile.ZipInfo(name, stamp)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3   # Unix, also where the build runs on Windows
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, contents[name])
+    unfinished.replace(path)
+    return path
+
+
+def build_date() -> int:
+    """Date that goes into the FMU, seconds since 1970."""
+    text = os.environ.get("SOURCE_DATE_EPOCH", str(DEFAULT_DATE))
+    if not text.isdigit():
+        raise ValueError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number")
+    return int(text)
+
+
+def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
+                 packages: tuple[str, ...]) -> dict[str, bytes]:
+    """Every file of the FMU by its name in the archive."""
+    texts = carried_modules(module, packages) | carried_modules("fmi_export.slave", packages)
+    fingerprint = digest([definition.name, version, *(part for item in sorted(texts.items()) for part in item)])
+    entry = f"{definition.name.lower()}_{fingerprint[:12]}"
+    code = f"{entry}_code"
+    contents = {f"resources/{code}/{name.replace('.', '/')}.py": renamed(text, packages, code).encode("utf-8")
+                for name, text in texts.items()}
+    contents[f"resources/{entry}.py"] = SLAVE.format(
+        name=definition.name, code=code, definition_module=module, definition_name=attribute,
+        description=definition.description).encode("utf-8")
+    contents["resources/slavemodule.txt"] = entry.encode("ascii")
+    contents |= binaries(definition.name)
+    contents["model.png"] = png_icon(definition.icon)
+    contents["documentation/index.html"] = documentation(definition, version).encode("utf-8")
+    contents["documentation/licenses/license.txt"] = licence.encode("utf-8")
+    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
+    date = build_date()
+    without_guid = model_description(definition, "", version, date)
+    guid = digest([fingerprint, without_guid.decode("utf-8")])[:32]
+    contents["modelDescription.xml"] = model_description(definition, f"{{{guid}}}", version, date)
+    return contents
+
+
+def digest(parts: list[str]) -> str:
+    """SHA-256 of texts, each with its length, in hexadecimal."""
+    sha = hashlib.sha256()
+    for part in parts:
+        data = part.encode("utf-8")
+        sha.update(len(data).to_bytes(8, "big") + data)
+    return sha.hexdigest()
+
+
+def binaries(name: str) -> dict[str, bytes]:
+    """pythonfmu's binaries, named after the model identifier."""
+    folder = files("pythonfmu").joinpath("resources", "binaries")
+    return {f"binaries/{platform}/{name}{suffix}": folder.joinpath(platform, binary + suffix).read_bytes()
+            for platform, binary, suffix in (("linux64", "libpythonfmu-export", ".so"),
+                                             ("win64", "pythonfmu-export", ".dll"))}
+
+
+def pythonfmu_licence() -> str:
+    """Licence text of pythonfmu, whose code is in the FMU."""
+    metadata = distribution("pythonfmu")
+    for path in metadata.files or []:
+        if path.name == "LICENSE":
+            return path.read_text(encoding="utf-8")
+    raise FileNotFoundError(f"pythonfmu {metadata.version} is installed without its LICENSE, expected one to ship")

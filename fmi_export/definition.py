@@ -1,0 +1,87 @@
+"""What an FMU is: a block and the table of its variables. Everything else is derived from these."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import attrgetter
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One FMI variable: an attribute path of the block, and what a user must know of it.
+
+    The start value is the one that a new block has. Minimum and maximum are enforced on inputs and parameters.
+    """
+
+    name: str                              # attribute path of the block
+    causality: str                         # input, output or parameter
+    variability: str                       # continuous, discrete, tunable or fixed
+    description: str
+    unit: str = ""                         # a name in `units.UNITS`; "" for Booleans and ratios
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    source: str = ""                       # of a parameter's start value: page, table, or "assumed"
+    depends_on: tuple[str, ...] = ()       # inputs at a sample that decide this output for the step after it
+    starts_from: tuple[str, ...] = ()      # parameters that decide this output's initial value
+    boolean: bool = False
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Default experiment: stop time and communication step, s."""
+
+    stop_time: float
+    step: float
+
+
+@dataclass(frozen=True)
+class FmuDefinition:
+    """A block as an FMU.
+
+    The block has `start() -> int`, called when the parameters are set, and `step(t, dt) -> int`; both return 0, or
+    the key of a text in `refusals`. A text may name variables in braces, and {time} and {step}.
+    """
+
+    name: str
+    block: type
+    description: str
+    variables: tuple[Variable, ...]
+    refusals: Mapping[int, str]
+    experiment: Experiment
+    variable_step: bool                                # any communication step, changing ones as well
+    documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
+    icon: tuple[tuple[int, int, int, int, str], ...] = field(default=())   # rectangles x, y, width, height, #rrggbb
+
+    def start_value(self, variable: Variable) -> float | bool:
+        """Value that a new block gives a variable."""
+        value: float | bool = attrgetter(variable.name)(self.block())
+        return value
+
+
+def parameter(name: str, unit: str, description: str, source: str, minimum: float, maximum: float,
+              nominal: float | None = None, fixed: bool = False) -> Variable:
+    """Real parameter; a fixed one feeds a computation at initialisation, others act at the next step."""
+    return Variable(name, "parameter", "fixed" if fixed else "tunable", description, unit,
+                    minimum, maximum, nominal, source)
+
+
+def switch(name: str, description: str, source: str) -> Variable:
+    """Boolean parameter."""
+    return Variable(name, "parameter", "tunable", description, source=source, boolean=True)
+
+
+def real_input(name: str, unit: str, description: str, bound: float, nominal: float) -> Variable:
+    """Real input, within ±bound."""
+    return Variable(name, "input", "continuous", description, unit, -bound, bound, nominal)
+
+
+def real_output(name: str, unit: str, description: str, nominal: float, discrete: bool = False,
+                depends_on: tuple[str, ...] = (), starts_from: tuple[str, ...] = ()) -> Variable:
+    """Real output; a discrete one is constant between events."""
+    return Variable(name, "output", "discrete" if discrete else "continuous", description, unit,
+                    nominal=nominal, depends_on=depends_on, starts_from=starts_from)
+
+
+def flag(name: str, description: str, depends_on: tuple[str, ...] = ()) -> Variable:
+    """Boolean output."""
+    return Variable(name, "output", "discrete", description, depends_on=depends_on, boolean=True)

@@ -1,0 +1,120 @@
+"""modelDescription.xml of a definition (FMI 2.0, co-simulation)."""
+
+from datetime import UTC, datetime
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.units import DISPLAY_UNITS, UNITS
+from pythonfmu.fmi2slave import Fmi2Slave
+
+AUTHOR = "Maglev FMUs contributors"
+LICENCE = "MIT"
+
+
+def model_description(definition: FmuDefinition, guid: str, version: str, date: int) -> bytes:
+    """Model description as UTF-8 XML.
+
+    Parameters
+    ----------
+    definition : FmuDefinition
+    guid, version : str
+        Of the FMU.
+    date : int
+        Date of generation, seconds since 1970.
+    """
+    root = Element("fmiModelDescription", {
+        "fmiVersion": "2.0",
+        "modelName": definition.name,
+        "guid": guid,
+        "description": definition.description,
+        "author": AUTHOR,
+        "version": version,
+        "copyright": f"Copyright (c) {AUTHOR}",
+        "license": LICENCE,
+        "generationTool": f"Maglev FMUs {version}, pythonfmu",
+        "generationDateAndTime": datetime.fromtimestamp(date, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "variableNamingConvention": "structured",
+    })
+    SubElement(root, "CoSimulation", {
+        "modelIdentifier": definition.name,
+        "needsExecutionTool": "true",   # a Python installation
+        "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
+        "canInterpolateInputs": "false",
+        "maxOutputDerivativeOrder": "0",
+        "canRunAsynchronuously": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "false",
+    })
+    add_units(root, definition)
+    categories = SubElement(root, "LogCategories")
+    for name, description in Fmi2Slave.log_categories.items():
+        SubElement(categories, "Category", {"name": name, "description": description})
+    SubElement(root, "DefaultExperiment", {
+        "startTime": "0.0",
+        "stopTime": repr(definition.experiment.stop_time),
+        "stepSize": repr(definition.experiment.step),
+    })
+    variables = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(definition.variables):
+        add_variable(variables, definition, variable, reference)
+    add_structure(root, definition)
+    indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+
+
+def xml_boolean(value: bool) -> str:
+    """A Boolean in XML."""
+    return "true" if value else "false"
+
+
+def add_units(root: Element, definition: FmuDefinition) -> None:
+    """Add the definitions of the units that occur."""
+    units = SubElement(root, "UnitDefinitions")
+    for name in sorted({v.unit for v in definition.variables if v.unit}):
+        unit = SubElement(units, "Unit", {"name": name})
+        SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
+        if name in DISPLAY_UNITS:
+            display, factor = DISPLAY_UNITS[name]
+            SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})
+
+
+def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int) -> None:
+    """Add one ScalarVariable."""
+    attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
+                  "causality": variable.causality, "variability": variable.variability}
+    typed: dict[str, str] = {}
+    if variable.causality == "output":
+        attributes["initial"] = "calculated"
+    else:
+        if variable.causality == "parameter":
+            attributes["initial"] = "exact"
+        start = definition.start_value(variable)
+        typed["start"] = xml_boolean(bool(start)) if variable.boolean else repr(float(start))
+    if variable.unit:
+        typed["unit"] = variable.unit
+        if variable.unit in DISPLAY_UNITS:
+            typed["displayUnit"] = DISPLAY_UNITS[variable.unit][0]
+    for key, limit in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
+        if limit is not None:
+            typed[key] = repr(float(limit))
+    scalar = SubElement(variables, "ScalarVariable", attributes)
+    SubElement(scalar, "Boolean" if variable.boolean else "Real", typed)
+
+
+def add_structure(root: Element, definition: FmuDefinition) -> None:
+    """Add the outputs with the inputs, and the initial unknowns with the parameters, that they depend on."""
+    index = {v.name: number for number, v in enumerate(definition.variables, start=1)}
+    structure = SubElement(root, "ModelStructure")
+    outputs = [v for v in definition.variables if v.causality == "output"]
+    for element, names_of in (("Outputs", "depends_on"), ("InitialUnknowns", "starts_from")):
+        unknowns = SubElement(structure, element)
+        for variable in outputs:
+            knowns = sorted(index[name] for name in getattr(variable, names_of))
+            SubElement(unknowns, "Unknown", {
+                "index": str(index[variable.name]),
+                "dependencies": " ".join(str(known) for known in knowns),
+                "dependenciesKind": " ".join("dependent" for _ in knowns),
+            })

@@ -1,0 +1,236 @@
+"""The pythonfmu slave of a block: prepared variable access, checks before a step, and the whole state."""
+
+import json
+import re
+from collections.abc import Callable
+from math import inf
+from operator import attrgetter
+from typing import Any
+
+from fmi_export.definition import FmuDefinition, Variable
+from pythonfmu.fmi2slave import Fmi2Slave
+
+CONTINUITY = 1.0e-3   # of a communication step, by which the master's clock may miss the end of the one before
+
+Slot = tuple[Any, str]   # an object of the block and the name of one of its attributes
+
+
+class Refused(ValueError):
+    """A request that the FMU does not carry out; the message names the variable, its value and what was expected."""
+
+
+def scalar_slots(block: Any) -> list[Slot]:
+    """Every number and Boolean that a block and its parts hold, in the order of their definition."""
+    slots: list[Slot] = []
+    for name, value in vars(block).items():
+        if isinstance(value, (bool, int, float)):
+            slots.append((block, name))
+        else:
+            slots.extend(scalar_slots(value))
+    return slots
+
+
+class BlockSlave(Fmi2Slave):
+    """Executes a block; pythonfmu calls its methods and reports what they raise.
+
+    Raising is the only refusal that every importer notices: a step that returns False ends a simulation early without
+    an error, and pythonfmu ignores what the end of the initialization returns.
+    """
+
+    def __init__(self, definition: FmuDefinition, **kwargs: Any):
+        super().__init__(**kwargs)
+        self.definition = definition
+        self.block = definition.block()
+        self.variables = definition.variables
+        self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
+        self.state_slots = scalar_slots(self.block)
+        self.getters: dict[tuple[int, ...], Callable[[], list[Any]]] = {}
+        self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
+        self.running = False                 # initialization has ended
+        self.stale = True                    # values of a block that has not started are not computed yet
+        self.suspect = False                 # a value out of range was set
+        self.next_time: float | None = None  # s, where the next communication step has to start
+
+    # Initialization
+
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
+        """Take in the start time (s)."""
+        if not -inf < start_time < inf:
+            raise Refused(f"start time = {start_time} s, expected a finite time")
+        self.next_time = start_time
+
+    def exit_initialization_mode(self) -> None:
+        """Check every parameter and input, and start the block."""
+        self.check_ranges()
+        self.refuse(self.block.start())
+        self.running = True
+        self.stale = False
+        self.setters.clear()   # fixed parameters cannot be set from here on
+
+    # Steps
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Step the block from a time over a communication step (s)."""
+        if self.suspect:
+            self.check_ranges()
+        if not 0.0 < step_size < inf:
+            raise Refused(f"communication step = {step_size} s, expected a positive, finite step")
+        if self.next_time is not None and not (
+                abs(current_time - self.next_time) <= CONTINUITY * step_size + 1e-12 * abs(self.next_time)):
+            raise Refused(f"communication point = {current_time} s, expected {self.next_time} s, "
+                          "where the step before ended")
+        if not self.running:
+            raise Refused("doStep before the end of the initialization, expected exitInitializationMode first")
+        status = self.block.step(current_time, step_size)
+        if status:
+            self.refuse(status, current_time, step_size)
+        self.next_time = current_time + step_size
+        return True
+
+    def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
+        """Raise the definition's text for a status other than 0, with the values that it names."""
+        if status == 0:
+            return
+
+        def value(match: re.Match[str]) -> str:
+            name = match.group(1)
+            return repr({"time": time, "step": step}.get(name) if name in ("time", "step")
+                        else attrgetter(name)(self.block))
+
+        raise Refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
+
+    def check_ranges(self) -> None:
+        """Refuse the first input or parameter that is not a finite number within its range."""
+        for v in self.checked:
+            value = attrgetter(v.name)(self.block)
+            low = -inf if v.minimum is None else v.minimum
+            high = inf if v.maximum is None else v.maximum
+            if not (low <= value <= high and -inf < value < inf):
+                raise Refused(f"{v.name} = {value} {v.unit}, expected a number from {low} to {high} {v.unit}".rstrip())
+        self.suspect = False
+
+    # Variables
+
+    def owner(self, variable: Variable) -> Slot:
+        """Object of the block that holds a variable, and the attribute's name."""
+        path, _, name = variable.name.rpartition(".")
+        return (attrgetter(path)(self.block) if path else self.block), name
+
+    def variable(self, vr: int, boolean: bool) -> Variable:
+        """Variable of a value reference and type."""
+        if not 0 <= vr < len(self.variables):
+            raise Refused(f"value reference = {vr}, expected 0 to {len(self.variables) - 1}")
+        variable = self.variables[vr]
+        if variable.boolean != boolean:
+            raise Refused(f"{variable.name} is {'a Boolean' if variable.boolean else 'a Real'} variable, "
+                          f"expected access to it as such")
+        return variable
+
+    def values(self, vrs: list[int], boolean: bool) -> list[Any]:
+        """Values of variables, by an accessor that is prepared once for each selection."""
+        if self.stale:
+            self.refresh()
+        key = tuple(vrs)
+        getter = self.getters.get(key)
+        if getter is None:
+            getter = self.getters[key] = self.prepare_getter([self.variable(vr, boolean) for vr in key])
+        return getter()
+
+    def prepare_getter(self, variables: list[Variable]) -> Callable[[], list[Any]]:
+        """Accessor that reads variables in one call."""
+        block = self.block
+        if not variables:
+            return list
+        get = attrgetter(*(v.name for v in variables))
+        if len(variables) == 1:
+            return lambda: [get(block)]
+        return lambda: list(get(block))
+
+    def refresh(self) -> None:
+        """Compute the initial outputs from what is set so far, if it is in range."""
+        try:
+            self.check_ranges()
+        except Refused:
+            return   # said at the end of the initialization
+        self.block.start()
+        self.stale = False
+
+    def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str, float, float]]:
+        """Where to write variables, and within which range."""
+        slots = []
+        for vr in vrs:
+            v = self.variable(vr, boolean)
+            if v.causality == "output":
+                raise Refused(f"{v.name} is an output, expected an input or a parameter to set")
+            if self.running and v.variability == "fixed":
+                raise Refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
+            slots.append((*self.owner(v), -inf if v.minimum is None else v.minimum,
+                          inf if v.maximum is None else v.maximum))
+        self.setters[vrs] = slots
+        return slots
+
+    def write(self, vrs: list[int], values: list[Any], boolean: bool) -> None:
+        """Set variables; what is out of range is refused before the next step."""
+        key = tuple(vrs)
+        slots = self.setters.get(key)
+        if slots is None:
+            slots = self.prepare_setter(key, boolean)
+        for (owner, name, low, high), value in zip(slots, values, strict=True):
+            setattr(owner, name, value)
+            if not low <= value <= high:
+                self.suspect = True
+        if not self.running:
+            self.stale = True
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Values of Real variables."""
+        return self.values(vrs, False)
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Values of Boolean variables."""
+        return self.values(vrs, True)
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Set Real variables."""
+        self.write(vrs, values, False)
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Set Boolean variables."""
+        self.write(vrs, values, True)
+
+    def no_such_type(self, vrs: list[int], *_: Any) -> Any:
+        """Refuse access to Integer and String variables: there are none."""
+        if not vrs:
+            return []
+        raise Refused(f"value references {vrs}: expected Real or Boolean variables, there are no others")
+
+    get_integer = get_string = set_integer = set_string = no_such_type
+
+    # State
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {"model": type(self).__module__,
+                "block": [getattr(owner, name) for owner, name in self.state_slots],
+                "slave": [self.running, self.stale, self.suspect, self.next_time]}
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if state.get("model") != type(self).__module__:
+            raise Refused(f"state of {state.get('model')}, expected one of {type(self).__module__}")
+        for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
+            setattr(owner, name, value)
+        self.running, self.stale, self.suspect, self.next_time = state["slave"]
+        self.setters.clear()
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return json.dumps(state).encode("utf-8")
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        try:
+            loaded = json.loads(state.decode("utf-8"))
+        except ValueError as error:
+            raise Refused(f"serialized state of {len(state)} bytes cannot be read: {error}") from error
+        if not isinstance(loaded, dict):
+            raise Refused(f"serialized state of {len(state)} bytes, expected one that this FMU wrote")
+        return loaded

@@ -1,0 +1,44 @@
+"""The Python modules that an FMU carries, renamed so that nothing else in the importing process is mistaken for them."""
+
+import ast
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+
+def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
+    """Source text of a module and of all that it imports from the given packages, by dotted name."""
+    texts: dict[str, str] = {}
+    waiting = [entry]
+    while waiting:
+        module = waiting.pop()
+        if module in texts:
+            continue
+        texts[module] = module_path(module).read_text(encoding="utf-8")
+        waiting.extend(imported for imported in imported_modules(module, texts[module])
+                       if imported.split(".")[0] in packages)
+    return texts
+
+
+def module_path(module: str) -> Path:
+    """File of a module."""
+    spec = find_spec(module)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"module {module} not found, expected it beside the others of the FMU")
+    return Path(spec.origin)
+
+
+def imported_modules(module: str, text: str) -> list[str]:
+    """Modules that a module's text imports with `from … import`, relative ones resolved."""
+    imported = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            parent = module.split(".")[:-node.level] if node.level else []
+            imported.append(".".join([*parent, node.module]))
+    return imported
+
+
+def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:
+    """Text whose imports from the given packages go to those packages inside another one."""
+    names = "|".join(packages)
+    return re.sub(rf"^(\s*)from ({names})\b", rf"\1from {prefix}.\2", text, flags=re.MULTILINE)

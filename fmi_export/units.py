@@ -1,0 +1,29 @@
+"""Units of the variables as FMI defines them: exponents of the SI base units."""
+
+UNITS: dict[str, dict[str, int]] = {
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "s": {"s": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "A": {"A": 1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "kg": {"kg": 1},
+    "N/m": {"kg": 1, "s": -2},
+    "N.s/m": {"kg": 1, "s": -1},
+    "m/(s2.A)": {"m": 1, "s": -2, "A": -1},
+    "m/(s2.A2)": {"m": 1, "s": -2, "A": -2},
+    "m/(s2.T2)": {"kg": -2, "m": 1, "s": 2, "A": 2},
+    "m/(s2.A.T)": {"kg": -1, "m": 1},
+    "1/s": {"s": -1},
+    "1/s2": {"s": -2},
+    "1/s3": {"s": -3},
+    "1/s4": {"s": -4},
+    "1/s5": {"s": -5},
+    "m.s2/A": {"m": 1, "s": 2, "A": -1},
+    "m.s/A": {"m": 1, "s": 1, "A": -1},
+    "m/A": {"m": 1, "A": -1},
+}
+
+# A second unit for the eye of the importing tool: name and factor from the SI unit.
+DISPLAY_UNITS: dict[str, tuple[str, float]] = {"m": ("mm", 1000.0)}

@@ -1,0 +1,1 @@
+"""The experiments: scenario files, master, metrics, claims and the command line."""

@@ -1,0 +1,200 @@
+"""One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
+
+import ctypes
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription, ScalarVariable
+
+WARNING = 1   # fmi2Warning; a higher status is a failure
+
+UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
+
+
+class ComponentError(RuntimeError):
+    """An FMU that cannot be loaded, or that refused a call; the message has the FMU's own words."""
+
+
+class Buffer:
+    """Values of variables of one FMI type, in memory that the FMU reads and writes directly."""
+
+    C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+
+    def __init__(self, kind: str, variables: Sequence[ScalarVariable]):
+        self.kind = kind
+        self.names = [v.name for v in variables]
+        self.references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
+        self.values = (self.C_TYPES[kind] * len(variables))()
+        self.view = memoryview(self.values).cast("B").cast("d" if kind == "Real" else "i")
+
+    def arguments(self) -> tuple[int, int, int]:
+        """Value references, their number and the values, as the C functions take them."""
+        return ctypes.addressof(self.references), len(self.names), ctypes.addressof(self.values)
+
+
+def read_description(name: str, path: Path) -> ModelDescription:
+    """Model description of an FMI 2.0 co-simulation FMU; ComponentError says what is wrong with another file."""
+    if not path.is_file():
+        raise ComponentError(f"{name}: there is no file {path}, expected an FMU; `maglev build` makes those of this "
+                             "project in the folder fmus")
+    try:
+        version = fmpy.read_model_description(str(path), validate=False).fmiVersion
+        if version != "2.0":
+            raise ComponentError(f"{name}: {path} is an FMI {version} FMU, expected FMI 2.0")
+        description = fmpy.read_model_description(str(path))
+    except ComponentError:
+        raise
+    except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
+        raise ComponentError(f"{name}: {path} cannot be read as an FMU: {error}") from error
+    if description.coSimulation is None:
+        raise ComponentError(f"{name}: {path} is for model exchange only, expected co-simulation")
+    return description
+
+
+class Component:
+    """An instance of an FMU; a context manager that frees it and the folder it was unpacked to."""
+
+    def __init__(self, name: str, path: Path, description: ModelDescription):
+        self.name = name
+        self.path = path
+        self.description = description
+        self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
+        self.messages: list[str] = []
+        self.folder = unpacking_folder()
+        self.instance: FMU2Slave | None = None
+        self.set_functions: dict[str, Any] = {}
+        self.get_functions: dict[str, Any] = {}
+        try:
+            self.load()
+        except Exception as error:
+            self.close()
+            raise ComponentError(f"{name}: {path} cannot be loaded: {self.said() or error}") from error
+
+    def load(self) -> None:
+        """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
+        fmpy.extract(str(self.path), str(self.folder))
+        identifier = self.description.coSimulation.modelIdentifier
+        instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
+                             modelIdentifier=identifier, instanceName=self.name)
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(self.take_message)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(callbacks))
+        # Logging stays on: an FMU says why it refuses only there.
+        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        self.instance = instance
+        access = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p)
+        for kind in ("Real", "Integer", "Boolean"):
+            self.set_functions[kind] = access((f"fmi2Set{kind}", instance.dll))
+            self.get_functions[kind] = access((f"fmi2Get{kind}", instance.dll))
+        self.do_step = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)(("fmi2DoStep", instance.dll))
+
+    def __enter__(self) -> "Component":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance and remove what was unpacked."""
+        if self.instance is not None:
+            self.instance.freeInstance()
+            self.instance = None
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def take_message(self, _environment: object, _instance: bytes, status: int, _category: bytes,
+                     message: bytes) -> None:
+        """Keep a message of the FMU."""
+        if status > 0:
+            self.messages.append(message.decode("utf-8", "replace").strip())
+
+    def said(self) -> str:
+        """What the FMU has said, and forget it."""
+        text = "; ".join(" ".join(message.split()) for message in self.messages)
+        self.messages.clear()
+        return text
+
+    def failed(self, call: str, status: int) -> ComponentError:
+        """Error for a call that returned a status beyond a warning."""
+        return ComponentError(f"{self.name} ({self.path.name}) refused {call} with status {status}: "
+                              f"{self.said() or 'it gave no message'}")
+
+    def variable(self, name: str) -> ScalarVariable:
+        """A variable by its name; ComponentError with the nearest name if there is none."""
+        if name not in self.variables:
+            nearest = get_close_matches(name, self.variables, 1, 0.0)
+            raise ComponentError(f"{self.name} ({self.path.name}) has no variable {name}"
+                                 + (f"; nearest is {nearest[0]}" if nearest else ""))
+        return self.variables[name]
+
+    def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float) -> None:
+        """Set start values and go through the initialization."""
+        instance = self.instance
+        assert instance is not None
+        buffers = self.buffers([self.variable(name) for name in start])
+        for buffer in buffers:
+            for i, name in enumerate(buffer.names):
+                buffer.values[i] = type(buffer.values[i])(start[name])
+        try:
+            instance.setupExperiment(startTime=start_time, stopTime=stop_time)
+            for buffer in buffers:
+                self.set(buffer)
+            instance.enterInitializationMode()
+            instance.exitInitializationMode()
+        except ComponentError:
+            raise
+        except Exception as error:
+            raise ComponentError(f"{self.name} ({self.path.name}) refused its initialization: "
+                                 f"{self.said() or error}") from error
+
+    def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
+        """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""
+        found = []
+        for kind in ("Real", "Integer", "Boolean"):
+            chosen = [v for v in variables if ("Integer" if v.type == "Enumeration" else v.type) == kind]
+            if chosen:
+                found.append(Buffer(kind, chosen))
+        return found
+
+    def handle(self) -> int:
+        """The C instance."""
+        assert self.instance is not None
+        return int(self.instance.component)
+
+    def set(self, buffer: Buffer) -> None:
+        """Set the variables of a buffer."""
+        status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
+        if status > WARNING:
+            raise self.failed(f"fmi2Set{buffer.kind} of {', '.join(buffer.names)}", status)
+
+    def get(self, buffer: Buffer) -> None:
+        """Get the variables of a buffer."""
+        status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
+        if status > WARNING:
+            raise self.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
+
+
+def unpacking_folder() -> Path:
+    """New temporary folder whose path pythonfmu's binary can load from."""
+    for place in (None, "/tmp"):
+        folder = Path(tempfile.mkdtemp(prefix="maglev_", dir=place))
+        if str(folder).isascii() and not set(str(folder)) & set(UNSAFE_IN_PATH):
+            return folder
+        folder.rmdir()
+    raise ComponentError(f"temporary folder {tempfile.gettempdir()}: expected an ASCII path without any of "
+                         f"{UNSAFE_IN_PATH}; set TMPDIR")

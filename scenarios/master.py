@@ -1,0 +1,160 @@
+"""Fixed-step Gauss–Seidel master for FMI 2.0 co-simulation FMUs.
+
+At t_k = k h every FMU, in its order, gets its inputs, steps to t_k + h and gives its outputs, which the FMUs after it
+already see. With the controller first and the plant second this is the sampled loop with a zero-order hold.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.component import Component, ComponentError, read_description
+from scenarios.wiring import Link, Track, wire
+
+PROGRESS_STEPS = 500   # communication steps between two reports of progress
+
+Progress = Callable[[int, int], None]   # steps done, steps in all
+
+
+@dataclass(frozen=True)
+class Participant:
+    """An FMU of a co-simulation: its name in it, its file and its start values."""
+
+    name: str
+    path: Path
+    start: Mapping[str, float | bool] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Outputs of every FMU and the driven inputs at each communication point.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Communication points, s.
+    columns : mapping of str to ndarray, shape (n,)
+        By name, `fmu.variable`; Booleans as 0 and 1.
+    """
+
+    time: npt.NDArray[np.float64]
+    columns: Mapping[str, npt.NDArray[Any]]
+
+
+class RunFailed(RuntimeError):
+    """A co-simulation that ended early; `recording` has what was recorded until then."""
+
+    def __init__(self, message: str, recording: Recording):
+        super().__init__(message)
+        self.recording = recording
+
+
+class Master:
+    """Co-simulation of FMUs; a context manager that frees them.
+
+    Parameters
+    ----------
+    participants : sequence of Participant
+        In the order in which they step.
+    connections : sequence of (str, str)
+        From an output to an input, both `fmu.variable`.
+    step : float
+        Communication step h, s.
+
+    Raises
+    ------
+    ComponentError
+        If an FMU cannot be loaded.
+    """
+
+    def __init__(self, participants: Sequence[Participant], connections: Sequence[tuple[str, str]], step: float):
+        if not 0.0 < step < float("inf"):
+            raise ComponentError(f"communication step = {step} s, expected a positive, finite step")
+        self.step = step
+        self.participants = participants
+        self.connections = connections
+        self.stack = ExitStack()
+        self.components: dict[str, Component] = {}
+        described = [(p, read_description(p.name, p.path)) for p in participants]
+        try:
+            for participant, description in described:
+                component = Component(participant.name, participant.path, description)
+                self.components[participant.name] = self.stack.enter_context(component)
+        except BaseException:
+            self.stack.close()
+            raise
+
+    def __enter__(self) -> "Master":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stack.close()
+
+    def run(self, stop_time: float, drives: Mapping[str, Sequence[float]] | None = None,
+            progress: Progress | None = None) -> Recording:
+        """Run from 0 to the stop time (s), which must be a whole number of communication steps.
+
+        Parameters
+        ----------
+        stop_time : float
+            End of the run, s.
+        drives : mapping of str to sequence of float
+            Values of driven inputs, `fmu.variable`, at every communication point, the last one included.
+        progress : callable, optional
+            Called now and then with the steps done and the steps in all.
+
+        Raises
+        ------
+        ComponentError
+            If the wiring or a start value is wrong.
+        RunFailed
+            If an FMU refuses a step; the recording until then is in the error.
+        """
+        steps = whole_steps(stop_time, self.step)
+        drives = drives or {}
+        for target, values in drives.items():
+            if len(values) != steps + 1:
+                raise ComponentError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
+                                     "one for each communication point")
+        links, tracks = wire(self.components, self.connections, drives, steps + 1)
+        for participant in self.participants:
+            self.components[participant.name].initialise(participant.start, 0.0, stop_time)
+        done = 0
+        try:
+            for link in links:
+                link.read(0)
+            while done < steps:
+                last = min(done + PROGRESS_STEPS, steps)
+                for k in range(done, last):
+                    time = k * self.step
+                    for link in links:
+                        link.step(k, time, self.step)
+                    done = k + 1
+                if progress is not None:
+                    progress(done, steps)
+        except ComponentError as error:
+            raise RunFailed(f"at t = {done * self.step:.9g} s: {error}",
+                            recording(tracks, self.step, done + 1)) from error
+        except KeyboardInterrupt as error:
+            raise RunFailed(f"interrupted at t = {done * self.step:.9g} s",
+                            recording(tracks, self.step, done + 1)) from error
+        return recording(tracks, self.step, steps + 1)
+
+
+def whole_steps(stop_time: float, step: float) -> int:
+    """Number of communication steps (s) in a run to the stop time (s); ComponentError if it is not whole."""
+    steps = round(stop_time / step)
+    if steps < 1 or abs(steps * step - stop_time) > 1e-6 * step:
+        raise ComponentError(f"stop time = {stop_time} s, expected a whole number of communication steps of {step} s")
+    return steps
+
+
+def recording(tracks: Sequence[Track], step: float, rows: int) -> Recording:
+    """Recording of the first rows of the tracks."""
+    columns = {name: track.array[:rows, i] for track in tracks for i, name in enumerate(track.names)}
+    return Recording(np.arange(rows) * step, columns)
