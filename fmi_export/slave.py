@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable
+from ctypes import py_object, pythonapi
 from math import inf
 from operator import attrgetter
 from typing import Any
@@ -19,14 +20,18 @@ class Refused(ValueError):
     """A request that the FMU does not carry out; the message names the variable, its value and what was expected."""
 
 
-def scalar_slots(block: Any) -> list[Slot]:
-    """Every number and Boolean that a block and its parts hold, in the order of their definition."""
+def scalar_slots(block: Any, template: Any) -> list[Slot]:
+    """Every number and Boolean that a block and its parts hold, in the order of their definition.
+
+    The names come from a template, another block of the class: CPython accesses the attributes of an object twice as
+    slowly once its `__dict__` has been asked for.
+    """
     slots: list[Slot] = []
-    for name, value in vars(block).items():
+    for name, value in vars(template).items():
         if isinstance(value, (bool, int, float)):
             slots.append((block, name))
         else:
-            slots.extend(scalar_slots(value))
+            slots.extend(scalar_slots(getattr(block, name), value))
     return slots
 
 
@@ -43,20 +48,31 @@ class BlockSlave(Fmi2Slave):
         self.block = definition.block()
         self.variables = definition.variables
         self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
-        self.state_slots = scalar_slots(self.block)
-        self.getters: dict[tuple[int, ...], Callable[[], list[Any]]] = {}
+        self.state_slots = scalar_slots(self.block, definition.block())
+        self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
+        self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
         self.running = False                 # initialization has ended
         self.stale = True                    # values of a block that has not started are not computed yet
         self.suspect = False                 # a value out of range was set
         self.next_time: float | None = None  # s, where the next communication step has to start
 
+    def refused(self, message: str) -> Refused:
+        """Error to raise for a request that is not carried out.
+
+        pythonfmu's binary gives up its references to slave, class and log on every exception, and once more when the
+        instance is freed, which crashes a process that does so. One more reference for each makes that safe.
+        """
+        for held in (self, type(self), self.log_queue):
+            pythonapi.Py_IncRef(py_object(held))
+        return Refused(message)
+
     # Initialization
 
     def setup_experiment(self, start_time: float, *_: Any) -> None:
         """Take in the start time (s)."""
         if not -inf < start_time < inf:
-            raise Refused(f"start time = {start_time} s, expected a finite time")
+            raise self.refused(f"start time = {start_time} s, expected a finite time")
         self.next_time = start_time
 
     def exit_initialization_mode(self) -> None:
@@ -74,13 +90,13 @@ class BlockSlave(Fmi2Slave):
         if self.suspect:
             self.check_ranges()
         if not 0.0 < step_size < inf:
-            raise Refused(f"communication step = {step_size} s, expected a positive, finite step")
+            raise self.refused(f"communication step = {step_size} s, expected a positive, finite step")
         if self.next_time is not None and not (
                 abs(current_time - self.next_time) <= CONTINUITY * step_size + 1e-12 * abs(self.next_time)):
-            raise Refused(f"communication point = {current_time} s, expected {self.next_time} s, "
+            raise self.refused(f"communication point = {current_time} s, expected {self.next_time} s, "
                           "where the step before ended")
         if not self.running:
-            raise Refused("doStep before the end of the initialization, expected exitInitializationMode first")
+            raise self.refused("doStep before the end of the initialization, expected exitInitializationMode first")
         status = self.block.step(current_time, step_size)
         if status:
             self.refuse(status, current_time, step_size)
@@ -97,16 +113,23 @@ class BlockSlave(Fmi2Slave):
             return repr({"time": time, "step": step}.get(name) if name in ("time", "step")
                         else attrgetter(name)(self.block))
 
-        raise Refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
+        raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
 
-    def check_ranges(self) -> None:
-        """Refuse the first input or parameter that is not a finite number within its range."""
+    def out_of_range(self) -> str | None:
+        """What is wrong with the first input or parameter that is not a finite number within its range."""
         for v in self.checked:
             value = attrgetter(v.name)(self.block)
             low = -inf if v.minimum is None else v.minimum
             high = inf if v.maximum is None else v.maximum
             if not (low <= value <= high and -inf < value < inf):
-                raise Refused(f"{v.name} = {value} {v.unit}, expected a number from {low} to {high} {v.unit}".rstrip())
+                return f"{v.name} = {value} {v.unit}, expected a number from {low} to {high} {v.unit}".rstrip()
+        return None
+
+    def check_ranges(self) -> None:
+        """Refuse inputs and parameters that are not finite numbers within their range."""
+        wrong = self.out_of_range()
+        if wrong is not None:
+            raise self.refused(wrong)
         self.suspect = False
 
     # Variables
@@ -119,41 +142,31 @@ class BlockSlave(Fmi2Slave):
     def variable(self, vr: int, boolean: bool) -> Variable:
         """Variable of a value reference and type."""
         if not 0 <= vr < len(self.variables):
-            raise Refused(f"value reference = {vr}, expected 0 to {len(self.variables) - 1}")
+            raise self.refused(f"value reference = {vr}, expected 0 to {len(self.variables) - 1}")
         variable = self.variables[vr]
         if variable.boolean != boolean:
-            raise Refused(f"{variable.name} is {'a Boolean' if variable.boolean else 'a Real'} variable, "
+            raise self.refused(f"{variable.name} is {'a Boolean' if variable.boolean else 'a Real'} variable, "
                           f"expected access to it as such")
         return variable
 
-    def values(self, vrs: list[int], boolean: bool) -> list[Any]:
-        """Values of variables, by an accessor that is prepared once for each selection."""
-        if self.stale:
-            self.refresh()
-        key = tuple(vrs)
-        getter = self.getters.get(key)
-        if getter is None:
-            getter = self.getters[key] = self.prepare_getter([self.variable(vr, boolean) for vr in key])
-        return getter()
-
-    def prepare_getter(self, variables: list[Variable]) -> Callable[[], list[Any]]:
-        """Accessor that reads variables in one call."""
-        block = self.block
-        if not variables:
-            return list
-        get = attrgetter(*(v.name for v in variables))
-        if len(variables) == 1:
-            return lambda: [get(block)]
-        return lambda: list(get(block))
+    def prepare_getter(self, vrs: tuple[int, ...], boolean: bool) -> Callable[[Any], tuple[Any, ...]]:
+        """Accessor that reads variables of the block in one call."""
+        names = [self.variable(vr, boolean).name for vr in vrs]
+        if len(names) > 1:
+            getter: Callable[[Any], tuple[Any, ...]] = attrgetter(*names)
+        elif names:
+            single = attrgetter(names[0])
+            getter = lambda block: (single(block),)   # noqa: E731
+        else:
+            getter = lambda _: ()   # noqa: E731
+        (self.boolean_getters if boolean else self.real_getters)[vrs] = getter
+        return getter
 
     def refresh(self) -> None:
         """Compute the initial outputs from what is set so far, if it is in range."""
-        try:
-            self.check_ranges()
-        except Refused:
-            return   # said at the end of the initialization
-        self.block.start()
-        self.stale = False
+        if self.out_of_range() is None:   # if it is not, the end of the initialization says so
+            self.block.start()
+            self.stale = False
 
     def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str, float, float]]:
         """Where to write variables, and within which range."""
@@ -161,9 +174,9 @@ class BlockSlave(Fmi2Slave):
         for vr in vrs:
             v = self.variable(vr, boolean)
             if v.causality == "output":
-                raise Refused(f"{v.name} is an output, expected an input or a parameter to set")
+                raise self.refused(f"{v.name} is an output, expected an input or a parameter to set")
             if self.running and v.variability == "fixed":
-                raise Refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
+                raise self.refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
             slots.append((*self.owner(v), -inf if v.minimum is None else v.minimum,
                           inf if v.maximum is None else v.maximum))
         self.setters[vrs] = slots
@@ -184,11 +197,19 @@ class BlockSlave(Fmi2Slave):
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Values of Real variables."""
-        return self.values(vrs, False)
+        if self.stale:
+            self.refresh()
+        key = tuple(vrs)
+        getter = self.real_getters.get(key) or self.prepare_getter(key, False)
+        return list(getter(self.block))
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Values of Boolean variables."""
-        return self.values(vrs, True)
+        if self.stale:
+            self.refresh()
+        key = tuple(vrs)
+        getter = self.boolean_getters.get(key) or self.prepare_getter(key, True)
+        return list(getter(self.block))
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set Real variables."""
@@ -202,7 +223,7 @@ class BlockSlave(Fmi2Slave):
         """Refuse access to Integer and String variables: there are none."""
         if not vrs:
             return []
-        raise Refused(f"value references {vrs}: expected Real or Boolean variables, there are no others")
+        raise self.refused(f"value references {vrs}: expected Real or Boolean variables, there are no others")
 
     get_integer = get_string = set_integer = set_string = no_such_type
 
@@ -215,7 +236,7 @@ class BlockSlave(Fmi2Slave):
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
-            raise Refused(f"state of {state.get('model')}, expected one of {type(self).__module__}")
+            raise self.refused(f"state of model: {state.get('model')}, expected {type(self).__module__}")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
             setattr(owner, name, value)
         self.running, self.stale, self.suspect, self.next_time = state["slave"]
@@ -229,8 +250,7 @@ class BlockSlave(Fmi2Slave):
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         try:
             loaded = json.loads(state.decode("utf-8"))
-        except ValueError as error:
-            raise Refused(f"serialized state of {len(state)} bytes cannot be read: {error}") from error
-        if not isinstance(loaded, dict):
-            raise Refused(f"serialized state of {len(state)} bytes, expected one that this FMU wrote")
-        return loaded
+        except ValueError:
+            loaded = None
+        # What cannot be read is refused when it is set, by an instance; here there is none.
+        return loaded if isinstance(loaded, dict) else {"model": f"serialized state of {len(state)} unreadable bytes"}

@@ -21,6 +21,9 @@ from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
+FATAL = 4     # fmi2Fatal
+
+OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
@@ -41,9 +44,10 @@ class Buffer:
         self.values = (self.C_TYPES[kind] * len(variables))()
         self.view = memoryview(self.values).cast("B").cast("d" if kind == "Real" else "i")
 
-    def arguments(self) -> tuple[int, int, int]:
+    def arguments(self) -> tuple[c_void_p, c_size_t, c_void_p]:
         """Value references, their number and the values, as the C functions take them."""
-        return ctypes.addressof(self.references), len(self.names), ctypes.addressof(self.values)
+        return (c_void_p(ctypes.addressof(self.references)), c_size_t(len(self.names)),
+                c_void_p(ctypes.addressof(self.values)))
 
 
 def read_description(name: str, path: Path) -> ModelDescription:
@@ -74,6 +78,7 @@ class Component:
         self.description = description
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
         self.messages: list[str] = []
+        self.fatal = False
         self.folder = unpacking_folder()
         self.instance: FMU2Slave | None = None
         self.set_functions: dict[str, Any] = {}
@@ -98,11 +103,11 @@ class Component:
         # Logging stays on: an FMU says why it refuses only there.
         instance.instantiate(callbacks=callbacks, loggingOn=True)
         self.instance = instance
-        access = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p)
+        # Function objects of our own, without argument types: arguments that are C objects already need no conversion.
         for kind in ("Real", "Integer", "Boolean"):
-            self.set_functions[kind] = access((f"fmi2Set{kind}", instance.dll))
-            self.get_functions[kind] = access((f"fmi2Get{kind}", instance.dll))
-        self.do_step = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)(("fmi2DoStep", instance.dll))
+            self.set_functions[kind] = instance.dll[f"fmi2Set{kind}"]
+            self.get_functions[kind] = instance.dll[f"fmi2Get{kind}"]
+        self.do_step = instance.dll["fmi2DoStep"]
 
     def __enter__(self) -> "Component":
         return self
@@ -112,14 +117,17 @@ class Component:
 
     def close(self) -> None:
         """Free the instance and remove what was unpacked."""
-        if self.instance is not None:
+        # After fmi2Fatal FMI forbids every call. The FMUs of this project allow to be freed all the same, and should be:
+        # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
+        if self.instance is not None and (not self.fatal or (self.description.generationTool or "").startswith(OWN_TOOL)):
             self.instance.freeInstance()
-            self.instance = None
+        self.instance = None
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def take_message(self, _environment: object, _instance: bytes, status: int, _category: bytes,
                      message: bytes) -> None:
         """Keep a message of the FMU."""
+        self.fatal = self.fatal or status == FATAL
         if status > 0:
             self.messages.append(message.decode("utf-8", "replace").strip())
 
@@ -131,6 +139,7 @@ class Component:
 
     def failed(self, call: str, status: int) -> ComponentError:
         """Error for a call that returned a status beyond a warning."""
+        self.fatal = self.fatal or status == FATAL
         return ComponentError(f"{self.name} ({self.path.name}) refused {call} with status {status}: "
                               f"{self.said() or 'it gave no message'}")
 
@@ -171,10 +180,10 @@ class Component:
                 found.append(Buffer(kind, chosen))
         return found
 
-    def handle(self) -> int:
+    def handle(self) -> c_void_p:
         """The C instance."""
         assert self.instance is not None
-        return int(self.instance.component)
+        return c_void_p(self.instance.component)
 
     def set(self, buffer: Buffer) -> None:
         """Set the variables of a buffer."""

@@ -121,7 +121,7 @@ class Master:
             if len(values) != steps + 1:
                 raise ComponentError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
                                      "one for each communication point")
-        links, tracks = wire(self.components, self.connections, drives, steps + 1)
+        links, tracks = wire(self.components, self.connections, drives, steps + 1, self.step)
         for participant in self.participants:
             self.components[participant.name].initialise(participant.start, 0.0, stop_time)
         done = 0
@@ -131,10 +131,10 @@ class Master:
             while done < steps:
                 last = min(done + PROGRESS_STEPS, steps)
                 for k in range(done, last):
-                    time = k * self.step
+                    done = k
                     for link in links:
-                        link.step(k, time, self.step)
-                    done = k + 1
+                        link.step(k, k * self.step)
+                done = last
                 if progress is not None:
                     progress(done, steps)
         except ComponentError as error:

@@ -1,6 +1,7 @@
 """Buffers of a co-simulation, laid out so that a step copies few blocks and looks nothing up."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from ctypes import c_double, c_int
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
@@ -30,43 +31,45 @@ class Link:
         self.connected: list[tuple[memoryview, memoryview]] = []     # input block, output block
         self.driven: list[tuple[memoryview, memoryview, int]] = []   # input block, rows of values, length of a row
 
-    def prepare(self) -> None:
-        """Gather what a step needs, so that it only calls and copies."""
+    def prepare(self, step: float) -> None:
+        """Gather the arguments of every call of a communication step (s), so that stepping only calls and copies."""
         component = self.component
         handle = component.handle()
-        self.setters = [(component.set_functions[b.kind], handle, *b.arguments(), b) for b in self.inputs]
-        self.getters = [(component.get_functions[b.kind], handle, *b.arguments(), b, track.view, b.view, len(b.names))
+        self.setters = [(component.set_functions[b.kind], (handle, *b.arguments()), b) for b in self.inputs]
+        self.getters = [(component.get_functions[b.kind], (handle, *b.arguments()), b, track.view, b.view, len(b.names))
                         for b, track in zip(self.outputs, self.records, strict=True)]
         self.do_step = component.do_step
-        self.handle = handle
+        self.time = c_double()
+        self.step_arguments = (handle, self.time, c_double(step), c_int(1))
 
-    def step(self, k: int, time: float, step: float) -> None:
+    def step(self, k: int, time: float) -> None:
         """Set the inputs of communication point k, step from its time (s), and record the outputs of point k + 1."""
         for target, rows, length in self.driven:
             target[:] = rows[k * length:(k + 1) * length]
         for target, source in self.connected:
             target[:] = source
-        for function, handle, references, count, values, buffer in self.setters:
-            status = function(handle, references, count, values)
+        for function, arguments, buffer in self.setters:
+            status = function(*arguments)
             if status > WARNING:
                 raise self.component.failed(f"fmi2Set{buffer.kind} of {', '.join(buffer.names)}", status)
-        status = self.do_step(self.handle, time, step, 1)
+        self.time.value = time
+        status = self.do_step(*self.step_arguments)
         if status > WARNING:
             raise self.component.failed("fmi2DoStep", status)
         self.read(k + 1)
 
     def read(self, k: int) -> None:
         """Get the outputs and record them as those of communication point k."""
-        for function, handle, references, count, values, buffer, track, view, width in self.getters:
-            status = function(handle, references, count, values)
+        for function, arguments, buffer, rows, view, width in self.getters:
+            status = function(*arguments)
             if status > WARNING:
                 raise self.component.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
-            track[k * width:(k + 1) * width] = view
+            rows[k * width:(k + 1) * width] = view
 
 
 def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
-         drives: Mapping[str, Sequence[float]], rows: int) -> tuple[list[Link], list[Track]]:
-    """Links of the components in their order, and the tracks of all that is recorded.
+         drives: Mapping[str, Sequence[float]], rows: int, step: float) -> tuple[list[Link], list[Track]]:
+    """Links of the components in their order, ready for a communication step (s), and the tracks of all recorded.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
                 places.update({full: (buffer, i) for i, full in enumerate(track.names)})
     for name, link in links.items():
         tracks.extend(wire_inputs(name, link, sources, places, drives, rows))
-        link.prepare()
+        link.prepare(step)
     return list(links.values()), tracks
 
 

@@ -1,0 +1,145 @@
+"""A scenario made ready to run: FMU files, start values and reference signals, then measured and judged."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from fmpy.model_description import ModelDescription
+
+from scenarios.claims import ClaimResult, judge
+from scenarios.component import read_description
+from scenarios.errors import ScenarioError, nearest
+from scenarios.master import Master, Participant, Progress, Recording, whole_steps
+from scenarios.metrics import Metrics, evaluate
+from scenarios.port_check import check_names
+from scenarios.scenario import Fmu, Scenario, StartValue, read_start_value
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A scenario with its FMU files.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    files : dict of str to Path
+        FMU file of each participant, in the order of stepping.
+    step : float
+        Communication step, s.
+    """
+
+    scenario: Scenario
+    files: dict[str, Path]
+    step: float
+
+    def check(self) -> dict[str, ModelDescription]:
+        """Check every name of the scenario against the FMUs; returns their model descriptions.
+
+        Raises
+        ------
+        ComponentError, ScenarioError
+            If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the scenario names.
+        """
+        descriptions = {name: read_description(name, path) for name, path in self.files.items()}
+        check_names(self.scenario, {name: {v.name: v for v in description.modelVariables}
+                                    for name, description in descriptions.items()})
+        return descriptions
+
+    def drives(self) -> dict[str, list[float]]:
+        """Values of the reference signals and their rates at every communication point."""
+        times = [k * self.step for k in range(whole_steps(self.scenario.stop_time, self.step) + 1)]
+        drives = {}
+        for signal in self.scenario.signals:
+            drives[signal.to] = [signal.value(t) for t in times]
+            if signal.rate_to is not None:
+                drives[signal.rate_to] = [signal.rate(t) for t in times]
+        return drives
+
+    def run(self, progress: Progress | None = None) -> Recording:
+        """Run the co-simulation."""
+        self.check()
+        participants = [Participant(name, path, {variable: start.value for variable, start
+                                                 in self.scenario.fmus[name].start.items()})
+                        for name, path in self.files.items()]
+        connections = [(source, target) for source, target in self.scenario.connections]
+        with Master(participants, connections, self.step) as master:
+            return master.run(self.scenario.stop_time, self.drives(), progress)
+
+    def output_every(self) -> int:
+        """Communication steps between two rows of the results."""
+        return max(1, round(self.scenario.output_interval / self.step))
+
+    def judge(self, recording: Recording) -> tuple[Metrics, list[ClaimResult]]:
+        """Measure a recording and judge the scenario's claims on it."""
+        metrics = evaluate(self.scenario, recording.time, recording.columns)
+        return metrics, [judge(claim, metrics) for claim in self.scenario.claims]
+
+
+def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Iterable[str],
+            step: float | None = None) -> Experiment:
+    """Experiment of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    fmus : Path
+        Folder with the FMUs of this project.
+    replaced : dict of str to Path
+        FMU files that take the place of the scenario's, by participant.
+    settings : iterable of str
+        Start values that go before the scenario's, `fmu.variable=value`, the value with or without a unit.
+    step : float, optional
+        Communication step that takes the place of the scenario's, s.
+
+    Raises
+    ------
+    ScenarioError
+        If a replaced participant or a setting does not exist or cannot be read.
+    """
+    for name in replaced:
+        known_participant(scenario, f"--{name}", name)
+    start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
+    for setting in settings:
+        name, variable, value = read_setting(setting)
+        known_participant(scenario, f"--set {setting}", name)
+        start[name][variable] = value
+    scenario_fmus = {name: fmu.model_copy(update={"start": start[name]}) for name, fmu in scenario.fmus.items()}
+    changed = scenario.model_copy(update={"fmus": scenario_fmus})
+    files = {name: replaced.get(name) or fmu_file(fmu, fmus) for name, fmu in scenario.fmus.items()}
+    return Experiment(changed, files, scenario.step if step is None else step)
+
+
+def known_participant(scenario: Scenario, key: str, name: str) -> None:
+    """Refuse an FMU that the scenario does not have."""
+    if name not in scenario.fmus:
+        raise ScenarioError(f"{key}: scenario {scenario.name} has no FMU {name}, expected one of "
+                            f"{', '.join(scenario.fmus)}; nearest is {nearest(name, scenario.fmus)}")
+
+
+def read_setting(setting: str) -> tuple[str, str, StartValue]:
+    """FMU, variable and value of a setting `fmu.variable=value`."""
+    path, equals, text = setting.partition("=")
+    name, dot, variable = path.strip().partition(".")
+    if not (equals and dot and variable):
+        raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
+    text = text.strip()
+    if text in ("true", "false"):
+        return name, variable, StartValue(text == "true", None, text)
+    try:
+        return name, variable, read_start_value(float(text) if is_number(text) else text)
+    except ValueError as error:
+        raise ScenarioError(f"--set {setting}: {error}") from error
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a plain number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def fmu_file(fmu: Fmu, folder: Path) -> Path:
+    """File of a scenario's FMU."""
+    return folder / f"{fmu.model}.fmu" if fmu.model is not None else Path(str(fmu.file))

@@ -1,0 +1,171 @@
+"""A scenario: which FMUs run together, on which references, and what is measured and claimed."""
+
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import Field, PlainValidator, PrivateAttr, StrictBool, ValidationError, model_validator
+
+from scenarios.claims import TRACKING_METRICS, Claim
+from scenarios.errors import ScenarioError, nearest
+from scenarios.quantity import read_quantity
+from scenarios.signals import Signal
+from scenarios.toml_table import Metres, Seconds, Table, key_refused, merge, one_line, read_layers
+
+PACKAGED = Path(__file__).parent
+
+
+class StartValue(NamedTuple):
+    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text."""
+
+    value: float | int | bool
+    unit: str | None
+    written: float | int | bool | str
+
+
+def read_start_value(value: Any) -> StartValue:
+    """Read a Boolean, a number, or text with a unit."""
+    if isinstance(value, bool | int):
+        return StartValue(value, None, value)
+    return StartValue(*read_quantity(value), value)
+
+
+class Fmu(Table):
+    """One FMU: a model that this project builds, or a file, and its start values by variable name."""
+
+    model: str | None = None
+    file: str | None = None
+    start: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
+
+    @model_validator(mode="after")
+    def one_source(self) -> "Fmu":
+        """Refuse an FMU that is neither or both."""
+        if (self.model is None) == (self.file is None):
+            raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
+        return self
+
+
+class Axis(Table):
+    """Names of the recorded variables of an axis, and whether it points along gravity."""
+
+    position: str
+    reference: str
+    vertical: StrictBool = False
+
+
+class Motor(Table):
+    """Names of the recorded currents of a motor."""
+
+    currents: list[str] = []
+    commands: list[str] = []
+
+
+class MetricSettings(Table):
+    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure."""
+
+    bands: list[Metres] = []
+    tracking_from: Seconds | None = None
+    fail_error: Metres = 1e-3
+
+
+class Scenario(Table):
+    """One experiment.
+
+    The FMUs are stepped in the order of `fmus`. All quantities are SI.
+    """
+
+    name: str
+    title: str
+    description: str = ""
+    figures: list[str] = []
+    stop_time: Annotated[Seconds, Field(gt=0.0)]
+    step: Annotated[Seconds, Field(gt=0.0)]
+    output_interval: Annotated[Seconds, Field(gt=0.0)]
+    fmus: dict[str, Fmu] = Field(min_length=1)
+    connections: list[tuple[str, str]] = []   # from an output to an input
+    signals: list[Signal] = []
+    axes: dict[str, Axis] = {}
+    motors: dict[str, Motor] = {}
+    stop_flag: str | None = None
+    trip_flag: str | None = None
+    metrics: MetricSettings = MetricSettings()
+    claims: list[Claim] = []
+    _path: Path = PrivateAttr(default=Path("scenario"))
+
+    @model_validator(mode="before")
+    @classmethod
+    def output_every_step(cls, table: Any) -> Any:
+        """Without `output_interval`, record every communication step."""
+        if isinstance(table, dict) and "output_interval" not in table and "step" in table:
+            return {**table, "output_interval": table["step"]}
+        return table
+
+    @model_validator(mode="after")
+    def whole_steps(self) -> "Scenario":
+        """Refuse times that are not whole numbers of communication steps."""
+        for key in ("output_interval", "stop_time"):
+            steps = getattr(self, key) / self.step
+            if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+                raise key_refused(key, getattr(self, key), f"expected a multiple of step = {self.step} s")
+        return self
+
+    @model_validator(mode="after")
+    def judgeable_claims(self) -> "Scenario":
+        """Refuse a claim about an axis, motor or band that is not measured."""
+        for i, claim in enumerate(self.claims):
+            for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):
+                for name in names or ():
+                    if name not in known:
+                        raise key_refused(key, name, f"not in [{key}], nearest is {nearest(name, known)}", "claims", i)
+            if claim.band is not None and claim.band not in self.metrics.bands:
+                raise key_refused("band", claim.band, f"expected one of metrics.bands, {self.metrics.bands} m",
+                                  "claims", i)
+            if claim.metric in TRACKING_METRICS and self.metrics.tracking_from is None:
+                raise key_refused("metric", claim.metric, "expected metrics.tracking_from to be given", "claims", i)
+        return self
+
+    @property
+    def path(self) -> Path:
+        """The file the scenario was read from."""
+        return self._path
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps."""
+        return round(self.stop_time / self.step)
+
+    @property
+    def output_every(self) -> int:
+        """Number of communication steps between two recorded samples."""
+        return round(self.output_interval / self.step)
+
+
+def packaged_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the package."""
+    return sorted(path.stem for path in PACKAGED.glob("*.toml"))
+
+
+def load_scenario(name_or_path: str | Path) -> Scenario:
+    """Load a packaged scenario by its bare name, or any other by its path.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such scenario, or something in it is not as expected; one line with file, key, value and
+        what was expected.
+    """
+    path = Path(name_or_path)
+    if path.name == str(name_or_path) and path.suffix != ".toml":
+        if path.name not in packaged_scenarios():
+            raise ScenarioError(f"there is no scenario {path.name!r}; nearest is "
+                                f"{nearest(path.name, packaged_scenarios())}")
+        path = PACKAGED / f"{path.name}.toml"
+    layers = read_layers(path)
+    merged: dict[str, Any] = {}
+    for layer in layers:
+        merged = merge(merged, layer.table)
+    try:
+        scenario = Scenario.model_validate(merged)
+    except ValidationError as error:
+        raise ScenarioError(one_line(error, layers)) from None
+    scenario._path = path
+    return scenario

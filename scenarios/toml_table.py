@@ -1,0 +1,183 @@
+"""Tables of a scenario file: unknown keys, one-line errors, and files that extend others."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from scenarios.errors import ScenarioError, nearest
+from scenarios.quantity import parse_quantity
+
+LONGEST_VALUE = 80   # characters of an offending value in a message
+
+Seconds = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "s"))]
+Metres = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "m"))]
+
+
+def key_refused(key: str | int, value: object, expectation: str, *above: str | int) -> PydanticCustomError:
+    """Return the refusal of `value` of a key, with the keys that lead to it from the table that refuses."""
+    return PydanticCustomError("key_refused", "{expectation}",
+                               {"keys": (*above, key), "value": value, "expectation": expectation})
+
+
+class Table(BaseModel):
+    """A table of the file: immutable, and it names the nearest valid key when it meets an unknown one."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def refuse_unknown_keys(cls, table: Any) -> Any:
+        """Refuse a key that the table does not have."""
+        if isinstance(table, Mapping):
+            valid = [field.alias or name for name, field in cls.model_fields.items()]
+            for key, value in table.items():
+                if key not in valid:
+                    expectation = f"unknown key, nearest valid key is {nearest(key, valid)}"
+                    raise key_refused(key, value, expectation)
+        return table
+
+
+class Layer(NamedTuple):
+    """One TOML file and what it says."""
+
+    path: Path
+    table: dict[str, Any]
+
+
+def read_layers(path: Path) -> list[Layer]:
+    """Read a file and those it extends, the file itself last.
+
+    Raises
+    ------
+    ScenarioError
+        If a file is missing, is not TOML, or extends itself.
+    """
+    layers: list[Layer] = []
+    while True:
+        if any(layer.path == path for layer in layers):
+            raise ScenarioError(f"{layers[0].path}: extends = {str(path)!r}: a file cannot extend itself")
+        table = read_toml(path)
+        base = table.pop("extends", None)
+        layers.insert(0, Layer(path, table))
+        if base is None:
+            return layers
+        if not isinstance(base, str):
+            raise ScenarioError(f"{path}: extends = {base!r}: expected the relative path of a scenario file")
+        path = (path.parent / base).resolve()
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read one TOML file; its relative file names are made absolute."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: TOML syntax: {error}") from None
+    fmus = table.get("fmus")
+    signals = table.get("signals")
+    entries = [*(fmus.values() if isinstance(fmus, dict) else []), *(signals if isinstance(signals, list) else [])]
+    for entry in entries:
+        # A file named in an extended file lies beside that file, not beside the one that extends it.
+        if isinstance(entry, dict) and isinstance(entry.get("file"), str):
+            entry["file"] = str(path.parent / entry["file"])
+    return table
+
+
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end."""
+    merged = dict(base)
+    for key, value in over.items():
+        if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
+            merged[key] = merge(merged[key], value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def one_line(error: ValidationError, layers: list[Layer]) -> str:
+    """Say the first refusal in one line: file, key, value, expectation."""
+    first = error.errors()[0]
+    context = first.get("ctx", {})
+    merged: Mapping[str, Any] = {}
+    for layer in layers:
+        merged = merge(merged, layer.table)
+    keys = keys_in(merged, first["loc"])
+    value = first["input"]
+    if first["type"] == "missing":
+        return f"{layers[-1].path}: {key_path(keys)}: required key is missing"
+    if first["type"] == "key_refused":
+        keys += list(context["keys"])
+        value = context["value"]
+        expectation = context["expectation"]
+    elif first["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        keys.append("kind")
+        value = context.get("tag", "nothing")
+        expectation = "expected the kind of a signal"
+    elif first["type"] == "value_error":
+        expectation = str(context["error"])
+    else:
+        expectation = first["msg"].replace("Input should be", "expected")
+    valid = context.get("expected_tags", context.get("expected"))
+    if isinstance(valid, str):
+        valid_names = re.findall(r"'([^']*)'", valid)
+        expectation += f", nearest is {nearest(str(value), valid_names)}"
+    given = "" if value is None else f" = {shortened(value)}"
+    return f"{file_of(keys, layers)}: {key_path(keys)}{given}: {expectation}"
+
+
+def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
+    """Return the keys of a pydantic location, without the names of the models that it mentions."""
+    keys: list[str | int] = []
+    for position, key in enumerate(location):
+        last = position == len(location) - 1
+        if isinstance(table, Mapping) and key not in table and (not last or key == table.get("kind")):
+            continue
+        keys.append(key)
+        table = child(table, key)
+    return keys
+
+
+def child(table: Any, key: str | int) -> Any:
+    """Return the entry of a table or list, None where there is none."""
+    if isinstance(table, Mapping):
+        return table.get(key)
+    if isinstance(table, list) and isinstance(key, int) and key < len(table):
+        return table[key]
+    return None
+
+
+def file_of(keys: list[str | int], layers: list[Layer]) -> Path:
+    """Return the last file that has the key."""
+    for layer in layers[::-1]:
+        entry: Any = layer.table
+        for key in keys:
+            entry = child(entry, key)
+        if entry is not None:
+            return layer.path
+    return layers[-1].path
+
+
+def key_path(keys: list[str | int]) -> str:
+    """Write keys as TOML does, list entries in brackets."""
+    path = ""
+    for key in keys:
+        if isinstance(key, int):
+            path += f"[{key}]"
+        else:
+            bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
+            path += ("." if path else "") + (key if bare else f'"{key}"')
+    return path
+
+
+def shortened(value: object) -> str:
+    """Return the value as it would be written, cut to a readable length."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "…"

@@ -1,0 +1,110 @@
+"""What tools expect of the files: valid descriptions, runs with nothing set, reproducible bytes, documentation."""
+
+import datetime
+import hashlib
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from conftest import NAMES
+from fmpy.validation import validate_fmu
+
+from scenarios.catalogue import definition
+
+BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import DEFINITIONS, build; "
+         "build(DEFINITIONS, Path(sys.argv[1]))")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_validates(fmus: Path, name: str) -> None:
+    assert validate_fmu(str(fmus / f"{name}.fmu")) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_default_experiment_runs_with_nothing_set(fmus: Path, name: str) -> None:
+    result = fmpy.simulate_fmu(str(fmus / f"{name}.fmu"))
+    experiment = definition(name).experiment
+    assert result["time"][-1] == pytest.approx(experiment.stop_time)
+    # fmpy doubles the interval of a default experiment beyond 1000 steps, which a controller would refuse.
+    assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_description_is_complete(fmus: Path, name: str) -> None:
+    description = fmpy.read_model_description(str(fmus / f"{name}.fmu"))
+    units = {u.name for u in description.unitDefinitions}
+    assert description.variableNamingConvention == "structured"
+    assert description.generationDateAndTime.endswith("Z")
+    for v in description.modelVariables:
+        assert v.description, v.name
+        if v.type == "Real":
+            assert v.nominal is not None, v.name
+            # attraction_modulation is a ratio
+            assert v.unit in units or v.name == "attraction_modulation", v.name
+            if v.causality != "output":
+                assert float(v.min) <= float(v.start) <= float(v.max), v.name
+    controller = name.startswith("Regulator")
+    assert description.coSimulation.canHandleVariableCommunicationStepSize is not controller
+    assert description.coSimulation.canGetAndSetFMUstate and description.coSimulation.canSerializeFMUstate
+    fixed = {v.name for v in description.modelVariables if v.variability == "fixed"}
+    if controller:
+        assert fixed == {"sample_time", "omega0", "observer.time1", "observer.time2"}
+        commands = [u for u in description.outputs if u.variable.name.endswith("_cmd")]
+        assert commands and all(u.dependencies for u in commands)
+    else:
+        assert all(u.dependencies == [] for u in description.outputs), "a state separates outputs from inputs"
+
+
+def test_commands_depend_on_the_right_inputs(fmus: Path) -> None:
+    description = fmpy.read_model_description(str(fmus / "Regulator3DOF.fmu"))
+    of = {u.variable.name: {v.name for v in u.dependencies} for u in description.outputs}
+    assert of["beta.i_q_cmd"] == {"z.reference", "z.reference_rate", "z.measured", "y.measured"}
+    assert "x.measured" in of["beta.i_d_cmd"], "the direct current makes up for both quadrature currents"
+    assert of["y.error"] == {"y.reference", "y.measured"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_files_inside(fmus: Path, name: str) -> None:
+    with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
+        files = archive.namelist()
+        page = archive.read("documentation/index.html").decode()
+        licence = archive.read("documentation/licenses/license.txt").decode()
+        png = archive.read("model.png")
+    assert files == sorted(files)
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    assert licence.startswith("MIT License")
+    assert "Copyright" in zipfile.ZipFile(fmus / f"{name}.fmu").read("documentation/licenses/pythonfmu.txt").decode()
+    for v in definition(name).variables:
+        assert f"<td>{v.name}</td>" in page
+        assert v.source or v.causality != "parameter", f"{v.name}: where is its value from?"
+    assert "(4.12)" in page or "(5.7)" in page or "(4.3)" in page or "(5.2)" in page
+    assert {f"binaries/linux64/{name}.so", f"binaries/win64/{name}.dll"} <= set(files)
+
+
+def test_version_is_the_packages(fmus: Path) -> None:
+    from importlib.metadata import version
+    assert fmpy.read_model_description(str(fmus / "Plant2DOF.fmu")).version == version("maglev-fmus")
+
+
+def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
+    """Other folder, other working directory, other time zone and hash seed: the same bytes."""
+    env = {**os.environ, "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "7"}
+    env.pop("SOURCE_DATE_EPOCH", None)
+    out = tmp_path / "elsewhere"
+    subprocess.run([sys.executable, "-c", BUILD, str(out)], check=True, cwd=tmp_path, env=env)
+    for name in NAMES:
+        digests = [hashlib.sha256((folder / f"{name}.fmu").read_bytes()).hexdigest() for folder in (fmus, out)]
+        assert digests[0] == digests[1], name
+
+
+def test_source_date_epoch(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", BUILD, str(tmp_path)], check=True,
+                   env={**os.environ, "SOURCE_DATE_EPOCH": "1000000000"})
+    description = fmpy.read_model_description(str(tmp_path / "Plant2DOF.fmu"))
+    assert description.generationDateAndTime == "2001-09-09T01:46:40Z"
+    with zipfile.ZipFile(tmp_path / "Plant2DOF.fmu") as archive:
+        assert {datetime.datetime(*i.date_time).year for i in archive.infolist()} == {2001}

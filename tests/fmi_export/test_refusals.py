@@ -1,0 +1,131 @@
+"""Bad input: the logged message names the variable, its value and what was expected."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+from fmu_access import outputs, put, read, refusal, step
+
+from scenarios.component import Component
+
+Load = Callable[[str], Component]
+
+
+def started(load: Load, name: str) -> Component:
+    component = load(name)
+    component.initialise({}, 0.0, 10.0)
+    return component
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9])
+@pytest.mark.parametrize(("name", "variable", "size"), [
+    ("Plant2DOF", "motor.i_a_cmd", 5e-4), ("Plant3DOF", "z.force", 2e-4),
+    ("Regulator2DOF", "v.measured", 5e-4), ("Regulator3DOF", "x.reference_rate", 2e-4)])
+def test_input_that_is_no_sensible_number(load: Load, name: str, variable: str, size: float, value: float) -> None:
+    component = started(load, name)
+    put(component, {variable: value})
+    text = refusal(component, lambda: component.instance.doStep(0.0, size))
+    assert f"{variable} = {value}" in text
+    assert "expected a number from" in text
+
+
+def test_corrected_input_is_accepted(load: Load) -> None:
+    component = started(load, "Plant2DOF")
+    put(component, {"motor.i_a_cmd": math.nan})
+    put(component, {"motor.i_a_cmd": 1.0})
+    component.instance.doStep(0.0, 5e-4)
+
+
+@pytest.mark.parametrize("size", [0.0, -1e-4, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["Plant3DOF", "Regulator3DOF"])
+def test_step_that_is_not_positive(load: Load, name: str, size: float) -> None:
+    component = started(load, name)
+    text = refusal(component, lambda: component.instance.doStep(0.0, size))
+    assert f"communication step = {size} s, expected a positive, finite step" in text
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.5e-4, 3e-4, 2.01e-4])
+def test_step_that_does_not_divide_the_sample_time(load: Load, size: float) -> None:
+    component = started(load, "Regulator3DOF")
+    text = refusal(component, lambda: component.instance.doStep(0.0, size))
+    assert f"communication step = {size} s" in text
+    assert "sample_time = 0.0002 s" in text
+
+
+@pytest.mark.parametrize("size", [2e-4, 1e-4, 5e-5, 2e-4 * (1 + 1e-12)])
+def test_step_that_divides_the_sample_time(load: Load, size: float) -> None:
+    step(started(load, "Regulator3DOF"), 0, 5, size)
+
+
+def test_time_that_jumps(load: Load) -> None:
+    component = started(load, "Plant3DOF")
+    component.instance.doStep(0.0, 2e-4)
+    text = refusal(component, lambda: component.instance.doStep(0.5, 2e-4))
+    assert "communication point = 0.5 s, expected 0.0002 s" in text
+
+
+@pytest.mark.parametrize(("name", "start", "expected"), [
+    ("Plant2DOF", {"v.mass": -1.0}, "v.mass = -1.0 kg, expected a number from 0.001 to"),
+    ("Plant3DOF", {"x.mass": 0.0}, "x.mass = 0.0 kg, expected a number from 0.001 to"),
+    ("Plant3DOF", {"y.friction.coulomb": math.nan}, "y.friction.coulomb = nan N"),
+    ("Plant2DOF", {"v.position_start": 0.03}, "v.position_start = 0.03 m, expected a place between the stops "
+                                              "v.stop.lower = 0.008 m and v.stop.upper = 0.028 m"),
+    ("Plant3DOF", {"z.position_start": -0.07}, "z.position_start = -0.07 m"),
+    ("Plant3DOF", {"y.stop.lower": 0.026}, "y.stop.lower = 0.026 m"),
+    ("Regulator2DOF", {"sample_time": 0.0}, "sample_time = 0.0 s"),
+    ("Regulator3DOF", {"C4": 0.0}, "C4 = 0.0"),
+    ("Regulator3DOF", {"omega0": -1.0}, "omega0 = -1.0 rad/s")])
+def test_parameter_out_of_range(load: Load, name: str, start: dict[str, float], expected: str) -> None:
+    component = load(name)
+    put(component, start)
+    component.instance.setupExperiment(startTime=0.0)
+    component.instance.enterInitializationMode()
+    assert expected in refusal(component, component.instance.exitInitializationMode)
+
+
+def test_tunable_parameter_out_of_range_in_a_run(load: Load) -> None:
+    component = started(load, "Plant2DOF")
+    put(component, {"h.mass": -2.0})
+    assert "h.mass = -2.0 kg" in refusal(component, lambda: component.instance.doStep(0.0, 5e-4))
+
+
+def test_fixed_parameter_in_a_run(load: Load) -> None:
+    component = started(load, "Regulator3DOF")
+    assert "sample_time is a fixed parameter" in refusal(component, lambda: put(component, {"sample_time": 1e-3}))
+
+
+def test_output_cannot_be_set(load: Load) -> None:
+    component = started(load, "Plant3DOF")
+    assert "y.position is an output" in refusal(component, lambda: put(component, {"y.position": 0.02}))
+
+
+def test_wrong_type_and_unknown_reference(load: Load) -> None:
+    component = started(load, "Plant3DOF")
+    reference = component.variable("at_stop").valueReference
+    assert "at_stop is a Boolean" in refusal(component, lambda: component.instance.getReal([reference]))
+    assert "value reference = 999" in refusal(component, lambda: component.instance.getReal([999]))
+
+
+def test_step_before_the_initialization_has_ended(load: Load) -> None:
+    component = load("Plant3DOF")
+    assert "initialization" in refusal(component, lambda: component.instance.doStep(0.0, 2e-4))
+
+
+def test_mover_that_runs_away(load: Load) -> None:
+    component = load("Plant2DOF")
+    component.initialise({"h.stop.stiffness": 0.0, "h.stop.damping": 0.0, "h.force": 1e5, "h.friction.coulomb": 0.0,
+                          "h.friction.viscous": 0.0}, 0.0, 10.0)
+    assert "the mover has run away" in refusal(component, lambda: step(component, 0, 100, 0.01))
+
+
+def test_outputs_follow_parameters_during_the_initialization(load: Load) -> None:
+    component = load("Plant3DOF")
+    component.instance.setupExperiment(startTime=0.0)
+    component.instance.enterInitializationMode()
+    put(component, {"y.position_start": 0.021004})
+    assert read(component, "y.position") == 0.021004
+    assert read(component, "y.encoder") == pytest.approx(0.021, abs=1e-12)
+    put(component, {"encoder.resolution": 0.0})
+    assert read(component, "y.encoder") == 0.021004
+    component.instance.exitInitializationMode()
+    assert outputs(component)["y.encoder"] == 0.021004

@@ -1,0 +1,80 @@
+"""State of an FMU: saved, restored, serialized, moved to another instance; and reset."""
+
+from collections.abc import Callable
+
+import pytest
+from fmu_access import bits, put, read, refusal, step, variables
+
+from scenarios.component import Component
+
+Load = Callable[[str], Component]
+
+
+def started(load: Load, name: str) -> Component:
+    component = load(name)
+    component.initialise({}, 0.0, 10.0)
+    return component
+
+
+def excite(component: Component) -> Callable[[int, float], None]:
+    """Inputs that move everything: integrators, observers, friction, amplifiers, a stop."""
+    inputs = [v for v in variables(component, "input") if v.type == "Real"]
+
+    def set_inputs(k: int, _time: float) -> None:
+        put(component, {v.name: (3.0 * ((k * (i + 3)) % 11 - 5) / 5.0 if v.unit in ("A", "N") else
+                                 float(v.start) + 1e-4 * ((k * (i + 2)) % 7 - 3))
+                        for i, v in enumerate(inputs)})
+
+    return set_inputs
+
+
+@pytest.mark.parametrize(("name", "size"), [("Plant2DOF", 5e-4), ("Plant3DOF", 2e-4),
+                                            ("Regulator2DOF", 2.5e-4), ("Regulator3DOF", 2e-4)])
+class TestState:
+    """Every FMU; a communication step of half the sample time on one of the controllers."""
+
+    def test_restored_state_replays_bit_for_bit(self, load: Load, name: str, size: float) -> None:
+        component = started(load, name)
+        step(component, 0, 31, size, excite(component))
+        state = component.instance.getFMUState()
+        first = step(component, 31, 40, size, excite(component))
+        component.instance.setFMUState(state)
+        assert bits(step(component, 31, 40, size, excite(component))) == bits(first)
+        component.instance.freeFMUState(state)
+
+    def test_serialized_state_moves_to_another_instance(self, load: Load, name: str, size: float) -> None:
+        component, other = started(load, name), started(load, name)
+        step(component, 0, 31, size, excite(component))
+        state = component.instance.getFMUState()
+        data = component.instance.serializeFMUstate(state)
+        first = step(component, 31, 40, size, excite(component))
+        other.instance.setFMUState(other.instance.deSerializeFMUstate(data))
+        assert bits(step(other, 31, 40, size, excite(other))) == bits(first)
+
+    def test_state_holds_parameters(self, load: Load, name: str, size: float) -> None:
+        component = started(load, name)
+        state = component.instance.getFMUState()
+        put(component, {"C1": 1.25})
+        component.instance.setFMUState(state)
+        assert read(component, "C1") == float(component.variable("C1").start)
+
+    def test_reset_equals_new_instance(self, load: Load, name: str, size: float) -> None:
+        component, fresh = started(load, name), started(load, name)
+        put(component, {"C1": 1.25})
+        step(component, 0, 20, size, excite(component))
+        component.instance.reset()
+        component.initialise({}, 0.0, 10.0)
+        assert bits(step(component, 0, 50, size, excite(component))) == bits(step(fresh, 0, 50, size, excite(fresh)))
+
+
+def test_state_of_another_model_is_refused(load: Load) -> None:
+    one, other = started(load, "Plant2DOF"), started(load, "Plant3DOF")
+    data = one.instance.serializeFMUstate(one.instance.getFMUState())
+    state = other.instance.deSerializeFMUstate(data)
+    assert "plant2dof" in refusal(other, lambda: other.instance.setFMUState(state))
+
+
+def test_garbled_state_is_refused(load: Load) -> None:
+    component = started(load, "Plant2DOF")
+    state = component.instance.deSerializeFMUstate(b"\x00garbage")
+    assert "8 unreadable bytes" in refusal(component, lambda: component.instance.setFMUState(state))
