@@ -5,9 +5,9 @@ import os
 import zipfile
 from datetime import UTC, datetime
 from importlib.metadata import distribution
-from importlib.resources import files
 from pathlib import Path
 
+from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
 from fmi_export.documentation import documentation
 from fmi_export.icon import png_icon
@@ -107,14 +107,6 @@ def digest(parts: list[str]) -> str:
         data = part.encode("utf-8")
         sha.update(len(data).to_bytes(8, "big") + data)
     return sha.hexdigest()
-
-
-def binaries(name: str) -> dict[str, bytes]:
-    """pythonfmu's binaries, named after the model identifier."""
-    folder = files("pythonfmu").joinpath("resources", "binaries")
-    return {f"binaries/{platform}/{name}{suffix}": folder.joinpath(platform, binary + suffix).read_bytes()
-            for platform, binary, suffix in (("linux64", "libpythonfmu-export", ".so"),
-                                             ("win64", "pythonfmu-export", ".dll"))}
 
 
 def pythonfmu_licence() -> str:

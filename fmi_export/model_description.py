@@ -3,9 +3,10 @@
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from pythonfmu.fmi2slave import Fmi2Slave
+
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.units import DISPLAY_UNITS, UNITS
-from pythonfmu.fmi2slave import Fmi2Slave
 
 AUTHOR = "Maglev FMUs contributors"
 LICENCE = "MIT"
@@ -62,7 +63,8 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         add_variable(variables, definition, variable, reference)
     add_structure(root, definition)
     indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    text: str = tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
 
 
 def xml_boolean(value: bool) -> str:

@@ -8,8 +8,9 @@ from math import inf
 from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import FmuDefinition, Variable
 from pythonfmu.fmi2slave import Fmi2Slave
+
+from fmi_export.definition import FmuDefinition, Variable
 
 CONTINUITY = 1.0e-3   # of a communication step, by which the master's clock may miss the end of the one before
 

@@ -1,4 +1,4 @@
-"""The Python modules that an FMU carries, renamed so that nothing else in the importing process is mistaken for them."""
+"""The Python modules that an FMU carries, renamed so that no other module of the process is taken for them."""
 
 import ast
 import re

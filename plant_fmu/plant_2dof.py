@@ -6,16 +6,18 @@ from plant_fmu.stage_2dof import H_BEYOND_STOP, RUN_AWAY, V_BEYOND_STOP, Stage2D
 from plant_fmu.variables import constant, stage_variables
 from pmlsm.data_sheet import SAMPLE_TIME_2DOF
 
+IDENTIFIED = "stated, Table 4.2; assumed to be the true stage"
+
 PLANT_2DOF = FmuDefinition(
     name="Plant2DOF",
     block=Stage2DOF,
     description="2-DOF stage levitated and driven by one iron-cored linear synchronous motor, with its amplifiers",
     variables=stage_variables(
         constants=(
-            constant("C1", "m/(s2.A)", "thrust (4.3)", "stated, Table 4.2; assumed to be the true stage"),
-            constant("C2", "m/(s2.T2)", "attraction between magnets and iron (4.3)", "stated, Table 4.2; assumed to be the true stage"),
-            constant("C3", "m/(s2.A.T)", "normal force between magnets and coils (4.3)", "stated, Table 4.2; assumed to be the true stage"),
-            constant("C4", "m/(s2.A2)", "normal force between coils and iron (4.3)", "stated, Table 4.2; assumed to be the true stage")),
+            constant("C1", "m/(s2.A)", "thrust (4.3)", IDENTIFIED),
+            constant("C2", "m/(s2.T2)", "attraction between magnets and iron (4.3)", IDENTIFIED),
+            constant("C3", "m/(s2.A.T)", "normal force between magnets and coils (4.3)", IDENTIFIED),
+            constant("C4", "m/(s2.A2)", "normal force between coils and iron (4.3)", IDENTIFIED)),
         axes=(("v", "air gap"), ("h", "horizontal displacement")),
         motors=("motor",)),
     refusals={

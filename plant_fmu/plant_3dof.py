@@ -6,6 +6,8 @@ from plant_fmu.stage_3dof import RUN_AWAY, X_BEYOND_STOP, Y_BEYOND_STOP, Z_BEYON
 from plant_fmu.variables import constant, ripple_parameters, stage_variables
 from pmlsm.data_sheet import SAMPLE_TIME_3DOF
 
+IDENTIFIED = "stated, Table 5.2; assumed to be the true stage"
+
 PLANT_3DOF = FmuDefinition(
     name="Plant3DOF",
     block=Stage3DOF,
@@ -13,11 +15,11 @@ PLANT_3DOF = FmuDefinition(
                 "with their amplifiers",
     variables=stage_variables(
         constants=(
-            constant("C1", "m/(s2.A)", "thrust along x (5.3)", "stated, Table 5.2; assumed to be the true stage"),
-            constant("C2", "m/(s2.A)", "thrust along z (5.3)", "stated, Table 5.2; assumed to be the true stage"),
-            constant("C3", "m/(s2.T2)", "attraction between magnets and iron (5.3)", "stated, Table 5.2; assumed to be the true stage"),
-            constant("C4", "m/(s2.A.T)", "normal force between magnets and coils (5.3)", "stated, Table 5.2; assumed to be the true stage"),
-            constant("C5", "m/(s2.A2)", "normal force between coils and iron (5.3)", "stated, Table 5.2; assumed to be the true stage")),
+            constant("C1", "m/(s2.A)", "thrust along x (5.3)", IDENTIFIED),
+            constant("C2", "m/(s2.A)", "thrust along z (5.3)", IDENTIFIED),
+            constant("C3", "m/(s2.T2)", "attraction between magnets and iron (5.3)", IDENTIFIED),
+            constant("C4", "m/(s2.A.T)", "normal force between magnets and coils (5.3)", IDENTIFIED),
+            constant("C5", "m/(s2.A2)", "normal force between coils and iron (5.3)", IDENTIFIED)),
         axes=(("y", "air gap"), ("x", "horizontal displacement along x"), ("z", "horizontal displacement along z")),
         motors=("alpha", "beta"),
         extra=ripple_parameters("y")),

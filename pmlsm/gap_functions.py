@@ -51,8 +51,7 @@ def magnet_field(gap: float) -> float:
     b = b * s - 0.02135418663882956
     b = b * s + 0.059845610577103754
     b = b * s - 0.10193303675188958
-    b = b * s + 0.08063180815083942
-    return b
+    return b * s + 0.08063180815083942
 
 
 def gap_functions(gap: float) -> tuple[float, float, float, float]:

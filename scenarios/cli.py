@@ -29,6 +29,8 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
     maglev run 3dof-setpoints-improved    # one experiment, results into the folder results
 """)
 
+REPORT_WIDTH = 120   # characters
+
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
 
@@ -52,7 +54,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
 
     **Example:** `maglev build Plant3DOF Regulator3DOF`
     """
-    from scenarios import catalogue   # only building needs the blocks
+    from scenarios import catalogue  # only building needs the blocks
 
     with one_line_errors(debug):
         for path in catalogue.build(names or catalogue.DEFINITIONS, fmus):
@@ -97,10 +99,10 @@ def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `m
 
     `maglev run 2dof-setpoints --controller my_controller.fmu --set controller.gain=3`
 
-    The results are `NAME.csv` (time first, then `fmu.variable`) and `NAME.txt`. A run that an FMU ends early leaves what
-    it has recorded in `NAME.partial.csv`.
+    The results are `NAME.csv` (time first, then `fmu.variable`) and `NAME.txt`. A run that an FMU ends early leaves
+    what it has recorded in `NAME.partial.csv`.
     """
-    console = Console(record=True)
+    console = report_console()
     with one_line_errors(debug):
         replaced = {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
         experiment = prepare(load_scenario(scenario), fmus, replaced, settings or [],
@@ -112,14 +114,22 @@ def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `m
             partial = out / f"{name}.partial.csv"
             write_csv(partial, error.recording, experiment.output_every())
             raise RunFailed(f"{error}; what was recorded until then is in {partial}", error.recording) from error
-        show(console, experiment, recording)
         write_csv(out / f"{name}.csv", recording, experiment.output_every())
+        show(console, experiment, recording)
         written = [f"{name}.csv", f"{name}.txt"]
         if plot:
             write_plot(out / f"{name}.png", experiment.scenario, recording, experiment.output_every())
             written.append(f"{name}.png")
         (out / f"{name}.txt").write_text(console.export_text(), encoding="utf-8")
         console.print(f"results: {', '.join(str(out / file) for file in written)}", soft_wrap=True)
+
+
+def report_console() -> Console:
+    """Console that records for the text report, wide enough for the tables where no terminal sets the width."""
+    console = Console(record=True)
+    if not console.is_terminal:
+        console.width = REPORT_WIDTH
+    return console
 
 
 def is_plain(text: str) -> bool:

@@ -6,8 +6,9 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
 from difflib import get_close_matches
+from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import fmpy
 from fmpy.fmi2 import (
@@ -23,6 +24,8 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
 
+COUNT = count(1)   # makes instance names unique
+
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
@@ -35,7 +38,7 @@ class ComponentError(RuntimeError):
 class Buffer:
     """Values of variables of one FMI type, in memory that the FMU reads and writes directly."""
 
-    C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+    C_TYPES: ClassVar[dict[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
     def __init__(self, kind: str, variables: Sequence[ScalarVariable]):
         self.kind = kind
@@ -69,6 +72,23 @@ def read_description(name: str, path: Path) -> ModelDescription:
     return description
 
 
+LOADED: "dict[bytes, Component]" = {}   # by instance name
+
+
+def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+    """Keep a message of an FMU.
+
+    fmpy's proxy, which formats messages, passes those of all FMUs to one function: the instance name tells them apart.
+    """
+    component = LOADED.get(instance)
+    if component is not None and status > 0:
+        component.fatal = component.fatal or status == FATAL
+        component.messages.append(message.decode("utf-8", "replace").strip())
+
+
+LOGGER = fmi2CallbackLoggerTYPE(take_message)
+
+
 class Component:
     """An instance of an FMU; a context manager that frees it and the folder it was unpacked to."""
 
@@ -81,6 +101,8 @@ class Component:
         self.fatal = False
         self.folder = unpacking_folder()
         self.instance: FMU2Slave | None = None
+        self.key = f"{name}#{next(COUNT)}".encode()
+        LOADED[self.key] = self
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
         try:
@@ -94,9 +116,9 @@ class Component:
         fmpy.extract(str(self.path), str(self.folder))
         identifier = self.description.coSimulation.modelIdentifier
         instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
-                             modelIdentifier=identifier, instanceName=self.name)
+                             modelIdentifier=identifier, instanceName=self.key.decode())
         callbacks = fmi2CallbackFunctions()
-        callbacks.logger = fmi2CallbackLoggerTYPE(self.take_message)
+        callbacks.logger = LOGGER
         callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(byref(callbacks))
@@ -117,19 +139,14 @@ class Component:
 
     def close(self) -> None:
         """Free the instance and remove what was unpacked."""
-        # After fmi2Fatal FMI forbids every call. The FMUs of this project allow to be freed all the same, and should be:
+        # After fmi2Fatal FMI forbids every call. The FMUs of this project can be freed all the same, and should be:
         # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
-        if self.instance is not None and (not self.fatal or (self.description.generationTool or "").startswith(OWN_TOOL)):
+        own = (self.description.generationTool or "").startswith(OWN_TOOL)
+        if self.instance is not None and (own or not self.fatal):
             self.instance.freeInstance()
         self.instance = None
+        LOADED.pop(self.key, None)
         shutil.rmtree(self.folder, ignore_errors=True)
-
-    def take_message(self, _environment: object, _instance: bytes, status: int, _category: bytes,
-                     message: bytes) -> None:
-        """Keep a message of the FMU."""
-        self.fatal = self.fatal or status == FATAL
-        if status > 0:
-            self.messages.append(message.decode("utf-8", "replace").strip())
 
     def said(self) -> str:
         """What the FMU has said, and forget it."""

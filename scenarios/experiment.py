@@ -1,6 +1,6 @@
 """A scenario made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,25 +45,39 @@ class Experiment:
                                     for name, description in descriptions.items()})
         return descriptions
 
-    def drives(self) -> dict[str, list[float]]:
-        """Values of the reference signals and their rates at every communication point."""
+    def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, list[float]]:
+        """Values of the reference signals and their rates at every communication point.
+
+        The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
+        """
         times = [k * self.step for k in range(whole_steps(self.scenario.stop_time, self.step) + 1)]
         drives = {}
         for signal in self.scenario.signals:
             drives[signal.to] = [signal.value(t) for t in times]
             if signal.rate_to is not None:
                 drives[signal.rate_to] = [signal.rate(t) for t in times]
+        fed = {target for _, target in self.scenario.connections} | set(drives)
+        for axis in self.scenario.axes.values():
+            if axis.reference not in fed:
+                drives[axis.reference] = [self.start_value(axis.reference, descriptions)] * len(times)
         return drives
+
+    def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
+        """Start value of an input, `fmu.variable`: the scenario's, or the FMU's."""
+        fmu, _, variable = name.partition(".")
+        if variable in self.scenario.fmus[fmu].start:
+            return float(self.scenario.fmus[fmu].start[variable].value)
+        return float(next(v.start for v in descriptions[fmu].modelVariables if v.name == variable))
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Run the co-simulation."""
-        self.check()
+        descriptions = self.check()
         participants = [Participant(name, path, {variable: start.value for variable, start
                                                  in self.scenario.fmus[name].start.items()})
                         for name, path in self.files.items()]
         connections = [(source, target) for source, target in self.scenario.connections]
         with Master(participants, connections, self.step) as master:
-            return master.run(self.scenario.stop_time, self.drives(), progress)
+            return master.run(self.scenario.stop_time, self.drives(descriptions), progress)
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""

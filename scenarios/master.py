@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.component import Component, ComponentError, read_description
-from scenarios.wiring import Link, Track, wire
+from scenarios.wiring import Track, wire
 
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
@@ -157,4 +157,4 @@ def whole_steps(stop_time: float, step: float) -> int:
 def recording(tracks: Sequence[Track], step: float, rows: int) -> Recording:
     """Recording of the first rows of the tracks."""
     columns = {name: track.array[:rows, i] for track in tracks for i, name in enumerate(track.names)}
-    return Recording(np.arange(rows) * step, columns)
+    return Recording(step * np.arange(rows, dtype=np.float64), columns)

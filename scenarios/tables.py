@@ -35,7 +35,7 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
             table.add_row(tracking.axis, length(tracking.mean), length(tracking.peak))
         tables.append(table)
     table = Table(title="Currents: largest absolute values")
-    for name in ("motor", "phase current (A)", "i_d, i_q command (A)"):
+    for name in ("motor", "phase current (A)", "command (A)"):
         table.add_column(name, justify="right")
     for motor in metrics.motors:
         table.add_row(motor.motor, f"{motor.peak_current:.2f}", f"{motor.peak_command:.2f}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from ctypes import c_double, c_int
+from typing import Any, TypeAlias
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
@@ -9,6 +10,8 @@ from fmpy.model_description import ScalarVariable
 from scenarios.component import WARNING, Buffer, Component, ComponentError
 
 KINDS = ("Real", "Integer", "Boolean")
+
+Values: TypeAlias = "memoryview[Any]"   # of doubles, or of ints
 
 
 class Track:
@@ -28,8 +31,8 @@ class Link:
         self.inputs: list[Buffer] = []
         self.outputs: list[Buffer] = []
         self.records: list[Track] = []                               # of the outputs, in their order
-        self.connected: list[tuple[memoryview, memoryview]] = []     # input block, output block
-        self.driven: list[tuple[memoryview, memoryview, int]] = []   # input block, rows of values, length of a row
+        self.connected: list[tuple[Values, Values]] = []     # input block, output block
+        self.driven: list[tuple[Values, Values, int]] = []   # input block, rows of values, length of a row
 
     def prepare(self, step: float) -> None:
         """Gather the arguments of every call of a communication step (s), so that stepping only calls and copies."""

@@ -1,0 +1,44 @@
+# `make demo` and `make test` set up everything they need in .venv.
+
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+BIN = .venv/bin
+
+.PHONY: demo test build lint bench accuracy clean
+
+demo: .venv/.demo
+	$(BIN)/maglev build
+	$(BIN)/maglev run 3dof-setpoints-improved --plot
+
+build: .venv/.demo
+	$(BIN)/maglev build
+
+test: .venv/.test lint
+	$(BIN)/python -m pytest -n 2
+	$(BIN)/python benchmarks/step_cost.py --gate
+
+lint: .venv/.test
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+bench: .venv/.demo
+	$(BIN)/python benchmarks/step_cost.py
+
+accuracy: .venv/.demo
+	PYTHONPATH=tests $(BIN)/python benchmarks/accuracy_study.py
+
+clean:
+	rm -rf .venv fmus results
+
+.venv/.venv:
+	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }
+	$(PYTHON) -m venv .venv
+	touch $@
+
+.venv/.demo: .venv/.venv pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[report]'
+	touch $@
+
+.venv/.test: .venv/.demo
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[report,native,test]'
+	touch $@

@@ -1,0 +1,169 @@
+"""The master: the sampled loop bit for bit, third-party FMUs, and refusals that lose nothing."""
+
+import math
+from array import array
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller_fmu.regulator_2dof import Regulator2DOF
+from controller_fmu.regulator_3dof import Regulator3DOF
+from plant_fmu.stage_2dof import Stage2DOF
+from plant_fmu.stage_3dof import Stage3DOF
+from scenarios.component import ComponentError
+from scenarios.experiment import prepare
+from scenarios.master import Master, Participant, RunFailed
+from scenarios.scenario import load_scenario
+
+AXES = {"2dof": ("v", "h"), "3dof": ("y", "x", "z")}
+MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
+BLOCKS: dict[str, tuple[type, type]] = {"2dof": (Regulator2DOF, Stage2DOF), "3dof": (Regulator3DOF, Stage3DOF)}
+PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
+
+
+def set_path(block: Any, name: str, value: float | bool) -> None:
+    """Set an attribute path of a block."""
+    path, _, attribute = name.rpartition(".")
+    setattr(attrgetter(path)(block) if path else block, attribute, value)
+
+
+def direct_loop(rig: str, starts: dict[str, dict[str, float | bool]], drives: dict[str, list[float]],
+                names: list[str], dt: float) -> dict[str, array]:
+    """The blocks called directly; values of `fmu.variable` names at each communication point."""
+    controller, plant = (block() for block in BLOCKS[rig])
+    blocks = {"controller": controller, "plant": plant}
+    for fmu, values in starts.items():
+        for name, value in values.items():
+            set_path(blocks[fmu], name, value)
+    controller.start()
+    plant.start()
+    getters = {name: attrgetter(name.partition(".")[2]) for name in names}
+    rows = {name: array("d") for name in names}
+    steps = len(next(iter(drives.values()))) - 1
+    for k in range(steps + 1):
+        for name in names:
+            rows[name].append(getters[name](blocks[name.partition(".")[0]]))
+        if k == steps:
+            break
+        for target, values in drives.items():
+            set_path(controller, target.partition(".")[2], values[k])
+        for axis in AXES[rig]:
+            getattr(controller, axis).measured = getattr(plant, axis).encoder
+        controller.step(k * dt, dt)
+        for motor in MOTORS[rig]:
+            for phase in PHASES:
+                setattr(getattr(plant, motor), phase, getattr(getattr(controller, motor), phase))
+        plant.step(k * dt, dt)
+    return rows
+
+
+@pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking", "3dof-setpoints", "3dof-setpoints-improved",
+                                  "3dof-tracking"])
+def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str) -> None:
+    """1.5 s of every scenario, the first step of the set-point ones included."""
+    scenario = load_scenario(name).model_copy(update={"stop_time": 1.5})
+    experiment = prepare(scenario, fmus, {}, [])
+    recording = experiment.run()
+    starts = {fmu: {n: s.value for n, s in table.start.items()} for fmu, table in scenario.fmus.items()}
+    drives = experiment.drives(experiment.check())
+    names = [n for n in recording.columns if n not in drives]
+    assert len(names) == len([n for n in recording.columns]) - len(drives)
+    direct = direct_loop(name.partition("-")[0], starts, drives, names, scenario.step)
+    for n in names:
+        expected = np.frombuffer(direct[n])
+        assert np.array_equal(recording.columns[n].astype(float).view(np.int64), expected.view(np.int64)), n
+    position = recording.columns[next(n for n in names if n.endswith(".position"))]
+    assert np.ptp(position) > 1e-4, "something has to move for this to mean anything"
+
+
+def three(fmus: Path) -> list[Participant]:
+    return [Participant("controller", fmus / "Regulator3DOF.fmu"), Participant("plant", fmus / "Plant3DOF.fmu"),
+            Participant("shadow", fmus / "Plant3DOF.fmu")]
+
+
+def loop_connections(to: str = "plant") -> list[tuple[str, str]]:
+    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in MOTORS["3dof"] for p in PHASES]
+    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in AXES["3dof"]]
+                       if to == "plant" else [])
+
+
+def test_three_fmus_one_output_to_two_inputs(fmus: Path) -> None:
+    with Master(three(fmus), [*loop_connections(), *loop_connections("shadow")], 2e-4) as master:
+        columns = master.run(0.2).columns
+    assert np.array_equal(columns["plant.y.position"], columns["shadow.y.position"])
+    assert np.ptp(columns["plant.y.position"]) > 0.0
+
+
+def test_shuffled_connections_give_the_same_run(fmus: Path) -> None:
+    results = []
+    for order in (1, -1):
+        with Master(three(fmus)[:2], loop_connections()[::order], 2e-4) as master:
+            results.append(master.run(0.1, {"controller.x.reference": [0.005] * 501}).columns)
+    for name, column in results[0].items():
+        assert np.array_equal(column, results[1][name]), name
+
+
+def test_step_below_the_sample_time(fmus: Path) -> None:
+    """At half the sample time the controller holds its commands over two communication steps."""
+    with Master(three(fmus)[:2], loop_connections(), 1e-4) as master:
+        columns = master.run(0.02, {"controller.x.reference": [0.005] * 201}).columns
+    commands = columns["controller.alpha.i_q_cmd"][1:]
+    assert np.array_equal(commands[0::2], commands[1::2])
+    assert len(set(commands)) > 50
+
+
+def test_refused_step_keeps_the_recording(fmus: Path) -> None:
+    reference = [0.0] * 100 + [math.nan] * 401
+    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master, pytest.raises(RunFailed) as failure:
+        master.run(0.1, {"controller.x.reference": reference})
+    assert "t = 0.02 s" in str(failure.value)
+    assert "x.reference = nan m" in str(failure.value)
+    recording = failure.value.recording
+    assert len(recording.time) == 101
+    assert np.isfinite(recording.columns["plant.y.position"]).all()
+    assert recording.columns["plant.y.position"][-1] != 0.0
+
+
+@pytest.mark.parametrize(("connections", "drives", "message"), [
+    ([("plant.y.encoder", "controller.y.measurd")], {}, "no variable y.measurd; nearest is y.measured"),
+    ([("plnt.y.encoder", "controller.y.measured")], {}, "there is no FMU plnt"),
+    ([("plant.y.force", "controller.y.measured")], {}, "plant.y.force is of causality input, expected an output"),
+    ([("plant.at_stop", "controller.y.measured")], {}, "differ in type"),
+    ([("plant.y.encoder", "controller.y.measured")] * 2, {}, "two sources"),
+    ([("plant.y.encoder", "controller.y.measured")], {"controller.y.measured": [0.0] * 6}, "two sources"),
+    ([], {"controller.y.reference": [0.0] * 5}, "5 values, expected 6")])
+def test_wrong_wiring(fmus: Path, connections: list[tuple[str, str]], drives: dict[str, list[float]],
+                      message: str) -> None:
+    with Master(three(fmus)[:2], connections, 2e-4) as master, pytest.raises(ComponentError, match=message):
+        master.run(0.001, drives)
+
+
+@pytest.mark.parametrize(("start", "message"), [({"y.mas": 1.0}, "no variable y.mas; nearest is y.mass"),
+                                                ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001")])
+def test_wrong_start_value(fmus: Path, start: dict[str, float], message: str) -> None:
+    plant = Participant("plant", fmus / "Plant3DOF.fmu", start)
+    with Master([plant], [], 2e-4) as master, pytest.raises(ComponentError, match=message):
+        master.run(0.001)
+
+
+def test_stop_time_that_is_no_whole_number_of_steps(fmus: Path) -> None:
+    with Master(three(fmus)[:2], [], 2e-4) as master, pytest.raises(ComponentError, match=r"stop time = 0\.0003 s"):
+        master.run(0.0003)
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-4, math.nan, math.inf])
+def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
+    with pytest.raises(ComponentError, match="communication step"):
+        Master(three(fmus)[:2], [], step)
+
+
+def test_file_that_is_no_fmu(tmp_path: Path) -> None:
+    path = tmp_path / "Plant.fmu"
+    with pytest.raises(ComponentError, match="there is no file"):
+        Master([Participant("plant", path)], [], 1e-3)
+    path.write_bytes(b"not a zip")
+    with pytest.raises(ComponentError, match="cannot be read as an FMU"):
+        Master([Participant("plant", path)], [], 1e-3)
