@@ -1,6 +1,7 @@
 """One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
 
 import ctypes
+import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -23,6 +24,9 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
+
+# How pythonfmu's binary reports an exception; its text is what a person wants to read.
+PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
 
 COUNT = count(1)   # makes instance names unique
 
@@ -150,7 +154,7 @@ class Component:
 
     def said(self) -> str:
         """What the FMU has said, and forget it."""
-        text = "; ".join(" ".join(message.split()) for message in self.messages)
+        text = "; ".join(PYTHON_EXCEPTION.sub(r"\2", " ".join(message.split())) for message in self.messages)
         self.messages.clear()
         return text
 

@@ -42,7 +42,9 @@ def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -
             right.axhline(1e3 * band, **FAINT, linestyle="--")
         right.set_ylabel(f"|error| of {name} (mm)")
     for (name, motor), (left, right) in zip(scenario.motors.items(), panels[len(scenario.axes):], strict=True):
-        for panel, names, what in ((left, motor.commands, "commands"), (right, motor.currents, "phase currents")):
+        # Of the commands the direct and the quadrature current; the phases are on the right, as delivered.
+        commands = [command for command in motor.commands if "i_d" in command or "i_q" in command]
+        for panel, names, what in ((left, commands, "commands"), (right, motor.currents, "phase currents")):
             for variable in names:
                 panel.plot(time, columns[variable], linewidth=0.8, label=variable.rpartition(".")[2])
             panel.set_ylabel(f"{name} {what} (A)")
