@@ -6,6 +6,7 @@ from pmlsm.saturation import saturate
 
 LARGEST_POSITION = 1.0e3   # m; a mover beyond has run away, and the numbers after that mean nothing
 LARGEST_SPEED = 1.0e6      # m/s
+SHORTEST_PART = 1.0e-3     # of an integration step; a stop that is met earlier is met at its start
 
 
 class Axis:
@@ -29,6 +30,7 @@ class Axis:
         self.velocity = 0.0                    # m/s, state and output
         self.deflection = 0.0                  # w of the guide friction, state
         self.encoder = position_start          # m, output
+        self.acceleration = 0.0                # m/s², at the last integration point
         self.position_0 = 0.0                  # state at the start of the integration step
         self.velocity_0 = 0.0
         self.deflection_0 = 0.0
@@ -47,8 +49,31 @@ class Axis:
         """Whether the mover is beyond an end stop of this axis."""
         return self.stop.touched(self.position)
 
+    def time_to_stop(self, dt: float) -> float:
+        """Time (s) in which the mover meets an end stop; dt if not within dt.
+
+        An integration step has to end there: the next one has the stop engaged.
+        """
+        if self.velocity > 0.0 and self.position < self.stop.upper:
+            distance = self.stop.upper - self.position
+        elif self.velocity < 0.0 and self.position > self.stop.lower:
+            distance = self.stop.lower - self.position
+        else:
+            return dt
+        meeting = distance / self.velocity
+        if meeting >= 2.0 * dt:
+            return dt
+        speed = self.velocity + 0.5 * self.acceleration * meeting   # mean one on the way
+        if distance * speed <= 0.0:
+            return dt
+        meeting = distance / speed
+        if SHORTEST_PART * dt < meeting < dt:
+            return meeting
+        return dt
+
     def begin(self) -> None:
         """Begin an integration step."""
+        self.stop.engage(self.position)
         self.position_0 = self.position
         self.velocity_0 = self.velocity
         self.deflection_0 = self.deflection
@@ -73,6 +98,7 @@ class Axis:
         external = (self.force + self.stop.force(self.position, velocity)
                     - self.friction.force(deflection, velocity))
         acceleration = motors + self.bias + self.ripple.acceleration(self.position) + external / self.mass
+        self.acceleration = acceleration
         deflection_rate = self.friction.deflection_rate(deflection, velocity)
         self.position_sum += weight * velocity
         self.velocity_sum += weight * acceleration

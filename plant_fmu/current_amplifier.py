@@ -23,21 +23,28 @@ class AmplifierRating:
         self.lag = 0.3e-3                # s, parameter
         self.dt = 0.0                    # s, integration step that the decays below belong to
         self.lag_decay = 0.0             # of the lag over one integration step
-        self.lag_decay_half = 0.0        # over half of it
-        self.heat_decay = 0.0
-        self.heat_decay_half = 0.0
+        self.lag_decay_middle = 0.0      # in its middle, for Simpson's rule
+        self.heat_decay = 0.0            # of the heat over one integration step
+        self.heat_decay_half = 0.0       # over half of it
 
     def prepare(self, dt: float) -> None:
-        """Compute the exact decays over an integration step dt (s)."""
+        """Compute the exact decays over an integration step dt (s).
+
+        The middle one is such that Simpson's rule, by which Runge–Kutta takes in a current that changes during the step,
+        gives the exact mean current: the lag may be shorter than the step.
+        """
         if dt != self.dt:
             self.dt = dt
-            self.lag_decay_half = 0.0
+            self.lag_decay = 0.0
+            self.lag_decay_middle = 0.0
             if self.lag > 0.0:
-                self.lag_decay_half = exp(-0.5 * dt / self.lag)
+                steps = dt / self.lag
+                self.lag_decay = exp(-steps)
+                mean = (1.0 - self.lag_decay) / steps
+                self.lag_decay_middle = (6.0 * mean - 1.0 - self.lag_decay) / 4.0
             self.heat_decay_half = 0.0
             if self.thermal_time > 0.0:
                 self.heat_decay_half = exp(-0.5 * dt / self.thermal_time)
-            self.lag_decay = self.lag_decay_half * self.lag_decay_half
             self.heat_decay = self.heat_decay_half * self.heat_decay_half
 
     def clamp(self, heat: float) -> float:
@@ -65,7 +72,7 @@ class CurrentAmplifier:
         self.heat = 0.0            # A², state: low-passed square of the clamped command
         self.current = 0.0         # A, state and output
         self.current_start = 0.0   # A, at the start of the last integration step
-        self.current_middle = 0.0  # A, in its middle
+        self.current_middle = 0.0  # A, in its middle, for Simpson's rule
         self.started = False       # state: the lag starts at the first clamped command
         self.saturated = False     # output
 
@@ -83,7 +90,7 @@ class CurrentAmplifier:
             self.started = True
             self.current = clamped
         self.current_start = self.current
-        self.current_middle = clamped + (self.current - clamped) * rating.lag_decay_half
+        self.current_middle = clamped + (self.current - clamped) * rating.lag_decay_middle
         self.current = clamped + (self.current - clamped) * rating.lag_decay
         square = clamped * clamped
         self.heat = square + (self.heat - square) * rating.heat_decay

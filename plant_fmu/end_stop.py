@@ -1,5 +1,7 @@
 """End stops of one axis."""
 
+TOUCH = 1.0e-8   # m; so near a stop the mover meets it in the integration step that begins there
+
 
 class EndStop:
     """Unilateral spring and damper at both ends of the travel, never pulling.
@@ -13,19 +15,32 @@ class EndStop:
         self.upper = upper         # m, parameter
         self.stiffness = 4.0e5     # N/m, parameter
         self.damping = 1500.0      # N s/m, parameter
+        self.side = 0              # stop that the mover is at in an integration step: -1 lower, 1 upper, 0 none
 
     def touched(self, position: float) -> bool:
         """Whether a position (m) is beyond a stop that is there."""
         return (position < self.lower or position > self.upper) and (self.stiffness > 0.0 or self.damping > 0.0)
 
+    def engage(self, position: float) -> None:
+        """Set the stop that a mover at a position (m) is at for one integration step.
+
+        It stays the same within the step: the force of the damper begins with a jump, which a Runge–Kutta step must not
+        have inside.
+        """
+        self.side = 0
+        if position < self.lower + TOUCH:
+            self.side = -1
+        elif position > self.upper - TOUCH:
+            self.side = 1
+
     def force(self, position: float, velocity: float) -> float:
         """Force (N) on the mover at a position (m) and a velocity (m/s)."""
-        if position < self.lower:
+        if self.side == 0:
+            return 0.0
+        if self.side < 0:
             push = self.stiffness * (self.lower - position) - self.damping * velocity
-            if push > 0.0:
-                return push
-        elif position > self.upper:
+        else:
             push = self.stiffness * (position - self.upper) + self.damping * velocity
-            if push > 0.0:
-                return -push
-        return 0.0
+        if push < 0.0:
+            return 0.0   # it does not pull
+        return -self.side * push

@@ -12,11 +12,10 @@ from pmlsm.data_sheet import (
     MASS_H,
     MASS_V,
     PEAK_CURRENT_2DOF,
-    SAMPLE_TIME_2DOF,
 )
 from pmlsm.gap_functions import gap_functions
 
-LONGEST_STEP = SAMPLE_TIME_2DOF   # s; docs/accuracy.md has the study behind it
+LONGEST_STEP = 0.25e-3   # s; docs/accuracy.md has the study behind it
 
 STARTED = 0           # status of `start` and `step`
 V_BEYOND_STOP = 1
@@ -51,9 +50,14 @@ class Stage2DOF:
     def step(self, t: float, dt: float) -> int:
         """Move from t to t + dt (s) with the inputs held."""
         steps = integration_steps(dt, LONGEST_STEP)
+        part = dt / steps
         self.at_stop = self.beyond_stop()
         for _ in range(steps):
-            if not self.integrate(dt / steps):
+            meeting = self.time_to_stop(part)
+            contained = self.integrate(meeting)
+            if contained and meeting < part:
+                contained = self.integrate(part - meeting)
+            if not contained:
                 return RUN_AWAY
         self.motor.deliver(self.h.position)
         self.measure()
@@ -90,6 +94,11 @@ class Stage2DOF:
         h_motors = -self.C1 * f1 * i_q
         self.v.add_slope(v_motors, weight, ahead)
         self.h.add_slope(h_motors, weight, ahead)
+
+    def time_to_stop(self, dt: float) -> float:
+        """Time (s) in which the first axis meets an end stop; dt if none does within dt."""
+        dt = self.v.time_to_stop(dt)
+        return self.h.time_to_stop(dt)
 
     def beyond_stop(self) -> bool:
         """Whether any axis is beyond an end stop."""

@@ -13,11 +13,10 @@ from pmlsm.data_sheet import (
     MASS_Y,
     MASS_Z,
     PEAK_CURRENT_3DOF,
-    SAMPLE_TIME_3DOF,
 )
 from pmlsm.gap_functions import gap_functions
 
-LONGEST_STEP = SAMPLE_TIME_3DOF   # s; docs/accuracy.md has the study behind it
+LONGEST_STEP = 0.2e-3   # s; docs/accuracy.md has the study behind it
 
 STARTED = 0           # status of `start` and `step`
 Y_BEYOND_STOP = 1
@@ -62,9 +61,14 @@ class Stage3DOF:
     def step(self, t: float, dt: float) -> int:
         """Move from t to t + dt (s) with the inputs held."""
         steps = integration_steps(dt, LONGEST_STEP)
+        part = dt / steps
         self.at_stop = self.beyond_stop()
         for _ in range(steps):
-            if not self.integrate(dt / steps):
+            meeting = self.time_to_stop(part)
+            contained = self.integrate(meeting)
+            if contained and meeting < part:
+                contained = self.integrate(part - meeting)
+            if not contained:
                 return RUN_AWAY
         self.alpha.deliver(self.x.position)
         self.beta.deliver(self.z.position)
@@ -115,6 +119,12 @@ class Stage3DOF:
         self.y.add_slope(y_motors, weight, ahead)
         self.x.add_slope(x_motors, weight, ahead)
         self.z.add_slope(z_motors, weight, ahead)
+
+    def time_to_stop(self, dt: float) -> float:
+        """Time (s) in which the first axis meets an end stop; dt if none does within dt."""
+        dt = self.y.time_to_stop(dt)
+        dt = self.x.time_to_stop(dt)
+        return self.z.time_to_stop(dt)
 
     def beyond_stop(self) -> bool:
         """Whether any axis is beyond an end stop."""
