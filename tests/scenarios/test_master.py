@@ -70,7 +70,7 @@ def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str) -> None:
     starts = {fmu: {n: s.value for n, s in table.start.items()} for fmu, table in scenario.fmus.items()}
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]
-    assert len(names) == len([n for n in recording.columns]) - len(drives)
+    assert len(names) == len(list(recording.columns)) - len(drives)
     direct = direct_loop(name.partition("-")[0], starts, drives, names, scenario.step)
     for n in names:
         expected = np.frombuffer(direct[n])

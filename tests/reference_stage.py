@@ -1,0 +1,160 @@
+"""The equations of motion of both stages, written again from the page, with numpy, for an accurate solver.
+
+Nothing here is shared with the blocks: constants are typed anew, the dq transform is the printed matrix, and the lag of
+the amplifiers is a differential equation like the others.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+B0, T1, HM, TAU, MU_REC, G = 12.7e-3, 19.05e-3, 5e-3, 57.15e-3, 1.05, 9.81
+FIELD = [0.08063180815083942, -0.10193303675188958, 0.059845610577103754, -0.02135418663882956, 0.005047294856769541,
+         -0.0007904078321495497, 7.086337942227495e-05, 4.431632232147665e-08, -1.014432002730224e-06,
+         1.4195702585893311e-07, -6.403219303184752e-09, -7.528843720102103e-10, 1.3611197230058667e-10]
+LAG = 0.3e-3
+STOP_K, STOP_C = 4e5, 1500.0
+
+
+def shape_functions(gap: float) -> tuple[float, float, float, float]:
+    """f1 to f4 at a gap (m)."""
+    g = min(max(gap, 8e-3), 40e-3)
+    lam = 1 - B0**2 / (4 * T1 * (g + B0 / 2 + HM / MU_REC))
+    u = B0 / (2 * g)
+    kc = T1 / (T1 - g * 4 / np.pi * (u * np.arctan(u) - np.log(np.sqrt(1 + u**2))))
+    b = np.polynomial.polynomial.polyval((g - 24e-3) / 16e-3, FIELD)
+    a = np.pi / TAU * (HM + g)
+    coth = 1 / np.tanh(a)
+    return lam / (kc * np.sinh(a)), lam * b**2, lam * b * coth / kc, lam * coth**2 / kc**2
+
+
+def park_matrix(displacement: float) -> np.ndarray:
+    """Matrix of (2.1) with the offset of (4.4), shape (2, 3)."""
+    angles = np.pi / TAU * (displacement - TAU / 2) + np.array([0, -2 * np.pi / 3, 2 * np.pi / 3])
+    return 2 / 3 * np.array([np.cos(angles), -np.sin(angles)])
+
+
+@dataclass
+class ReferenceAxis:
+    """Parameters of one axis."""
+
+    mass: float
+    bias: float
+    coulomb: float
+    presliding: float
+    viscous: float
+    lower: float
+    upper: float
+    force: float = 0.0
+
+    def acceleration(self, x: float, v: float, w: float) -> float:
+        """Acceleration (m/s²) by everything but the motors."""
+        force = self.force - self.coulomb * w - self.viscous * v
+        if x > self.upper:
+            force -= max(0.0, STOP_K * (x - self.upper) + STOP_C * v)
+        if x < self.lower:
+            force += max(0.0, STOP_K * (self.lower - x) - STOP_C * v)
+        return self.bias + force / self.mass
+
+    def deflection_rate(self, v: float, w: float) -> float:
+        """Rate of the Dahl deflection (1/s)."""
+        return v / self.presliding * (1 - w * np.sign(v)) if self.coulomb else 0.0
+
+
+@dataclass
+class ReferenceStage:
+    """A stage: its vertical row, its horizontal rows, its amplifiers.
+
+    State: for each axis position, velocity, deflection; then the three phase currents of each motor.
+    """
+
+    constants: tuple[float, ...]
+    modulation: float
+    ripple: float
+    axes: list[ReferenceAxis]
+    peak: float
+    motors: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.motors = len(self.axes) - 1
+
+    def rates(self, state: np.ndarray, commands: np.ndarray) -> np.ndarray:
+        """Time derivative of the state under phase commands, shape (motors, 3)."""
+        n = len(self.axes)
+        x, v, w = (state[i:3 * n:3] for i in range(3))
+        currents = state[3 * n:].reshape(self.motors, 3)
+        f1, f2, f3, f4 = shape_functions(x[0])
+        f2 *= 1 - self.modulation * np.sin(np.pi * x[1] / T1)**2
+        dq = np.array([park_matrix(x[m + 1]) @ currents[m] for m in range(self.motors)])
+        c = self.constants
+        if self.motors == 1:
+            motors = [G - c[3] * f4 * np.sum(dq**2) + c[2] * f3 * dq[0, 0] - c[1] * f2, -c[0] * f1 * dq[0, 1]]
+        else:
+            motors = [G - 2 * c[4] * f4 * np.sum(dq**2) + 2 * c[3] * f3 * np.sum(dq[:, 0]) - 4 * c[2] * f2,
+                      -2 * c[0] * f1 * dq[0, 1], -2 * c[1] * f1 * dq[1, 1]]
+        motors[0] += self.ripple * np.sin(2 * np.pi * x[0] / 5e-3 + 0.5)
+        rates = np.empty_like(state)
+        for i, axis in enumerate(self.axes):
+            rates[3 * i] = v[i]
+            rates[3 * i + 1] = motors[i] + axis.acceleration(x[i], v[i], w[i])
+            rates[3 * i + 2] = axis.deflection_rate(v[i], w[i])
+        rates[3 * n:] = ((np.clip(commands, -self.peak, self.peak) - currents) / LAG).ravel()
+        return rates
+
+    def solve(self, start: Sequence[float], commands: Callable[[int, np.ndarray], np.ndarray], dt: float, steps: int,
+              rtol: float = 1e-11) -> np.ndarray:
+        """States at every communication point, shape (steps + 1, states).
+
+        `commands(k, positions)` gives the phase commands that are held over step k. Friction is not smooth where a
+        velocity changes sign, nor is a stop where it is met: the solver stops there and starts anew.
+        """
+        n = len(self.axes)
+        state = np.zeros(3 * n + 3 * self.motors)
+        state[0:3 * n:3] = start
+        first = np.clip(commands(0, np.array(start)), -self.peak, self.peak)
+        state[3 * n:] = first.ravel()   # the lag starts at the first clamped command
+        states = [state]
+
+        def events() -> list[Callable[[float, np.ndarray], float]]:
+            found: list[Callable[[float, np.ndarray], float]] = []
+            for i, axis in enumerate(self.axes):
+                found.append(lambda t, s, i=i: s[3 * i + 1])
+                for place in (axis.lower, axis.upper):
+                    found.append(lambda t, s, i=i, place=place: s[3 * i] - place)
+                # where the stop's push ends before the mover has left it
+                found.append(lambda t, s, i=i, a=axis: STOP_K * (s[3 * i] - a.upper) + STOP_C * s[3 * i + 1])
+                found.append(lambda t, s, i=i, a=axis: STOP_K * (a.lower - s[3 * i]) - STOP_C * s[3 * i + 1])
+            for event in found:
+                event.terminal = True   # type: ignore[attr-defined]
+            return found
+
+        for k in range(steps):
+            held = commands(k, states[-1][0:3 * n:3])
+            t, end, state = k * dt, (k + 1) * dt, states[-1]
+            while t < end:
+                solution = solve_ivp(lambda _, s: self.rates(s, held), (t, end), state, method="DOP853",   # noqa: B023
+                                     rtol=rtol, atol=1e-14, events=events())
+                state, t = solution.y[:, -1], solution.t[-1]
+                if solution.status == 1:
+                    # Step off the event, so that it is not found again.
+                    after = min(1e-9, end - t)
+                    state, t = state + after * self.rates(state, held), t + after
+            states.append(state)
+        return np.array(states)
+
+
+def reference_2dof() -> ReferenceStage:
+    """The 2-DOF stage: axes v, h."""
+    return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027, 0.0,
+                          [ReferenceAxis(4.350, 0.2, 4.0, 0.3e-3, 2.0, 8e-3, 28e-3),
+                           ReferenceAxis(1.594, 0.1, 0.5, 0.3e-3, 1.0, -55e-3, 55e-3)], 9.0)
+
+
+def reference_3dof() -> ReferenceStage:
+    """The 3-DOF stage: axes y, x, z."""
+    return ReferenceStage((0.6135, 0.8224, 334.52, 8.71, 0.0045), 0.0135, 0.15,
+                          [ReferenceAxis(6.9, 0.1, 2.0, 0.5e-3, 2.0, 18.5e-3, 32e-3),
+                           ReferenceAxis(10.6, 0.05, 2.4, 0.5e-3, 2.0, -62e-3, 62e-3),
+                           ReferenceAxis(8.6, 0.05, 2.2, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0)
