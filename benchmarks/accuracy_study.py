@@ -37,7 +37,8 @@ def cost(rig: int) -> float:
 
 def main() -> None:
     """Print the table."""
-    print("| stage | longest step | position, smooth (m) | velocity, smooth (m/s) | position, after a stop (m) | cost |")
+    print("| stage | longest step | position, smooth (m) | velocity, smooth (m/s) | position, after a stop (m) "
+          "| cost |")
     print("|---|---|---|---|---|---|")
     for rig, module in MODULES.items():
         chosen = module.LONGEST_STEP
