@@ -16,7 +16,7 @@ from scenarios.errors import ScenarioError
 from scenarios.experiment import Experiment, prepare
 from scenarios.master import Recording, RunFailed
 from scenarios.plot import plot as write_plot
-from scenarios.quantity import parse_quantity
+from scenarios.quantity import number_or_text, parse_quantity
 from scenarios.results import write_csv
 from scenarios.scenario import load_scenario, packaged_scenarios
 from scenarios.tables import claim_table, metric_tables, outcome
@@ -106,7 +106,7 @@ def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `m
     with one_line_errors(debug):
         replaced = {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
         experiment = prepare(load_scenario(scenario), fmus, replaced, settings or [],
-                             None if step is None else parse_quantity(step if not is_plain(step) else float(step), "s"))
+                             None if step is None else parse_quantity(number_or_text(step), "s"))
         name = experiment.scenario.name
         try:
             recording = run_with_progress(experiment)
@@ -130,15 +130,6 @@ def report_console() -> Console:
     if not console.is_terminal:
         console.width = REPORT_WIDTH
     return console
-
-
-def is_plain(text: str) -> bool:
-    """Whether a text is a number without a unit."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def run_with_progress(experiment: Experiment) -> Recording:

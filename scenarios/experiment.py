@@ -12,6 +12,7 @@ from scenarios.errors import ScenarioError, nearest
 from scenarios.master import Master, Participant, Progress, Recording, whole_steps
 from scenarios.metrics import Metrics, evaluate
 from scenarios.port_check import check_names
+from scenarios.quantity import number_or_text
 from scenarios.scenario import Fmu, Scenario, StartValue, read_start_value
 
 
@@ -140,18 +141,9 @@ def read_setting(setting: str) -> tuple[str, str, StartValue]:
     if text in ("true", "false"):
         return name, variable, StartValue(text == "true", None, text)
     try:
-        return name, variable, read_start_value(float(text) if is_number(text) else text)
+        return name, variable, read_start_value(number_or_text(text))
     except ValueError as error:
         raise ScenarioError(f"--set {setting}: {error}") from error
-
-
-def is_number(text: str) -> bool:
-    """Whether a text is a plain number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def fmu_file(fmu: Fmu, folder: Path) -> Path:

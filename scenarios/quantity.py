@@ -133,3 +133,11 @@ def to_unit(value: float, unit: str) -> float:
     if not math.isfinite(value):
         return value
     return float(Decimal(repr(float(value))) / Decimal(repr(by)))
+
+
+def number_or_text(text: str) -> float | str:
+    """Read a plain number where a command line gives one; anything else, such as a number with a unit, stays text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
