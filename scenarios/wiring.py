@@ -20,7 +20,7 @@ class Track:
     def __init__(self, names: list[str], kind: str, rows: int):
         self.names = names
         self.array = np.zeros((rows, len(names)), dtype=np.float64 if kind == "Real" else np.int32)
-        self.view = memoryview(self.array.reshape(-1))   # type: ignore[arg-type]
+        self.view: Values = self.array.reshape(-1).data
 
 
 class Link:
@@ -94,10 +94,11 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
     places: dict[str, tuple[Buffer, int]] = {}   # of each output
     for name, link in links.items():
         outputs = [v for v in link.component.description.modelVariables if v.causality == "output"]
-        # Connected outputs first, so that those which go to one FMU lie side by side.
-        outputs.sort(key=lambda v, fmu=name: f"{fmu}.{v.name}" not in sources.values())   # type: ignore[misc]
+        connected = {source.partition(".")[2] for source in sources.values() if source.partition(".")[0] == name}
         for kind in KINDS:
-            chosen = [v for v in outputs if kind_of(v) == kind]
+            of_kind = [v for v in outputs if kind_of(v) == kind]
+            # Connected outputs first, so that those which go to one FMU lie side by side.
+            chosen = [v for v in of_kind if v.name in connected] + [v for v in of_kind if v.name not in connected]
             if chosen:
                 buffer = Buffer(kind, chosen)
                 track = Track([f"{name}.{v.name}" for v in chosen], kind, rows)
