@@ -14,7 +14,8 @@ from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
 from fmi_export.sources import carried_modules, renamed
 
-DEFAULT_DATE = 1767225600   # 2026-01-01, where SOURCE_DATE_EPOCH is not set
+DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
+EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
 
 SLAVE = '''"""Entry module of {name}, found by pythonfmu's binary through slavemodule.txt."""
 
@@ -55,7 +56,7 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
     destination.mkdir(parents=True, exist_ok=True)
     path = destination / f"{definition.name}.fmu"
     unfinished = path.with_suffix(".fmu.part")
-    stamp = datetime.fromtimestamp(build_date(), UTC).timetuple()[:6]
+    stamp = datetime.fromtimestamp(max(build_date(), EARLIEST_IN_ZIP), UTC).timetuple()[:6]
     with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(contents):
             entry = zipfile.ZipInfo(name, stamp)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import zipfile
+from importlib.resources import files
 from pathlib import Path
 
 import fmpy
@@ -13,7 +14,8 @@ import pytest
 from conftest import NAMES
 from fmpy.validation import validate_fmu
 
-from scenarios.catalogue import definition
+from fmi_export.binaries import without_finalizer
+from scenarios.catalogue import build, definition
 
 BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import DEFINITIONS, build; "
          "build(DEFINITIONS, Path(sys.argv[1]))")
@@ -99,6 +101,28 @@ def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
     for name in NAMES:
         digests = [hashlib.sha256((folder / f"{name}.fmu").read_bytes()).hexdigest() for folder in (fmus, out)]
         assert digests[0] == digests[1], name
+
+
+@pytest.mark.parametrize("epoch", ["0", "soon"])
+def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, epoch: str) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    if epoch.isdigit():
+        build(["Plant2DOF"], tmp_path)
+        assert fmpy.read_model_description(str(tmp_path / "Plant2DOF.fmu")).generationDateAndTime.startswith("1970")
+    else:
+        with pytest.raises(ValueError, match="SOURCE_DATE_EPOCH = 'soon'"):
+            build(["Plant2DOF"], tmp_path)
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_linux_binary_differs_from_pythonfmus_in_one_byte(fmus: Path) -> None:
+    original = files("pythonfmu").joinpath("resources", "binaries", "linux64", "libpythonfmu-export.so").read_bytes()
+    with zipfile.ZipFile(fmus / "Plant2DOF.fmu") as archive:
+        ours = archive.read("binaries/linux64/Plant2DOF.so")
+    assert len(ours) == len(original)
+    assert sum(a != b for a, b in zip(ours, original, strict=True)) == 1
+    with pytest.raises(ValueError, match="its Linux binary is not known"):
+        without_finalizer(ours)
 
 
 def test_source_date_epoch(tmp_path: Path) -> None:
