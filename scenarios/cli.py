@@ -16,6 +16,7 @@ from scenarios.errors import ScenarioError
 from scenarios.experiment import Experiment, prepare
 from scenarios.master import Recording, RunFailed
 from scenarios.plot import plot as write_plot
+from scenarios.plot import require_matplotlib
 from scenarios.quantity import number_or_text, parse_quantity
 from scenarios.results import write_csv
 from scenarios.scenario import load_scenario, packaged_scenarios
@@ -106,8 +107,12 @@ def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `m
     with one_line_errors(debug):
         replaced = {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
         experiment = prepare(load_scenario(scenario), fmus, replaced, settings or [],
-                             None if step is None else parse_quantity(number_or_text(step), "s"))
+                             None if step is None else read_step(step))
         name = experiment.scenario.name
+        # What would fail after the run fails before it.
+        out.mkdir(parents=True, exist_ok=True)
+        if plot:
+            require_matplotlib()
         try:
             recording = run_with_progress(experiment)
         except RunFailed as error:
@@ -130,6 +135,14 @@ def report_console() -> Console:
     if not console.is_terminal:
         console.width = REPORT_WIDTH
     return console
+
+
+def read_step(text: str) -> float:
+    """Communication step (s) of the option --step."""
+    try:
+        return parse_quantity(number_or_text(text), "s")
+    except ValueError as error:
+        raise ScenarioError(f"--step {text}: {error}") from error
 
 
 def run_with_progress(experiment: Experiment) -> Recording:

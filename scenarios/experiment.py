@@ -138,8 +138,8 @@ def read_setting(setting: str) -> tuple[str, str, StartValue]:
     if not (equals and dot and variable):
         raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
     text = text.strip()
-    if text in ("true", "false"):
-        return name, variable, StartValue(text == "true", None, text)
+    if text.lower() in ("true", "false"):
+        return name, variable, StartValue(text.lower() == "true", None, text)
     try:
         return name, variable, read_start_value(number_or_text(text))
     except ValueError as error:

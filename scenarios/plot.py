@@ -1,5 +1,6 @@
 """Picture of a run: positions with their references, absolute errors, commands and phase currents."""
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -12,19 +13,16 @@ SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
 FAINT = {"color": "0.6", "linewidth": 0.8}
 
 
-def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -> None:
-    """Write a PNG of a recording, thinned to every n-th communication point.
+def require_matplotlib() -> None:
+    """Raise ScenarioError if matplotlib, an extra of this project, is not installed."""
+    if find_spec("matplotlib") is None:
+        raise ScenarioError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
 
-    Raises
-    ------
-    ScenarioError
-        If matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError:
-        raise ScenarioError("--plot needs matplotlib, expected it to be installed: "
-                            "pip install 'maglev-fmus[report]'") from None
+
+def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -> None:
+    """Write a PNG of a recording, thinned to every n-th communication point."""
+    from matplotlib.figure import Figure   # an extra: only who plots needs it
+
     time = recording.time[::every]
     columns = {name: values[::every] for name, values in recording.columns.items()}
     rows = len(scenario.axes) + len(scenario.motors)

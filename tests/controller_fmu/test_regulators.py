@@ -28,32 +28,62 @@ def vertical_acceleration(regulator: Regulator, gap: float, i_d: float, i_q: tup
     return (G - 2 * r.C5 * f4 * (2 * i_d**2 + sum(i**2 for i in i_q)) + 4 * r.C4 * f3 * i_d - 4 * r.C3 * f2)
 
 
-@given(gaps, st.floats(-5.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
-def test_linearisation_makes_the_demanded_accelerations(gap: float, vertical: float, x: float, z: float) -> None:
+def check_vertical(regulator: Regulator, gap: float, demand: float, i_d: float,
+                   i_q: tuple[float, ...]) -> None:
+    """Assert that i_d is the smaller current that makes the demand, or the best one where none does."""
+    def row(i: float) -> float:
+        return vertical_acceleration(regulator, gap, i, i_q)
+
+    # The row is a parabola in i_d: three values give its coefficients.
+    square, slope = (row(1.0) + row(-1.0)) / 2 - row(0.0), (row(1.0) - row(-1.0)) / 2
+    vertex = -slope / (2 * square)
+    margin = row(vertex) - demand
+    if abs(margin) > 1e-6:
+        assert regulator.feasible == (margin > 0.0)
+    if regulator.feasible:
+        assert row(i_d) == pytest.approx(demand, rel=1e-9, abs=1e-11)
+        smaller = np.roots([square, slope, row(0.0) - demand]).real.min()
+        assert i_d == pytest.approx(smaller, rel=1e-5)
+    else:
+        assert i_d == pytest.approx(vertex, rel=1e-9)
+
+
+@given(gaps, st.floats(-5.0, 5.0), st.floats(0.0, 200.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_linearisation_makes_the_demanded_accelerations(gap: float, vertical: float, more: float,
+                                                        x: float, z: float) -> None:
     f1 = shape_functions(gap)[0]
     two, three = Regulator2DOF(), Regulator3DOF()
     two.v.measured = three.y.measured = gap
-    i_d, i_q = two.linearise(vertical, x)
-    assert -two.C1 * f1 * i_q == pytest.approx(x, rel=1e-12, abs=1e-12)
-    if two.feasible:
-        assert vertical_acceleration(two, gap, i_d, (i_q,)) == pytest.approx(vertical, abs=1e-9)
-    i_d, i_qa, i_qb = three.linearise(vertical, x, z)
-    assert -2 * three.C1 * f1 * i_qa == pytest.approx(x, rel=1e-12, abs=1e-12)
-    assert -2 * three.C2 * f1 * i_qb == pytest.approx(z, rel=1e-12, abs=1e-12)
-    if three.feasible:
-        assert vertical_acceleration(three, gap, i_d, (i_qa, i_qb)) == pytest.approx(vertical, abs=1e-9)
+    # The most that the motors can make without a limit is 18 to 195 m/s², by rig and gap.
+    for demand in (vertical, vertical + more):
+        i_d, i_q = two.linearise(demand, x)
+        assert -two.C1 * f1 * i_q == pytest.approx(x, rel=1e-12, abs=1e-12)
+        check_vertical(two, gap, demand, i_d, (i_q,))
+        i_d, i_qa, i_qb = three.linearise(demand, x, z)
+        assert -2 * three.C1 * f1 * i_qa == pytest.approx(x, rel=1e-12, abs=1e-12)
+        assert -2 * three.C2 * f1 * i_qb == pytest.approx(z, rel=1e-12, abs=1e-12)
+        check_vertical(three, gap, demand, i_d, (i_qa, i_qb))
 
 
-def test_infeasible_demand_is_flagged_and_recovered_from() -> None:
-    regulator = Regulator2DOF()
-    regulator.v.measured = 20e-3
-    _, _, f3, f4 = shape_functions(20e-3)
-    i_d, _ = regulator.linearise(1e3, 0.0)
+@BOTH
+def test_infeasible_demand_is_flagged_and_recovered_from(kind: type[Regulator]) -> None:
+    """Through the outputs: a drop far below the reference demands more than the motor has."""
+    regulator = started(kind)
+    regulator.current_limit = 0.0
+    name, motor = AXES[kind][0], getattr(regulator, MOTORS[kind][0])
+    gap = getattr(regulator, name).measured
+    run(regulator)
+    assert regulator.feasible is True
+    getattr(regulator, name).reference = gap + 1.0
+    run(regulator)
     assert regulator.feasible is False
-    assert i_d == pytest.approx(regulator.C3 * f3 / (2 * regulator.C4 * f4), rel=1e-12)
-    best = vertical_acceleration(regulator, 20e-3, i_d, (0.0,))
-    assert all(vertical_acceleration(regulator, 20e-3, i_d + d, (0.0,)) < best for d in (-0.1, 0.1))
-    regulator.linearise(0.0, 0.0)
+    best = vertical_acceleration(regulator, gap, motor.i_d_cmd, (motor.i_q_cmd,) * 2)
+    for other in (motor.i_d_cmd - 0.1, motor.i_d_cmd + 0.1):
+        assert vertical_acceleration(regulator, gap, other, (motor.i_q_cmd,) * 2) < best
+    getattr(regulator, name).reference = gap
+    model = getattr(regulator, name).model
+    model.xi1 = model.xi2 = model.xi3 = 0.0
+    run(regulator)
     assert regulator.feasible is True
 
 
@@ -65,6 +95,12 @@ def run(regulator: Regulator, samples: int = 1, **measured: float) -> None:
         assert regulator.step(k * regulator.sample_time, regulator.sample_time) == 0
 
 
+def commands(regulator: Regulator, motor: str) -> tuple[float, ...]:
+    """i_d, i_q and the phase commands of a motor (A)."""
+    m = getattr(regulator, motor)
+    return m.i_d_cmd, m.i_q_cmd, m.i_a_cmd, m.i_b_cmd, m.i_c_cmd
+
+
 def started(kind: type[Regulator]) -> Regulator:
     regulator = kind()
     assert regulator.start() == 0
@@ -73,15 +109,16 @@ def started(kind: type[Regulator]) -> Regulator:
 
 @BOTH
 @pytest.mark.parametrize("gap", [17e-3, 20e-3, 23e-3, 25e-3])
-@pytest.mark.parametrize("off", [0.0, 1e-3])
+@pytest.mark.parametrize("off", [0.0, 1.0, -1.0])
 def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, off: float) -> None:
     """At the measured gap, whatever the errors: no current across, no bump."""
     regulator = started(kind)
     regulator.current_limit = 0.0
-    for name in AXES[kind]:
+    errors = np.array([1e-3, -2e-3, 3e-3])[:len(AXES[kind])] * off
+    for name, error in zip(AXES[kind], errors, strict=True):
         axis = getattr(regulator, name)
         axis.measured = gap if name in "vy" else 5e-3
-        axis.reference = axis.measured - off
+        axis.reference = axis.measured - error
     run(regulator)
     held = brentq(lambda i: vertical_acceleration(regulator, gap, i, (0.0, 0.0)), -12, 12)
     for name in MOTORS[kind]:
@@ -90,20 +127,28 @@ def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, off
         assert motor.i_q_cmd == pytest.approx(0.0, abs=1e-9)
     if off == 0.0:
         run(regulator, 200)
-        assert all(getattr(regulator, name).model.xi1 == 0.0 for name in AXES[kind])
+        models = [getattr(regulator, name).model for name in AXES[kind]]
+        assert all((m.xi1, m.xi2, m.xi3) == (0.0, 0.0, 0.0) for m in models)
 
 
 @BOTH
-def test_no_measurement_yet(kind: type[Regulator]) -> None:
-    """A gap of 0 is no measurement: no current, and the start is at the first real one."""
+@pytest.mark.parametrize("unknown", [0.0, -1.0])
+def test_no_measurement_yet(kind: type[Regulator], unknown: float) -> None:
+    """A gap that is not positive is no measurement: no current, no trip; the first real one starts."""
     late, prompt = started(kind), started(kind)
-    vertical, motor = AXES[kind][0], MOTORS[kind][0]
-    run(late, 3, **dict.fromkeys(AXES[kind], 0.0))
-    assert getattr(late, motor).i_d_cmd == getattr(late, motor).i_a_cmd == 0.0
+    late.trip_error = prompt.trip_error = 5e-3
+    run(late, 3, **dict.fromkeys(AXES[kind], unknown))
     assert not late.started
-    for regulator in (late, prompt):
-        run(regulator, 5, **{vertical: 21.5e-3})
-    assert getattr(late, motor).i_d_cmd == getattr(prompt, motor).i_d_cmd != 0.0
+    assert not late.tripped
+    assert all(commands(late, name) == (0.0,) * 5 for name in MOTORS[kind])
+    places = dict.fromkeys(AXES[kind], 2e-3)
+    places[AXES[kind][0]] = getattr(prompt, AXES[kind][0]).reference + 1.5e-3
+    for _ in range(5):
+        for regulator in (late, prompt):
+            run(regulator, 1, **places)
+        for name in MOTORS[kind]:
+            assert commands(late, name) == commands(prompt, name) != (0.0,) * 5
+        places = {name: place + 1e-5 for name, place in places.items()}
 
 
 @BOTH
@@ -143,32 +188,51 @@ def test_antiwindup_term(kind: type[Regulator], antiwindup: bool) -> None:
 
 
 @BOTH
-def test_limit_holds_and_zero_is_none(kind: type[Regulator]) -> None:
-    for limit in (4.0, 0.0):
-        regulator = started(kind)
-        regulator.current_limit = limit
+@given(st.lists(st.floats(-4e-3, 4e-3), min_size=3, max_size=3), st.sampled_from([0.5, 2.0, 4.0]))
+def test_limit_holds_and_zero_is_none(kind: type[Regulator], errors: list[float], limit: float) -> None:
+    """The command after a jump on every axis, with a limit and without."""
+    free, limited = started(kind), started(kind)
+    free.current_limit, limited.current_limit = 0.0, limit
+    for regulator in (free, limited):
         run(regulator)
-        run(regulator, 1, **{name: getattr(regulator, name).measured + 45e-3 for name in AXES[kind][1:]})
-        largest = max(abs(getattr(regulator, name).i_q_cmd) for name in MOTORS[kind])
-        assert regulator.saturated == (limit > 0.0)
-        assert largest == 4.0 if limit > 0.0 else largest > 4.0
+        moved = {name: getattr(regulator, name).measured + (error if name in "vy" else 10.0 * error)
+                 for name, error in zip(AXES[kind], errors, strict=False)}
+        run(regulator, 1, **moved)
+    assert not free.saturated
+    wanted = np.array([commands(free, name)[:2] for name in MOTORS[kind]])
+    made = np.array([commands(limited, name)[:2] for name in MOTORS[kind]])
+    assert (made == np.clip(wanted, -limit, limit)).all()
+    assert limited.saturated == bool((np.abs(wanted) > limit).any())
 
 
 @BOTH
-def test_trip_is_latched(kind: type[Regulator]) -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_trip_is_latched(kind: type[Regulator], sign: float) -> None:
     for name in AXES[kind]:
         regulator = started(kind)
-        regulator.trip_error = 2e-3
+        regulator.trip_error = 2.0**-9
+        axis = getattr(regulator, name)
+        place = axis.measured = axis.reference = 2.0**-5   # the errors below are exact
         run(regulator, 3)
-        place = getattr(regulator, name).measured
-        run(regulator, 1, **{name: place + 2.5e-3})
+        run(regulator, 1, **{name: place + sign * 2.0**-9})
+        assert not regulator.tripped, "an error of just trip_error is still allowed"
+        run(regulator, 1, **{name: place + sign * (2.0**-9 + 2.0**-40)})
         assert regulator.tripped
+        assert all(commands(regulator, motor) == (0.0,) * 5 for motor in MOTORS[kind])
         run(regulator, 3, **{name: place})
         assert regulator.tripped
-        for motor in MOTORS[kind]:
-            m = getattr(regulator, motor)
-            assert (m.i_d_cmd, m.i_q_cmd, m.i_a_cmd, m.i_b_cmd, m.i_c_cmd) == (0.0,) * 5
+        assert axis.error == 0.0
+        assert all(commands(regulator, motor) == (0.0,) * 5 for motor in MOTORS[kind])
         assert not regulator.saturated
+
+
+@BOTH
+def test_trip_error_zero_never_trips(kind: type[Regulator]) -> None:
+    for name in AXES[kind]:
+        regulator = started(kind)
+        run(regulator)
+        run(regulator, 1, **{name: 5.0})
+        assert not regulator.tripped
 
 
 @BOTH
@@ -183,17 +247,21 @@ def test_errors_are_measured_minus_reference(kind: type[Regulator]) -> None:
 @BOTH
 def test_commands_hold_between_samples(kind: type[Regulator]) -> None:
     regulator = started(kind)
-    dt, commands = regulator.sample_time / 4, []
-    motor = getattr(regulator, MOTORS[kind][0])
-    axis = getattr(regulator, AXES[kind][0])
+    dt, history = regulator.sample_time / 4, []
     for k in range(40):
-        axis.measured += 1e-6
+        for name in AXES[kind]:
+            getattr(regulator, name).measured += 1e-6
         assert regulator.step(k * dt, dt) == 0
-        commands.append(motor.i_b_cmd)
-    held = np.reshape(commands, (10, 4))
+        errors = [getattr(regulator, name).error for name in AXES[kind]]
+        history.append(sum((commands(regulator, name) for name in MOTORS[kind]), ()) + tuple(errors))
+    held = np.reshape(history, (10, 4, -1))
     assert (held == held[:, :1]).all()
-    assert len(set(held[:, 0])) == 10
-    assert regulator.step(1.0, 0.3 * regulator.sample_time) == STEP_MISFIT
+    assert all(len(set(row)) == 10 for row in held[:, 0].T if row.any())
+    for misfit in (0.3, 2.0, 1.5):
+        before = history[-1]
+        assert regulator.step(1.0, misfit * regulator.sample_time) == STEP_MISFIT
+        errors = [getattr(regulator, name).error for name in AXES[kind]]
+        assert sum((commands(regulator, name) for name in MOTORS[kind]), ()) + tuple(errors) == before
 
 
 def test_rate_of_the_reference_counts() -> None:

@@ -68,7 +68,7 @@ def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path
 def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     for mass, folder in (("6.9", "a"), ("9 kg", "b")):
         result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / folder, "--set", f"plant.y.mass={mass}",
-                        "--set", "plant.y.friction.coulomb=50", "--set", "controller.antiwindup=false")
+                        "--set", "plant.y.friction.coulomb=50", "--set", "controller.antiwindup=False")
         assert result.exit_code == 0, result.output
     assert (tmp_path / "a" / "short.csv").read_text() != (tmp_path / "b" / "short.csv").read_text()
 
@@ -84,6 +84,11 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--step", "0.15 ms"], "stop time = 0.02 s, expected a whole number of communication steps of 0.00015 s"),
     (["--step", "1 ms"], "sample_time = 0.0002 s"),
     (["--step", "-1"], "communication step = -1.0 s"),
+    (["--step", "abc"], "--step abc: 'abc' is not a quantity"),
+    (["--set", "controller.antiwindup=7"], "expected true or false"),
+    (["--set", "plant.y.mass=nan"], "expected a finite number"),
+    (["--set", "plant.y.encoder=1"], "expected parameter or input"),
+    (["--plant", "."], "there is no file ."),
     (["--plant", "missing.fmu"], "there is no file missing.fmu"),
     (["--fmus", "nowhere"], "`maglev build`")])
 def test_user_errors(fmus: Path, short: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
@@ -127,6 +132,20 @@ def test_unknown_scenario_and_key(short: Path) -> None:
 def test_unknown_fmu(tmp_path: Path) -> None:
     assert "nearest is Plant3DOF" in error_line(maglev("build", "Plant3DOFF", "--fmus", tmp_path))
     assert not list(tmp_path.iterdir())
+
+
+def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
+                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr("scenarios.cli.run_with_progress", lambda _: pytest.fail("it ran"))
+    assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
+
+
+def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
+                                                            monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenarios.plot.find_spec", lambda _: None)
+    monkeypatch.setattr("scenarios.cli.run_with_progress", lambda _: pytest.fail("it ran"))
+    assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 
 def test_debug_shows_the_traceback(short: Path) -> None:
