@@ -21,7 +21,7 @@ def require_matplotlib() -> None:
 
 def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -> None:
     """Write a PNG of a recording, thinned to every n-th communication point."""
-    from matplotlib.figure import Figure   # an extra: only who plots needs it
+    from matplotlib.figure import Figure  # an extra: only who plots needs it
 
     time = recording.time[::every]
     columns = {name: values[::every] for name, values in recording.columns.items()}
