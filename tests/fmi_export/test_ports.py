@@ -1,0 +1,55 @@
+"""The names that other people's files depend on: SSP files, baselines, controllers and plants with the same ports."""
+
+import pytest
+
+from scenarios.catalogue import definition
+
+STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
+PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
+              "stop.upper", "stop.stiffness", "stop.damping", "position_start")
+
+
+def each(owners: tuple[str, ...], *names: str) -> set[str]:
+    """Every name of every owner."""
+    return {f"{owner}.{name}" for owner in owners for name in names}
+
+
+def ports(fmu: str, causality: str) -> set[str]:
+    return {v.name for v in definition(fmu).variables if v.causality == causality}
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_plant_ports(stage: str) -> None:
+    axes, motors, constants = STAGES[stage]
+    name = f"Plant{stage}"
+    assert ports(name, "input") == each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes, "force")
+    assert ports(name, "output") == (each(axes, "encoder", "position", "velocity") | {"at_stop"}
+                                     | each(motors, "i_a", "i_b", "i_c", "i_d", "i_q", "saturated"))
+    assert ports(name, "parameter") == (
+        {f"C{i}" for i in range(1, constants + 1)} | {"attraction_modulation", "encoder.resolution"}
+        | each(axes, *PLANT_AXIS)
+        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag")
+        | (each(("y.ripple",), "amplitude", "period") if stage == "3DOF" else set()))
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_regulator_ports(stage: str) -> None:
+    axes, motors, constants = STAGES[stage]
+    name = f"Regulator{stage}"
+    assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")
+    assert ports(name, "output") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd", "i_d_cmd", "i_q_cmd")
+                                     | each(axes, "error") | {"saturated", "feasible", "tripped"})
+    assert ports(name, "parameter") == (
+        {f"C{i}" for i in range(1, constants + 1)} | {"sample_time", "omega0", "current_limit", "antiwindup"}
+        | {"observer.time1", "observer.time2", "trip_error"}
+        | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3"))
+
+
+def test_inputs_start_at_mid_range() -> None:
+    """An importer that sets nothing sees a quiet stage."""
+    for name, gap, start in (("Regulator2DOF", "v", 20e-3), ("Regulator3DOF", "y", 25e-3)):
+        found = definition(name)
+        for v in found.variables:
+            if v.causality == "input":
+                at_gap = v.name in (f"{gap}.reference", f"{gap}.measured")
+                assert found.start_value(v) == (start if at_gap else 0.0), v.name
