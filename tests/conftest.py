@@ -1,14 +1,21 @@
 """FMUs for the tests, built once."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from scenarios.catalogue import DEFINITIONS, build
 from scenarios.component import Component, read_description
 
 NAMES = tuple(DEFINITIONS)
+
+# No deadline: a loaded machine is no failure. In CI always the same examples, so that a failure is the change's.
+settings.register_profile("anywhere", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 
 @pytest.fixture(scope="session")

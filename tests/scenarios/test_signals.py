@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
@@ -64,6 +64,7 @@ terms_strategy = st.lists(st.fixed_dictionaries({
 def test_rate_of_sinusoids_is_the_central_difference(terms, offset, ramp, t):
     sinusoids = signal(kind="sinusoids", offset=offset, terms=terms, ramp=ramp)
     half = 1e-4
+    assume(abs(t - ramp) > half)   # the second derivative jumps at the end of the ramp, and the difference straddles it
     difference = (sinusoids.value(t + half) - sinusoids.value(t - half)) / (2.0 * half)
     assert sinusoids.rate(t) == pytest.approx(difference, rel=1e-3, abs=1e-2)
 
