@@ -83,6 +83,11 @@ def test_defaults() -> None:
     assert (three.current_limit, three.antiwindup) == (4.0, True)
     assert [(a.ec1, a.ec2, a.ec3) for a in (three.y, three.x, three.z)] == [(1e-5,) * 3, (1.1e-4,) * 3, (1.25e-4,) * 3]
     assert two.omega0 == three.omega0 == pytest.approx(OMEGA0)
+    # Mid-range: an importer that sets no input sees a quiet stage.
+    places = {two.v: 20e-3, two.h: 0.0, three.y: 25e-3, three.x: 0.0, three.z: 0.0}
+    assert all(axis.measured == axis.reference == place for axis, place in places.items())
+    assert not any(axis.reference_rate for axis in places)
+    assert (two.sample_time, three.sample_time) == (RIGS[2][2], RIGS[3][2])
 
 
 def ideal(rig: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3DOF, Stage2DOF | Stage3DOF]:

@@ -139,7 +139,7 @@ def test_no_measurement_yet(kind: type[Regulator], unknown: float) -> None:
     late.trip_error = prompt.trip_error = 5e-3
     run(late, 3, **dict.fromkeys(AXES[kind], unknown))
     assert not late.started
-    assert not late.tripped
+    assert (late.saturated, late.feasible, late.tripped) == (False, True, False)
     assert all(commands(late, name) == (0.0,) * 5 for name in MOTORS[kind])
     places = dict.fromkeys(AXES[kind], 2e-3)
     places[AXES[kind][0]] = getattr(prompt, AXES[kind][0]).reference + 1.5e-3
