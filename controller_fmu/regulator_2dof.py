@@ -71,6 +71,7 @@ class Regulator2DOF:
         if self.tripped:
             self.motor.release()
             self.saturated = False
+            self.feasible = True   # nothing is demanded any more
             return
         i_d, i_q = self.linearise(v.demand(), h.demand())
         motor = self.motor

@@ -82,6 +82,7 @@ class Regulator3DOF:
             self.alpha.release()
             self.beta.release()
             self.saturated = False
+            self.feasible = True   # nothing is demanded any more
             return
         i_d, i_qa, i_qb = self.linearise(y.demand(), x.demand(), z.demand())
         alpha = self.alpha

@@ -12,13 +12,14 @@ class SampleClock:
         self.remaining = 0.0   # s, state: time until the next sample
 
     def fits(self, dt: float, sample_time: float) -> bool:
-        """Whether a communication step dt (s) divides the sample time (s)."""
+        """Whether a communication step dt (s) divides the sample time (s), and does not step over a sample."""
         if dt != self.dt:
             self.dt = dt
             steps = sample_time / dt
             whole = int(steps + 0.5)
             self.divides = whole >= 1 and whole - TOLERANCE * whole < steps < whole + TOLERANCE * whole
-        return self.divides
+        # A step that is longer than those before it must not move the samples off their grid.
+        return self.divides and (self.remaining < 0.5 * dt or dt < self.remaining * (1.0 + TOLERANCE))
 
     def due(self, dt: float, sample_time: float) -> bool:
         """Whether a sample falls on the start of this communication step dt (s); counts the step."""

@@ -5,7 +5,7 @@ from fmi_export.definition import Variable, flag, parameter, real_input, real_ou
 ANY_GAIN = 1e15
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
-                "sample_time = {sample_time} s into a whole number of steps")
+                "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
 
 def axis_inputs(axis: str, meaning: str) -> tuple[Variable, ...]:

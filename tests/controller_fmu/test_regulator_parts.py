@@ -180,3 +180,15 @@ def test_clock_takes_steps_that_are_differences_of_late_times() -> None:
 @pytest.mark.parametrize("dt", [2 * TS, 0.9 * TS, 0.4 * TS, 1.001 * TS, TS / 2.5])
 def test_clock_refuses_other_steps(dt: float) -> None:
     assert not SampleClock().fits(dt, TS)
+
+
+def test_clock_refuses_to_step_over_a_sample() -> None:
+    """After a short step a long one would move every sample off the grid; two short ones and a long one fit."""
+    clock = SampleClock()
+    assert clock.fits(TS / 2, TS)
+    clock.due(TS / 2, TS)
+    assert not clock.fits(TS, TS)
+    assert clock.fits(TS / 2, TS)
+    clock.due(TS / 2, TS)
+    assert clock.fits(TS, TS)
+    assert clock.due(TS, TS)

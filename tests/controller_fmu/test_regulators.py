@@ -132,6 +132,19 @@ def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, off
 
 
 @BOTH
+def test_start_without_integral_action(kind: type[Regulator]) -> None:
+    """k3 = −1 takes ξ1 out of the law: no state can cancel the error, and none is tried."""
+    regulator = started(kind)
+    for name in AXES[kind]:
+        axis = getattr(regulator, name)
+        axis.k3, axis.reference = -1.0, axis.measured - 1e-4
+        axis.start()
+        axis.sample(regulator.observer, regulator.sample_time)
+        assert axis.model.xi1 == 0.0
+        assert axis.demand() == pytest.approx(axis.k1 * 1e-4)
+
+
+@BOTH
 @pytest.mark.parametrize("unknown", [0.0, -1.0])
 def test_no_measurement_yet(kind: type[Regulator], unknown: float) -> None:
     """A gap that is not positive is no measurement: no current, no trip; the first real one starts."""
@@ -140,6 +153,7 @@ def test_no_measurement_yet(kind: type[Regulator], unknown: float) -> None:
     run(late, 3, **dict.fromkeys(AXES[kind], unknown))
     assert not late.started
     assert (late.saturated, late.feasible, late.tripped) == (False, True, False)
+    assert all(getattr(late, name).error == 0.0 for name in AXES[kind])
     assert all(commands(late, name) == (0.0,) * 5 for name in MOTORS[kind])
     places = dict.fromkeys(AXES[kind], 2e-3)
     places[AXES[kind][0]] = getattr(prompt, AXES[kind][0]).reference + 1.5e-3

@@ -52,6 +52,14 @@ def test_step_that_does_not_divide_the_sample_time(load: Load, size: float) -> N
     assert "sample_time = 0.0002 s" in text
 
 
+def test_step_over_a_sample(load: Load) -> None:
+    component = started(load, "Regulator3DOF")
+    component.instance.doStep(0.0, 1e-4)
+    text = refusal(component, lambda: component.instance.doStep(1e-4, 2e-4))
+    assert "communication step = 0.0002 s" in text
+    assert "does not step over a sample" in text
+
+
 @pytest.mark.parametrize("size", [2e-4, 1e-4, 5e-5, 2e-4 * (1 + 1e-12)])
 def test_step_that_divides_the_sample_time(load: Load, size: float) -> None:
     step(started(load, "Regulator3DOF"), 0, 5, size)
