@@ -16,6 +16,7 @@ class OutputRegulator:
         self.ec1 = ec                   # m s²/A, parameter: antiwindup gain on ξ1
         self.ec2 = ec                   # m s/A, parameter: on ξ2
         self.ec3 = ec                   # m/A, parameter: on ξ3
+        self.friction_compensation = 0.0   # m/s², parameter: Coulomb friction over mass, 0 = none
         self.reference = position       # m, input
         self.reference_rate = 0.0       # m/s, input
         self.measured = position        # m, input
@@ -24,12 +25,12 @@ class OutputRegulator:
         self.error = 0.0                # m, output: measured − reference
         self.error_rate = 0.0           # m/s
 
-    def start(self) -> None:
-        """Begin at the measurement, with ξ1 such that the first demand is zero but for the rate of the error."""
+    def start(self, demand: float) -> None:
+        """Begin at the measurement, with ξ1 such that the first demand is this (m/s²) but for the rate of the error."""
         self.observer.seed(self.measured)
         self.model.xi1 = 0.0
         if self.k3 != -1.0:
-            self.model.xi1 = -self.k1 * (self.measured - self.reference) / (self.k3 + 1.0)
+            self.model.xi1 = (demand - self.k1 * (self.measured - self.reference)) / (self.k3 + 1.0)
 
     def sample(self, observer_filter: ObserverFilter, sample_time: float) -> None:
         """Take in measurement and reference."""
@@ -38,10 +39,16 @@ class OutputRegulator:
         self.error_rate = self.observer.velocity - self.reference_rate
 
     def demand(self) -> float:
-        """Demanded acceleration v (m/s²), equation (4.16)."""
+        """Demanded acceleration v (m/s²), equation (4.16), and what overcomes Coulomb friction at the present speed."""
         model = self.model
-        return (self.k1 * self.error + self.k2 * self.error_rate
-                + self.k3 * model.xi1 + self.k4 * model.xi2 + self.k5 * model.xi3 + model.xi1)
+        demand = (self.k1 * self.error + self.k2 * self.error_rate
+                  + self.k3 * model.xi1 + self.k4 * model.xi2 + self.k5 * model.xi3 + model.xi1)
+        if self.friction_compensation > 0.0:
+            if self.observer.velocity > 0.0:
+                demand += self.friction_compensation
+            elif self.observer.velocity < 0.0:
+                demand -= self.friction_compensation
+        return demand
 
     def update(self, oscillator: OscillatorStep, excess: float) -> None:
         """Advance the internal model by one sample (5.13).

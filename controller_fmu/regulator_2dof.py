@@ -1,31 +1,36 @@
-"""Nonlinear regulator of the 2-DOF stage: output regulation on the feedback-linearised motor (4.12), (4.15), (4.16)."""
+"""Regulators of the 2-DOF stage: output regulation (4.15), (4.16) on the motor, feedback-linearised or linearised."""
 
 from math import pi
 
 from controller_fmu.feedback_linearisation import smaller_root
 from controller_fmu.internal_model import OscillatorStep
+from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
 from pmlsm.gap_functions import gap_functions
 
-STEPPED = 0       # status of `start` and `step`
-STEP_MISFIT = 1
-
 
 class Regulator2DOF:
-    """Samples positions and references, commands phase currents that hold until the next sample."""
+    """Samples positions and references, commands phase currents that hold until the next sample.
 
-    def __init__(self) -> None:
+    The law is NONLINEAR, with the motor feedback-linearised at the measured gap (4.12), or LINEAR, with the motor
+    linearised about the set-point such that the closed loop has the same poles there (section 4.6.1).
+    """
+
+    def __init__(self, law: int = NONLINEAR):
+        self.law = law
         self.C1 = 14.20         # m/(s² A), parameter: thrust
         self.C2 = 796.99        # m/(s² T²), parameter: attraction
         self.C3 = 31.04         # m/(s² A T), parameter: magnets on coils
         self.C4 = 0.07          # m/(s² A²), parameter: coils on iron
         self.sample_time = SAMPLE_TIME_2DOF   # s, parameter
         self.omega0 = 1.5 * pi  # rad/s, parameter
+        self.setpoint = 20.0e-3               # m, parameter of the linear law: gap of its linearisation
         self.current_limit = 4.0              # A, parameter, 0 = none
         self.antiwindup = False               # parameter
         self.trip_error = 0.0                 # m, parameter, 0 = never
@@ -33,6 +38,7 @@ class Regulator2DOF:
         self.h = OutputRegulator(-1182.0, -55.0, -154440.0, -45128.0, -11924.0, 0.0, 0.0)
         self.observer = ObserverFilter()
         self.oscillator = OscillatorStep()
+        self.linear = Linearisation()
         self.clock = SampleClock()
         self.motor = MotorCommand()
         self.started = False    # state: a measurement has come in
@@ -44,6 +50,8 @@ class Regulator2DOF:
         """Compute what follows from the fixed parameters."""
         self.observer.prepare(self.sample_time)
         self.oscillator.prepare(self.omega0, self.sample_time)
+        if self.law == LINEAR and not self.linear.prepare(self.C2, self.C3, self.C4, self.setpoint):
+            return NO_EQUILIBRIUM
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -61,8 +69,8 @@ class Regulator2DOF:
         if not self.started:
             if v.measured <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
-            v.start()
-            h.start()
+            v.start(self.holding_demand())
+            h.start(0.0)
             self.started = True
         v.sample(self.observer, self.sample_time)
         h.sample(self.observer, self.sample_time)
@@ -73,7 +81,7 @@ class Regulator2DOF:
             self.saturated = False
             self.feasible = True   # nothing is demanded any more
             return
-        i_d, i_q = self.linearise(v.demand(), h.demand())
+        i_d, i_q = self.currents(v.demand(), h.demand())
         motor = self.motor
         motor.command(i_d, i_q, self.current_limit, h.measured)
         self.saturated = motor.limited
@@ -81,7 +89,20 @@ class Regulator2DOF:
         v.update(self.oscillator, antiwindup_time * motor.excess_d)
         h.update(self.oscillator, antiwindup_time * motor.excess_q)
 
-    def linearise(self, demand_v: float, demand_h: float) -> tuple[float, float]:
+    def holding_demand(self) -> float:
+        """Demand (m/s²) by which the law commands the current that holds the mover at the measured gap."""
+        if self.law == NONLINEAR:
+            return 0.0
+        current, found = equilibrium_current(self.C2, self.C3, self.C4, self.v.measured)
+        return self.linear.demand(current, self.v.measured - self.v.reference)
+
+    def currents(self, demand_v: float, demand_h: float) -> tuple[float, float]:
+        """Currents i_d, i_q (A) for the demanded accelerations (m/s²)."""
+        if self.law == NONLINEAR:
+            return self.feedback_linearised(demand_v, demand_h)
+        return self.linear.direct_current(demand_v, self.v.error), -demand_h / (self.C1 * self.linear.f1)
+
+    def feedback_linearised(self, demand_v: float, demand_h: float) -> tuple[float, float]:
         """Currents i_d, i_q (A) that make the demanded accelerations (m/s²), equation (4.12)."""
         f1, f2, f3, f4 = gap_functions(self.v.measured)
         i_q = -demand_h / (self.C1 * f1)

@@ -1,28 +1,32 @@
-"""Nonlinear regulator of the 3-DOF stage with antiwindup (5.7), (5.10), (5.11), (5.13)."""
+"""Regulators of the 3-DOF stage with antiwindup (5.10), (5.11), (5.13): feedback-linearised, linearised, scheduled."""
 
 from math import pi
 
 from controller_fmu.feedback_linearisation import smaller_root
+from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.internal_model import OscillatorStep
+from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
 from pmlsm.gap_functions import gap_functions
-
-STEPPED = 0       # status of `start` and `step`
-STEP_MISFIT = 1
 
 
 class Regulator3DOF:
     """Samples positions and references, commands phase currents that hold until the next sample.
 
-    Both pairs get the same direct current, which takes the redundancy out of (5.2).
+    The law is NONLINEAR, with the motors feedback-linearised at the measured gap (5.7); LINEAR, with the motors
+    linearised about the set-point such that the closed loop has the same poles there (section 5.6.3); or SCHEDULED,
+    linear about the set-point of the region that the measured gap lies in (Table 5.4). Both pairs get the same direct
+    current, which takes the redundancy out of (5.2).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, law: int = NONLINEAR):
+        self.law = law
         self.C1 = 0.6135        # m/(s² A), parameter: thrust along x
         self.C2 = 0.8224        # m/(s² A), parameter: thrust along z
         self.C3 = 327.50        # m/(s² T²), parameter: attraction
@@ -30,6 +34,7 @@ class Regulator3DOF:
         self.C5 = 0.0070        # m/(s² A²), parameter: coils on iron
         self.sample_time = SAMPLE_TIME_3DOF   # s, parameter
         self.omega0 = 1.5 * pi  # rad/s, parameter
+        self.setpoint = 25.0e-3               # m, parameter of the linear law: gap of its linearisation
         self.current_limit = 4.0              # A, parameter, 0 = none
         self.antiwindup = True                # parameter
         self.trip_error = 0.0                 # m, parameter, 0 = never
@@ -38,6 +43,8 @@ class Regulator3DOF:
         self.z = OutputRegulator(-463.0, -35.0, -15121.0, -997.0, -2548.0, 1.25e-4, 0.0)
         self.observer = ObserverFilter()
         self.oscillator = OscillatorStep()
+        self.linear = Linearisation()   # the one that counts now
+        self.schedule = GainSchedule()
         self.clock = SampleClock()
         self.alpha = MotorCommand()
         self.beta = MotorCommand()
@@ -50,6 +57,13 @@ class Regulator3DOF:
         """Compute what follows from the fixed parameters."""
         self.observer.prepare(self.sample_time)
         self.oscillator.prepare(self.omega0, self.sample_time)
+        attraction = 4.0 * self.C3
+        lift = 4.0 * self.C4
+        repulsion = 4.0 * self.C5
+        if self.law == LINEAR and not self.linear.prepare(attraction, lift, repulsion, self.setpoint):
+            return NO_EQUILIBRIUM
+        if self.law == SCHEDULED and not self.schedule.prepare(attraction, lift, repulsion):
+            return NO_EQUILIBRIUM
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -65,12 +79,14 @@ class Regulator3DOF:
         y = self.y
         x = self.x
         z = self.z
+        if not self.started and y.measured <= 0.0:
+            return   # an importer that has not exchanged values yet: this is no measurement
+        if self.law == SCHEDULED:
+            self.schedule.choose(y.measured, self.linear)
         if not self.started:
-            if y.measured <= 0.0:
-                return   # an importer that has not exchanged values yet: this is no measurement
-            y.start()
-            x.start()
-            z.start()
+            y.start(self.holding_demand())
+            x.start(0.0)
+            z.start(0.0)
             self.started = True
         y.sample(self.observer, self.sample_time)
         x.sample(self.observer, self.sample_time)
@@ -84,7 +100,7 @@ class Regulator3DOF:
             self.saturated = False
             self.feasible = True   # nothing is demanded any more
             return
-        i_d, i_qa, i_qb = self.linearise(y.demand(), x.demand(), z.demand())
+        i_d, i_qa, i_qb = self.currents(y.demand(), x.demand(), z.demand())
         alpha = self.alpha
         beta = self.beta
         alpha.command(i_d, i_qa, self.current_limit, x.measured)
@@ -97,7 +113,23 @@ class Regulator3DOF:
         x.update(self.oscillator, antiwindup_time * alpha.excess_q)
         z.update(self.oscillator, antiwindup_time * beta.excess_q)
 
-    def linearise(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
+    def holding_demand(self) -> float:
+        """Demand (m/s²) by which the law commands the current that holds the mover at the measured gap."""
+        if self.law == NONLINEAR:
+            return 0.0
+        current, found = equilibrium_current(4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, self.y.measured)
+        return self.linear.demand(current, self.y.measured - self.y.reference)
+
+    def currents(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
+        """Currents i_d, i_qα, i_qβ (A) for the demanded accelerations (m/s²)."""
+        if self.law == NONLINEAR:
+            return self.feedback_linearised(demand_y, demand_x, demand_z)
+        f1 = self.linear.f1
+        return (self.linear.direct_current(demand_y, self.y.error),
+                -demand_x / (2.0 * self.C1 * f1),
+                -demand_z / (2.0 * self.C2 * f1))
+
+    def feedback_linearised(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
         """Currents i_d, i_qα, i_qβ (A) that make the demanded accelerations (m/s²), equation (5.7)."""
         f1, f2, f3, f4 = gap_functions(self.y.measured)
         i_qa = -demand_x / (2.0 * self.C1 * f1)

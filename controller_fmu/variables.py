@@ -4,6 +4,9 @@ from fmi_export.definition import Variable, flag, parameter, real_input, real_ou
 
 ANY_GAIN = 1e15
 
+SETPOINT_WITHOUT_EQUILIBRIUM = ("setpoint = {setpoint} m, expected an air gap at which the model with these constants "
+                                "has an equilibrium that a direct current controls")
+
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
@@ -54,7 +57,46 @@ def regulator_gains(axis: str, source: str, antiwindup_source: str) -> tuple[Var
     return (*(parameter(f"{axis}.{name}", unit, f"gain of the {of} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
               for name, unit, of in gains),
             *(parameter(f"{axis}.{name}", unit, f"antiwindup gain on internal-model state {name[-1]} (5.13)",
-                        antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections))
+                        antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections),
+            parameter(f"{axis}.friction_compensation", "m/s2", "acceleration that is demanded in the direction of "
+                      "motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0, 100.0, 1.0))
+
+
+def ports_2dof(d_from: tuple[str, ...], q_from: tuple[str, ...]) -> tuple[Variable, ...]:
+    """Inputs and outputs of a controller of the 2-DOF stage; the names say which inputs decide i_d and i_q."""
+    return (*axis_inputs("v", "air gap"),
+            *axis_inputs("h", "horizontal displacement"),
+            *motor_outputs("motor", d_from, q_from, "h.measured"),
+            axis_error("v"), axis_error("h"),
+            *flags(input_names("v", "h")))
+
+
+def ports_3dof(d_from: tuple[str, ...], x_from: tuple[str, ...], z_from: tuple[str, ...]) -> tuple[Variable, ...]:
+    """Inputs and outputs of a controller of the 3-DOF stage; the names say which inputs decide i_d, i_qα and i_qβ."""
+    return (*axis_inputs("y", "air gap"),
+            *axis_inputs("x", "horizontal displacement along x"),
+            *axis_inputs("z", "horizontal displacement along z"),
+            *motor_outputs("alpha", d_from, x_from, "x.measured"),
+            *motor_outputs("beta", d_from, z_from, "z.measured"),
+            axis_error("y"), axis_error("x"), axis_error("z"),
+            *flags(input_names("y", "x", "z")))
+
+
+def model_constants_2dof() -> tuple[Variable, ...]:
+    """Constants of the controllers' model of the 2-DOF stage."""
+    return (constant("C1", "m/(s2.A)", "thrust (4.3)", "stated, Table 4.3"),
+            constant("C2", "m/(s2.T2)", "attraction between magnets and iron (4.3)", "stated, Table 4.3"),
+            constant("C3", "m/(s2.A.T)", "normal force between magnets and coils (4.3)", "stated, Table 4.3"),
+            constant("C4", "m/(s2.A2)", "normal force between coils and iron (4.3)", "stated, Table 4.3"))
+
+
+def model_constants_3dof() -> tuple[Variable, ...]:
+    """Constants of the controllers' model of the 3-DOF stage."""
+    return (constant("C1", "m/(s2.A)", "thrust along x (5.3)", "stated, Table 5.3"),
+            constant("C2", "m/(s2.A)", "thrust along z (5.3)", "stated, Table 5.3"),
+            constant("C3", "m/(s2.T2)", "attraction between magnets and iron (5.3)", "stated, Table 5.3"),
+            constant("C4", "m/(s2.A.T)", "normal force between magnets and coils (5.3)", "stated, Table 5.3"),
+            constant("C5", "m/(s2.A2)", "normal force between coils and iron (5.3)", "stated, Table 5.3"))
 
 
 def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
@@ -62,19 +104,48 @@ def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
     return parameter(name, unit, f"constant of the {meaning} in the controller's model", source, 1e-9, 1e6, 1.0)
 
 
-def common_parameters(sample_time_source: str, limit_source: str, antiwindup_source: str) -> tuple[Variable, ...]:
-    """Parameters that every output regulator has."""
+def loop_parameters(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
+    """Parameters that every controller has."""
     return (parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
                       1e-6, 1.0, 1e-3, fixed=True),
-            parameter("omega0", "rad/s", "frequency of the sinusoids that are tracked",
-                      "corrected: 1.5 pi for every experiment, by which the printed gains have the printed poles",
-                      0.0, 1e3, 1.0, fixed=True),
             parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
                       0.0, 1000.0, 1.0),
-            switch("antiwindup", "correct the internal models while a command is limited", antiwindup_source),
             parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
                       "assumed: the thesis has a trip (section 4.3) and prints no threshold", 0.0, 1.0, 1e-3))
+
+
+def internal_model_parameters(antiwindup_source: str) -> tuple[Variable, ...]:
+    """Parameters of the internal models of an output regulator."""
+    return (parameter("omega0", "rad/s", "frequency of the sinusoids that are tracked",
+                      "corrected: 1.5 pi for every experiment, by which the printed gains have the printed poles",
+                      0.0, 1e3, 1.0, fixed=True),
+            switch("antiwindup", "correct the internal models while a command is limited", antiwindup_source))
+
+
+def integral_hold() -> Variable:
+    """Antiwindup of a PID."""
+    return switch("antiwindup", "hold an axis's integral while its command is limited",
+                  "assumed: the thesis uses none with the PID")
+
+
+def setpoint(use: str, source: str) -> Variable:
+    """Air gap about which a controller takes the motor as linear."""
+    return parameter("setpoint", "m", f"air gap about which {use}", source, 8e-3, 40e-3, 0.01, fixed=True)
+
+
+def pid_parameters(axis: str) -> tuple[Variable, ...]:
+    """Gains, design poles and pre-filter of the PID of one axis."""
+    gains = (("kp", "A/m", "error"), ("ki", "A/(m.s)", "integral of the error"), ("kd", "A.s/m", "rate of the error"))
+    poles = (("pole", "real pole", -1e4, -1e-3), ("pair_real", "real part of the pair of poles", -1e4, -1e-3),
+             ("pair_imaginary", "imaginary part of the pair of poles", 0.0, 1e4))
+    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {of}; while the three gains are as they start, they are "
+                        "designed at the initialization", "assumed: by pole placement, the thesis prints none",
+                        -ANY_GAIN, ANY_GAIN, 1e3) for name, unit, of in gains),
+            *(parameter(f"{axis}.{name}", "rad/s", f"{meaning} of the design", "assumed", low, high, 10.0, fixed=True)
+              for name, meaning, low, high in poles),
+            parameter(f"{axis}.prefilter", "rad/s", "corner frequency of the reference pre-filter; 0 = off",
+                      "assumed: off for steps and tracking", 0.0, 1e4, 10.0, fixed=True))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,15 @@ class FmuDefinition:
     variable_step: bool                                # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
     icon: tuple[tuple[int, int, int, int, str], ...] = field(default=())   # rectangles x, y, width, height, #rrggbb
+    arguments: tuple[int, ...] = ()                    # of the block's constructor, such as the law of a regulator
+
+    def new_block(self) -> Any:
+        """Make a block."""
+        return self.block(*self.arguments)
 
     def start_value(self, variable: Variable) -> float | bool:
         """Value that a new block gives a variable."""
-        value: float | bool = attrgetter(variable.name)(self.block())
+        value: float | bool = attrgetter(variable.name)(self.new_block())
         return value
 
 

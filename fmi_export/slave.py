@@ -46,10 +46,10 @@ class BlockSlave(Fmi2Slave):
     def __init__(self, definition: FmuDefinition, **kwargs: Any):
         super().__init__(**kwargs)
         self.definition = definition
-        self.block = definition.block()
+        self.block = definition.new_block()
         self.variables = definition.variables
         self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
-        self.state_slots = scalar_slots(self.block, definition.block())
+        self.state_slots = scalar_slots(self.block, definition.new_block())
         self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}

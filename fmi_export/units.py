@@ -23,6 +23,9 @@ UNITS: dict[str, dict[str, int]] = {
     "m.s2/A": {"m": 1, "s": 2, "A": -1},
     "m.s/A": {"m": 1, "s": 1, "A": -1},
     "m/A": {"m": 1, "A": -1},
+    "A/m": {"m": -1, "A": 1},
+    "A/(m.s)": {"m": -1, "s": -1, "A": 1},
+    "A.s/m": {"m": -1, "s": 1, "A": 1},
 }
 
 # A second unit for the eye of the importing tool: name and factor from the SI unit.

@@ -1,13 +1,12 @@
-"""What the motor's forces owe to the air gap: permeance, Carter's coefficient, magnet field, shape functions."""
+"""What the motor's forces owe to the air gap: permeance, Carter's coefficient, shape functions."""
 
 from math import atan, cosh, log, pi, sinh, sqrt
 
 from pmlsm.data_sheet import MAGNET_HEIGHT, POLE_PITCH, RECOIL_PERMEABILITY, SLOT_PITCH, SLOT_WIDTH
+from pmlsm.magnet_field import magnet_field
 
 SMALLEST_GAP = 8.0e-3    # m, the field polynomial holds from here
 LARGEST_GAP = 40.0e-3    # m, to here
-FIELD_CENTRE = 24.0e-3   # m, s = 0 of the field polynomial
-FIELD_SCALE = 16.0e-3    # m, s = ±1 at the ends of its range
 
 
 def clamp_gap(gap: float) -> float:
@@ -30,28 +29,6 @@ def carter_coefficient(gap: float) -> float:
     ratio = SLOT_WIDTH / (2.0 * gap)
     gamma1 = 4.0 / pi * (ratio * atan(ratio) - log(sqrt(1.0 + ratio * ratio)))
     return SLOT_PITCH / (SLOT_PITCH - gap * gamma1)
-
-
-def magnet_field(gap: float) -> float:
-    """Field B_pmy1 of the permanent magnets (T) at an air gap of 8…40 mm (m).
-
-    The thesis uses a polynomial of the twelfth degree and does not print it. Assumed here: one fitted to the
-    equilibrium currents and cogging forces that the thesis shows (Figs. 4.10, 4.11, 4.14, 5.11, 5.12, 5.15).
-    """
-    s = (gap - FIELD_CENTRE) / FIELD_SCALE
-    b = 1.3611197230058667e-10
-    b = b * s - 7.528843720102103e-10
-    b = b * s - 6.403219303184752e-09
-    b = b * s + 1.4195702585893311e-07
-    b = b * s - 1.014432002730224e-06
-    b = b * s + 4.431632232147665e-08
-    b = b * s + 7.086337942227495e-05
-    b = b * s - 0.0007904078321495497
-    b = b * s + 0.005047294856769541
-    b = b * s - 0.02135418663882956
-    b = b * s + 0.059845610577103754
-    b = b * s - 0.10193303675188958
-    return b * s + 0.08063180815083942
 
 
 def gap_functions(gap: float) -> tuple[float, float, float, float]:

@@ -16,6 +16,11 @@ DEFINITIONS = {
     "Plant3DOF": ("plant_fmu.plant_3dof", "PLANT_3DOF"),
     "Regulator2DOF": ("controller_fmu.regulator_2dof_fmu", "REGULATOR_2DOF"),
     "Regulator3DOF": ("controller_fmu.regulator_3dof_fmu", "REGULATOR_3DOF"),
+    "LinearRegulator2DOF": ("controller_fmu.regulator_2dof_fmu", "LINEAR_REGULATOR_2DOF"),
+    "LinearRegulator3DOF": ("controller_fmu.regulator_3dof_fmu", "LINEAR_REGULATOR_3DOF"),
+    "ScheduledRegulator3DOF": ("controller_fmu.regulator_3dof_fmu", "SCHEDULED_REGULATOR_3DOF"),
+    "PID2DOF": ("controller_fmu.pid_2dof_fmu", "PID_2DOF"),
+    "PID3DOF": ("controller_fmu.pid_3dof_fmu", "PID_3DOF"),
 }
 
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from reference_stage import G, shape_functions
 from scipy.optimize import brentq
 
-from controller_fmu.regulator_2dof import STEP_MISFIT, Regulator2DOF
+from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.status import STEP_MISFIT
 
 Regulator = Regulator2DOF | Regulator3DOF
 AXES = {Regulator2DOF: ("v", "h"), Regulator3DOF: ("y", "x", "z")}
@@ -56,10 +57,10 @@ def test_linearisation_makes_the_demanded_accelerations(gap: float, vertical: fl
     two.v.measured = three.y.measured = gap
     # The most that the motors can make without a limit is 18 to 195 m/s², by rig and gap.
     for demand in (vertical, vertical + more):
-        i_d, i_q = two.linearise(demand, x)
+        i_d, i_q = two.feedback_linearised(demand, x)
         assert -two.C1 * f1 * i_q == pytest.approx(x, rel=1e-12, abs=1e-12)
         check_vertical(two, gap, demand, i_d, (i_q,))
-        i_d, i_qa, i_qb = three.linearise(demand, x, z)
+        i_d, i_qa, i_qb = three.feedback_linearised(demand, x, z)
         assert -2 * three.C1 * f1 * i_qa == pytest.approx(x, rel=1e-12, abs=1e-12)
         assert -2 * three.C2 * f1 * i_qb == pytest.approx(z, rel=1e-12, abs=1e-12)
         check_vertical(three, gap, demand, i_d, (i_qa, i_qb))
@@ -138,7 +139,7 @@ def test_start_without_integral_action(kind: type[Regulator]) -> None:
     for name in AXES[kind]:
         axis = getattr(regulator, name)
         axis.k3, axis.reference = -1.0, axis.measured - 1e-4
-        axis.start()
+        axis.start(0.0)
         axis.sample(regulator.observer, regulator.sample_time)
         assert axis.model.xi1 == 0.0
         assert axis.demand() == pytest.approx(axis.k1 * 1e-4)

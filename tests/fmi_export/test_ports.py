@@ -2,7 +2,7 @@
 
 import pytest
 
-from scenarios.catalogue import definition
+from scenarios.catalogue import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
@@ -32,22 +32,26 @@ def test_plant_ports(stage: str) -> None:
         | (each(("y.ripple",), "amplitude", "period") if stage == "3DOF" else set()))
 
 
-@pytest.mark.parametrize("stage", STAGES)
-def test_regulator_ports(stage: str) -> None:
-    axes, motors, constants = STAGES[stage]
-    name = f"Regulator{stage}"
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("Plant")])
+def test_controller_ports(name: str) -> None:
+    axes, motors, constants = STAGES[name[-4:]]
     assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")
     assert ports(name, "output") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd", "i_d_cmd", "i_q_cmd")
                                      | each(axes, "error") | {"saturated", "feasible", "tripped"})
-    assert ports(name, "parameter") == (
-        {f"C{i}" for i in range(1, constants + 1)} | {"sample_time", "omega0", "current_limit", "antiwindup"}
-        | {"observer.time1", "observer.time2", "trip_error"}
-        | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3"))
+    of_all = ({f"C{i}" for i in range(1, constants + 1)} | {"sample_time", "current_limit", "antiwindup", "trip_error"}
+              | {"observer.time1", "observer.time2"})
+    if name.startswith("PID"):
+        own = {"setpoint"} | each(axes, "kp", "ki", "kd", "prefilter", "pole", "pair_real", "pair_imaginary")
+    else:
+        own = {"omega0"} | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3", "friction_compensation")
+        own |= {"setpoint"} if name.startswith("Linear") else set()
+    assert ports(name, "parameter") == of_all | own
 
 
 def test_inputs_start_at_mid_range() -> None:
     """An importer that sets nothing sees a quiet stage."""
-    for name, gap, start in (("Regulator2DOF", "v", 20e-3), ("Regulator3DOF", "y", 25e-3)):
+    for name in DEFINITIONS:
+        gap, start = {"2DOF": ("v", 20e-3), "3DOF": ("y", 25e-3)}[name[-4:]]
         found = definition(name)
         for v in found.variables:
             if v.causality == "input":

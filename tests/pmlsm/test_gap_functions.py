@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from pmlsm.data_sheet import GRAVITY
-from pmlsm.gap_functions import clamp_gap, gap_functions, magnet_field
+from pmlsm.gap_functions import clamp_gap, gap_functions
+from pmlsm.magnet_field import magnet_field
 
 
 @pytest.mark.parametrize(("gap", "field"), [(10e-3, 0.2333), (20e-3, 0.1102), (30e-3, 0.0498)])

@@ -1,0 +1,10 @@
+"""Status codes of the controllers' `start` and `step`."""
+
+STEPPED = 0
+STEP_MISFIT = 1        # the communication step does not fit the sample time
+NO_EQUILIBRIUM = 2     # the model holds the mover nowhere at the set-point
+PREFILTER_TOO_FAST = 3  # the reference pre-filter would be unstable at the sample time
+
+NONLINEAR = 0   # laws of a regulator
+LINEAR = 1
+SCHEDULED = 2
