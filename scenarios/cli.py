@@ -8,19 +8,20 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TimeRemainingColumn
+from rich.progress import Progress, TaskID, TimeRemainingColumn
 from rich.table import Table
 
-from scenarios.component import ComponentError
 from scenarios.errors import ScenarioError
-from scenarios.experiment import Experiment, prepare
-from scenarios.master import Recording, RunFailed
+from scenarios.experiment import Experiment
+from scenarios.master import Recording
 from scenarios.plot import plot as write_plot
 from scenarios.plot import require_matplotlib
 from scenarios.quantity import number_or_text, parse_quantity
-from scenarios.results import write_csv
-from scenarios.scenario import load_scenario, packaged_scenarios
-from scenarios.tables import claim_table, metric_tables, outcome
+from scenarios.scenario import load_runs, packaged_scenarios
+from scenarios.selection import compared, prepare_all, select
+from scenarios.study import FAILURES, RunResult, execute, execute_all, judge_all, processors
+from scenarios.tables import claim_table, claims_markdown, metric_tables, outcome, study_table
+from scenarios.verdicts import ClaimResult
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode="markdown", help="""
 Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the experiments, judge the claims.
@@ -28,12 +29,25 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
     maglev build                          # every FMU, into the folder fmus
     maglev list                           # what there is to build and to run
     maglev run 3dof-setpoints-improved    # one experiment, results into the folder results
+    maglev run --all                      # every experiment of the thesis, and a table of verdicts
 """)
 
 REPORT_WIDTH = 120   # characters
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
+Names = Annotated[list[str] | None, typer.Argument(
+    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.")]
+All = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
+Settings = Annotated[list[str] | None, typer.Option(
+    "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
+    "be repeated.")]
+Plant = Annotated[Path | None, typer.Option(help="Another plant FMU with the same ports.")]
+Controller = Annotated[Path | None, typer.Option(help="Another controller FMU with the same ports.")]
+Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.")]
+Jobs = Annotated[int | None, typer.Option(
+    min=1, help="Runs at a time, each in a process of its own; as many as processors if not given.",
+    show_default=False)]
 
 
 @contextmanager
@@ -41,7 +55,7 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     """Print what users can put right as one line, and exit with 2."""
     try:
         yield
-    except (ScenarioError, ComponentError, RunFailed, ValueError, OSError) as error:
+    except FAILURES as error:
         if debug:
             raise
         typer.echo(f"maglev: {' '.join(str(error).split())}", err=True)
@@ -74,25 +88,20 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
             built = "yes" if (fmus / f"{name}.fmu").is_file() else "no"
             table.add_row(name, built, catalogue.definition(name).description)
         console.print(table)
-        table = Table("scenario", "figures", "what it is")
+        table = Table("run", "figures", "what it is")
         for name in packaged_scenarios():
-            scenario = load_scenario(name)
-            table.add_row(name, ", ".join(scenario.figures), scenario.title)
+            for scenario in load_runs(name):
+                table.add_row(scenario.name, ", ".join(scenario.figures), scenario.title)
         console.print(table)
 
 
 @app.command()
-def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `maglev list`), or a TOML file.")],
-        settings: Annotated[list[str] | None, typer.Option(
-            "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a "
-            "unit and may be repeated.")] = None,
-        plant: Annotated[Path | None, typer.Option(help="Another plant FMU with the same ports.")] = None,
-        controller: Annotated[Path | None, typer.Option(help="Another controller FMU with the same ports.")] = None,
-        step: Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.")] = None,
+def run(names: Names = None, everything: All = False, settings: Settings = None, plant: Plant = None,
+        controller: Controller = None, step: Step = None,
         out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
-        plot: Annotated[bool, typer.Option("--plot", help="Also write a picture (needs matplotlib).")] = False,
-        fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
-    """Run a scenario: co-simulate its FMUs, measure, judge its claims, and write CSV and text.
+        plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
+        fmus: Fmus = Path("fmus"), jobs: Jobs = None, debug: Debug = False) -> None:
+    """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
     **Examples:**
 
@@ -100,33 +109,48 @@ def run(scenario: Annotated[str, typer.Argument(help="Name of a scenario (see `m
 
     `maglev run 2dof-setpoints --controller my_controller.fmu --set controller.gain=3`
 
+    `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
+
     The results are `NAME.csv` (time first, then `fmu.variable`) and `NAME.txt`. A run that an FMU ends early leaves
-    what it has recorded in `NAME.partial.csv`.
+    what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
     """
-    console = report_console()
     with one_line_errors(debug):
-        replaced = {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
-        experiment = prepare(load_scenario(scenario), fmus, replaced, settings or [],
-                             None if step is None else read_step(step))
-        name = experiment.scenario.name
+        runs = select(names or [], everything)
+        replaced = replacements(plant, controller)
+        # With another FMU on both sides of a comparison, the claim would be about something else.
+        others = [] if replaced else compared(runs)
+        at = None if step is None else read_step(step)
+        experiments = prepare_all([*runs, *others], fmus, replaced, settings or [], at)
+        note_left_out(experiments)
         # What would fail after the run fails before it.
         out.mkdir(parents=True, exist_ok=True)
         if plot:
             require_matplotlib()
-        try:
-            recording = run_with_progress(experiment)
-        except RunFailed as error:
-            partial = out / f"{name}.partial.csv"
-            write_csv(partial, error.recording, experiment.output_every())
-            raise RunFailed(f"{error}; what was recorded until then is in {partial}", error.recording) from error
-        write_csv(out / f"{name}.csv", recording, experiment.output_every())
-        show(console, experiment, recording)
-        written = [f"{name}.csv", f"{name}.txt"]
-        if plot:
-            write_plot(out / f"{name}.png", experiment.scenario, recording, experiment.output_every())
-            written.append(f"{name}.png")
-        (out / f"{name}.txt").write_text(console.export_text(), encoding="utf-8")
-        console.print(f"results: {', '.join(str(out / file) for file in written)}", soft_wrap=True)
+        results = run_experiments(experiments, out, jobs or processors())
+        verdicts = judge_all(results)
+        written = [file for result in results for file in write_results(result, verdicts, out, plot)]
+        if len(results) > 1:
+            console = report_console()
+            console.print(study_table(results, verdicts))
+            claims = out / "claims.md"
+            claims.write_text(claims_markdown(results, verdicts), encoding="utf-8")
+            written = [f"every NAME.csv and NAME.txt, and claims.md, in {out}"]
+        typer.echo(f"results: {', '.join(written)}")
+        if any(result.failure is not None for result in results):
+            raise typer.Exit(2)
+
+
+def replacements(plant: Path | None, controller: Path | None) -> dict[str, Path]:
+    """FMU files that take the place of a scenario's, by participant."""
+    return {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+
+
+def note_left_out(experiments: list[Experiment]) -> None:
+    """Say which start values a replaced FMU does not take: they are its own business, but nothing is silent."""
+    for left_out in dict.fromkeys(experiment.left_out for experiment in experiments):
+        if left_out:
+            typer.echo(f"maglev: the FMU that was put in has no {', '.join(left_out)}: the scenario's start values are "
+                       "left out", err=True)
 
 
 def report_console() -> Console:
@@ -145,24 +169,52 @@ def read_step(text: str) -> float:
         raise ScenarioError(f"--step {text}: {error}") from error
 
 
-def run_with_progress(experiment: Experiment) -> Recording:
-    """Run an experiment, with a progress bar where a person looks on."""
+def run_experiments(experiments: list[Experiment], out: Path, jobs: int) -> list[RunResult]:
+    """Run one experiment here, or several in processes, with progress bars where a person looks on."""
     with Progress(*Progress.get_default_columns()[:3], TimeRemainingColumn(elapsed_when_finished=True),
                   console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(experiment.scenario.name, total=None)
-        return experiment.run(lambda done, steps: bar.update(task, completed=done, total=steps))
+        if len(experiments) == 1:
+            task = bar.add_task(experiments[0].scenario.name, total=None)
+            return [execute(experiments[0], out, lambda done, steps: bar.update(task, completed=done, total=steps))]
+        whole = bar.add_task("all runs", total=len(experiments))
+        tasks: dict[str, TaskID] = {}
+
+        def watch(name: str, done: int, steps: int) -> None:
+            if name not in tasks:
+                tasks[name] = bar.add_task(name)
+            bar.update(tasks[name], completed=done, total=steps)
+            if done == steps:
+                bar.remove_task(tasks[name])
+                bar.advance(whole)
+
+        return execute_all(experiments, out, jobs, watch)
 
 
-def show(console: Console, experiment: Experiment, recording: Recording) -> None:
-    """Print what was measured, and the claims with their verdicts."""
-    scenario = experiment.scenario
-    metrics, results = experiment.judge(recording)
+def write_results(result: RunResult, verdicts: dict[str, list[ClaimResult]], out: Path, plot: bool) -> list[str]:
+    """Write the text of a run, and its picture; print the text if it is the only one."""
+    scenario = result.scenario
+    console = report_console()
+    console.quiet = len(verdicts) > 1
+    show(console, result, verdicts[scenario.name])
+    (out / f"{scenario.name}.txt").write_text(console.export_text(), encoding="utf-8")
+    files = [f"{scenario.name}.csv", f"{scenario.name}.txt"]
+    if plot and result.metrics is not None:
+        write_plot(out / f"{scenario.name}.png", scenario, Recording(result.time, result.columns))
+        files.append(f"{scenario.name}.png")
+    return [str(out / file) for file in files]
+
+
+def show(console: Console, result: RunResult, verdicts: list[ClaimResult]) -> None:
+    """Print what was measured on a run, and the claims with their verdicts."""
+    scenario = result.scenario
     console.print(f"[bold]{scenario.name}[/]: {scenario.title}")
-    for table in metric_tables(scenario, metrics):
+    if result.metrics is None:
+        console.print(f"did not complete: {result.failure}")
+        return
+    for table in metric_tables(scenario, result.metrics):
         console.print(table)
-    if results:
-        console.print(claim_table(results))
-    console.print(outcome(metrics))
+    console.print(claim_table(verdicts) if verdicts else "no claims")
+    console.print(outcome(result.metrics))
 
 
 if __name__ == "__main__":

@@ -6,11 +6,9 @@ from pathlib import Path
 
 from fmpy.model_description import ModelDescription
 
-from scenarios.claims import ClaimResult, judge
 from scenarios.component import read_description
 from scenarios.errors import ScenarioError, nearest
 from scenarios.master import Master, Participant, Progress, Recording, whole_steps
-from scenarios.metrics import Metrics, evaluate
 from scenarios.port_check import check_names
 from scenarios.quantity import number_or_text
 from scenarios.scenario import Fmu, Scenario, StartValue, read_start_value
@@ -27,11 +25,14 @@ class Experiment:
         FMU file of each participant, in the order of stepping.
     step : float
         Communication step, s.
+    left_out : tuple of str
+        Start values of the scenario, `fmu.variable`, for which the FMU that was put in has no variable.
     """
 
     scenario: Scenario
     files: dict[str, Path]
     step: float
+    left_out: tuple[str, ...] = ()
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the scenario against the FMUs; returns their model descriptions.
@@ -84,11 +85,6 @@ class Experiment:
         """Communication steps between two rows of the results."""
         return max(1, round(self.scenario.output_interval / self.step))
 
-    def judge(self, recording: Recording) -> tuple[Metrics, list[ClaimResult]]:
-        """Measure a recording and judge the scenario's claims on it."""
-        metrics = evaluate(self.scenario, recording.time, recording.columns)
-        return metrics, [judge(claim, metrics) for claim in self.scenario.claims]
-
 
 def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Iterable[str],
             step: float | None = None) -> Experiment:
@@ -108,20 +104,33 @@ def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings:
 
     Raises
     ------
-    ScenarioError
+    ScenarioError, ComponentError
         If a replaced participant or a setting does not exist or cannot be read.
     """
     for name in replaced:
         known_participant(scenario, f"--{name}", name)
     start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
+    settings = list(settings)
     for setting in settings:
         name, variable, value = read_setting(setting)
         known_participant(scenario, f"--set {setting}", name)
         start[name][variable] = value
+    asked = {setting.partition("=")[0].strip() for setting in settings}
+    left_out = [full for name, path in replaced.items() for full in unknown_starts(name, path, start[name])
+                if full not in asked]
+    for full in left_out:
+        name, _, variable = full.partition(".")
+        del start[name][variable]
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name]}) for name, fmu in scenario.fmus.items()}
     changed = scenario.model_copy(update={"fmus": scenario_fmus})
     files = {name: replaced.get(name) or fmu_file(fmu, fmus) for name, fmu in scenario.fmus.items()}
-    return Experiment(changed, files, scenario.step if step is None else step)
+    return Experiment(changed, files, scenario.step if step is None else step, tuple(left_out))
+
+
+def unknown_starts(name: str, path: Path, start: Mapping[str, StartValue]) -> list[str]:
+    """Start values, `fmu.variable`, that an FMU put in by the user has no variable for: its parameters are its own."""
+    known = {v.name for v in read_description(name, path).modelVariables}
+    return [f"{name}.{variable}" for variable in start if variable not in known]
 
 
 def known_participant(scenario: Scenario, key: str, name: str) -> None:

@@ -65,6 +65,7 @@ class Metrics:
     stop_contact: float | None            # s, first time an end stop was touched, None = never
     tripped: float | None                 # s, first time the controller had tripped, None = never
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
+    lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
 
 
 def evaluate(scenario: "Scenario", time: Array, columns: Mapping[str, Array]) -> Metrics:
@@ -93,8 +94,10 @@ def evaluate(scenario: "Scenario", time: Array, columns: Mapping[str, Array]) ->
     end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in scenario.axes}
     stop_contact = first_time(time, columns, scenario.stop_flag)
     tripped = first_time(time, columns, scenario.trip_flag)
+    flags = [column(columns, flag, len(time)) for flag in (scenario.stop_flag, scenario.trip_flag) if flag is not None]
     return Metrics(
         steps=step_responses(time, positions, references, settings.bands),
+        lost=lost_setpoints(time, positions, references, flags, settings.fail_error),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
             for axis in scenario.axes),
@@ -152,12 +155,24 @@ def step_responses(time: Array, positions: Mapping[str, Array], references: Mapp
                    bands: Sequence[float]) -> tuple[StepResponse, ...]:
     """Measure every step of every axis, in order of time; arguments as in `evaluate`, by axis."""
     own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
-    starts = sorted({k for steps in own_steps.values() for k in steps})
-    ends = [*starts[1:], len(time)]
     return tuple(step_response(axis, time[start:end], positions[axis][start:end],
                                float(references[axis][start - 1]), float(references[axis][start]), bands)
-                 for start, end in zip(starts, ends, strict=False)
+                 for start, end in step_windows(references, len(time))
                  for axis, steps in own_steps.items() if start in steps)
+
+
+def step_windows(references: Mapping[str, Array], length: int) -> list[tuple[int, int]]:
+    """Return the first sample of each stretch from a step of any axis to the next one, and the one behind its last."""
+    starts = sorted({k for reference in references.values() for k in step_samples(reference)})
+    return list(zip(starts, [*starts[1:], length], strict=False))
+
+
+def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
+                   flags: Sequence[Array], fail_error: float) -> tuple[float, ...]:
+    """Return the times (s) of the steps after which a flag was set or the error (m) at the end was too large."""
+    return tuple(float(time[start]) for start, end in step_windows(references, len(time))
+                 if any(flag[start:end].any() for flag in flags)
+                 or any(abs(positions[axis][end - 1] - references[axis][end - 1]) > fail_error for axis in references))
 
 
 def step_response(axis: str, time: Array, position: Array, start: float, target: float,

@@ -1,15 +1,26 @@
 """A scenario: which FMUs run together, on which references, and what is measured and claimed."""
 
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, PlainValidator, PrivateAttr, StrictBool, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, ValidationError, model_validator
 
 from scenarios.claims import TRACKING_METRICS, Claim
 from scenarios.errors import ScenarioError, nearest
-from scenarios.quantity import read_quantity
+from scenarios.quantity import parse_quantity, read_quantity
 from scenarios.signals import Signal
-from scenarios.toml_table import Metres, Seconds, Table, key_refused, merge, one_line, read_layers
+from scenarios.toml_table import (
+    Layer,
+    Metres,
+    Seconds,
+    Table,
+    extended,
+    key_refused,
+    merged,
+    one_line,
+    read_layers,
+)
 
 PACKAGED = Path(__file__).parent
 
@@ -67,6 +78,20 @@ class MetricSettings(Table):
     fail_error: Metres = 1e-3
 
 
+class SignalTolerance(Table):
+    """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
+
+    absolute: Annotated[float, BeforeValidator(parse_quantity), Field(ge=0.0)] = 0.0
+    relative: Annotated[float, Field(ge=0.0)] = 0.0
+
+
+class CheckSettings(Table):
+    """Which signals a baseline holds, how often, and how closely a run must follow them."""
+
+    interval: Annotated[Seconds, Field(gt=0.0)] = 0.05
+    signals: dict[str, SignalTolerance] = {}
+
+
 class Scenario(Table):
     """One experiment.
 
@@ -88,6 +113,7 @@ class Scenario(Table):
     stop_flag: str | None = None
     trip_flag: str | None = None
     metrics: MetricSettings = MetricSettings()
+    check: CheckSettings = CheckSettings()
     claims: list[Claim] = []
     _path: Path = PrivateAttr(default=Path("scenario"))
 
@@ -121,6 +147,9 @@ class Scenario(Table):
                                   "claims", i)
             if claim.metric in TRACKING_METRICS and self.metrics.tracking_from is None:
                 raise key_refused("metric", claim.metric, "expected metrics.tracking_from to be given", "claims", i)
+            if claim.than_axis is not None and claim.than_axis not in self.axes:
+                raise key_refused("than_axis", claim.than_axis,
+                                  f"not in [axes], nearest is {nearest(claim.than_axis, self.axes)}", "claims", i)
         return self
 
     @property
@@ -144,8 +173,27 @@ def packaged_scenarios() -> list[str]:
     return sorted(path.stem for path in PACKAGED.glob("*.toml"))
 
 
-def load_scenario(name_or_path: str | Path) -> Scenario:
-    """Load a packaged scenario by its bare name, or any other by its path.
+@cache
+def packaged_runs() -> dict[str, str]:
+    """Names of all runs that come with the package, one for each variant, and the scenarios that they belong to."""
+    return {run: name for name in packaged_scenarios() for run in runs_in(read_layers(PACKAGED / f"{name}.toml"))}
+
+
+def runs_in(layers: list[Layer]) -> list[str]:
+    """Names of the runs that a scenario file defines."""
+    table = merged(layers)
+    variants = table.get("variants")
+    names = [f"{table.get('name')}-{variant}" for variant in variants] if isinstance(variants, dict) else []
+    return names or [str(table.get("name"))]
+
+
+def load_runs(name_or_path: str | Path) -> list[Scenario]:
+    """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path.
+
+    Returns
+    -------
+    list of Scenario
+        One run for each variant of the scenario, or the one that is named.
 
     Raises
     ------
@@ -155,17 +203,53 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     """
     path = Path(name_or_path)
     if path.name == str(name_or_path) and path.suffix != ".toml":
-        if path.name not in packaged_scenarios():
-            raise ScenarioError(f"there is no scenario {path.name!r}; nearest is "
-                                f"{nearest(path.name, packaged_scenarios())}")
-        path = PACKAGED / f"{path.name}.toml"
+        names = {name: name for name in packaged_scenarios()} | packaged_runs()
+        if path.name not in names:
+            raise ScenarioError(f"there is no scenario {path.name!r}; nearest is {nearest(path.name, names)}")
+        runs = read_runs(PACKAGED / f"{names[path.name]}.toml")
+        return [run for run in runs if run.name == path.name] or runs
+    return read_runs(path)
+
+
+def load_scenario(name_or_path: str | Path) -> Scenario:
+    """Load a single run; see `load_runs`."""
+    runs = load_runs(name_or_path)
+    if len(runs) != 1:
+        raise ScenarioError(f"{name_or_path} has variants, expected one of {', '.join(run.name for run in runs)}")
+    return runs[0]
+
+
+def read_runs(path: Path) -> list[Scenario]:
+    """Runs of a scenario file: one for each entry of its table `variants`, or the scenario itself.
+
+    A variant is merged over the scenario; its claims come after the scenario's own.
+    """
     layers = read_layers(path)
-    merged: dict[str, Any] = {}
-    for layer in layers:
-        merged = merge(merged, layer.table)
+    table = merged(layers)
+    variants = table.get("variants", {})
+    if not isinstance(variants, dict) or not all(isinstance(variant, dict) for variant in variants.values()):
+        raise ScenarioError(f"{path}: variants = {variants!r}: expected tables, one for each variant")
+    base = [Layer(layer.path, {key: value for key, value in layer.table.items() if key != "variants"})
+            for layer in layers]
+    if not variants:
+        return [read_run(path, base, runs_in(layers))]
+    runs = []
+    for name, variant in variants.items():
+        claims = [*table.get("claims", []), *variant.get("claims", [])]
+        over = {**variant, "name": f"{table.get('name')}-{name}", "claims": claims}
+        runs.append(read_run(path, [*base, *extended(Layer(path, over))], runs_in(layers)))
+    return runs
+
+
+def read_run(path: Path, layers: list[Layer], siblings: list[str]) -> Scenario:
+    """Scenario of one run; `siblings` are the runs of its file."""
     try:
-        scenario = Scenario.model_validate(merged)
+        scenario = Scenario.model_validate(merged(layers))
     except ValidationError as error:
         raise ScenarioError(one_line(error, layers)) from None
+    for claim in scenario.claims:
+        if claim.than is not None and claim.than not in siblings and claim.than not in packaged_runs():
+            raise ScenarioError(f"{path}: claims.than = {claim.than!r}: there is no such run; nearest is "
+                                f"{nearest(claim.than, [*siblings, *packaged_runs()])}")
     scenario._path = path
     return scenario

@@ -1,15 +1,19 @@
 """Metrics and verdicts as tables for the terminal and the text report."""
 
 import math
+from collections.abc import Mapping, Sequence
 
+from rich.markup import escape
 from rich.table import Table
 
-from scenarios.claims import ClaimResult
 from scenarios.metrics import Metrics
 from scenarios.quantity import to_unit
 from scenarios.scenario import Scenario
+from scenarios.study import RunResult
+from scenarios.verdicts import VERDICTS, ClaimResult
 
-COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim"}
+COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim",
+           "not run": "magenta"}
 
 
 def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
@@ -50,14 +54,42 @@ def claim_table(results: list[ClaimResult]) -> Table:
         table.add_column(name)
     for result in results:
         claim = result.claim
-        note = ""
-        if result.verdict == "not testable":
-            note = f": {claim.not_testable}"
-        elif result.verdict == "not reproduced" and claim.reason:
-            note = f": {claim.reason}"
+        note = f": {result.note}" if result.note else ""
         table.add_row(claim.text, claim.source, claim.expectation if claim.metric else "", result.measured_text,
                       f"[{COLOURS[result.verdict]}]{result.verdict}[/]{note}")
     return table
+
+
+def study_table(results: Sequence[RunResult], verdicts: Mapping[str, Sequence[ClaimResult]]) -> Table:
+    """Table of many runs: how each ended, and how many of its claims have which verdict."""
+    table = Table("run", "outcome", *VERDICTS, title="Verdicts on the claims")
+    totals = dict.fromkeys(VERDICTS, 0)
+    for result in results:
+        name = result.scenario.name
+        ended = outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
+        counts = {verdict: sum(claim.verdict == verdict for claim in verdicts[name]) for verdict in VERDICTS}
+        for verdict, count in counts.items():
+            totals[verdict] += count
+        cells = [f"[{COLOURS[verdict]}]{count}[/]" if count else "" for verdict, count in counts.items()]
+        table.add_row(name, escape(ended), *(cells if verdicts[name] else ["no claims"]))
+    table.add_section()
+    table.add_row(f"{len(results)} runs", "", *(str(total) for total in totals.values()))
+    return table
+
+
+def claims_markdown(results: Sequence[RunResult], verdicts: Mapping[str, Sequence[ClaimResult]]) -> str:
+    """Table of all claims in Markdown: run, claim, source, the thesis's value, ours, verdict."""
+    lines = ["| run | claim | source | thesis | here | verdict |", "|---|---|---|---|---|---|"]
+    for result in results:
+        for judged in verdicts[result.scenario.name]:
+            claim = judged.claim
+            verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
+            cells = (f"`{result.scenario.name}`", claim.text, claim.source, claim.expectation, judged.measured_text,
+                     verdict)
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    counted = [judged.verdict for run in verdicts.values() for judged in run]
+    counts = ", ".join(f"{counted.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in counted)
+    return f"{len(counted)} claims on {len(results)} runs: {counts}.\n\n" + "\n".join(lines) + "\n"
 
 
 def outcome(metrics: Metrics) -> str:

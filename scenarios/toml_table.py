@@ -49,7 +49,7 @@ class Layer(NamedTuple):
     table: dict[str, Any]
 
 
-def read_layers(path: Path) -> list[Layer]:
+def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
     """Read a file and those it extends, the file itself last.
 
     Raises
@@ -57,18 +57,28 @@ def read_layers(path: Path) -> list[Layer]:
     ScenarioError
         If a file is missing, is not TOML, or extends itself.
     """
-    layers: list[Layer] = []
-    while True:
-        if any(layer.path == path for layer in layers):
-            raise ScenarioError(f"{layers[0].path}: extends = {str(path)!r}: a file cannot extend itself")
-        table = read_toml(path)
-        base = table.pop("extends", None)
-        layers.insert(0, Layer(path, table))
-        if base is None:
-            return layers
-        if not isinstance(base, str):
-            raise ScenarioError(f"{path}: extends = {base!r}: expected the relative path of a scenario file")
-        path = (path.parent / base).resolve()
+    if path in extending:
+        raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
+    return extended(Layer(path, read_toml(path)), extending)
+
+
+def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
+    """Layers of the files that a table extends, in their order, and the table itself last."""
+    path, table = layer
+    bases = table.pop("extends", [])
+    bases = [bases] if isinstance(bases, str) else bases
+    if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
+        raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
+    layers = [below for base in bases for below in read_layers((path.parent / base).resolve(), (*extending, path))]
+    return [*layers, layer]
+
+
+def merged(layers: list[Layer]) -> dict[str, Any]:
+    """Merge layers, later ones over earlier ones."""
+    table: dict[str, Any] = {}
+    for layer in layers:
+        table = merge(table, layer.table)
+    return table
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -81,14 +91,21 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: TOML syntax: {error}") from None
+    variants = table.get("variants")
+    for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
+        if isinstance(part, dict):
+            place_files(part, path.parent)
+    return table
+
+
+def place_files(table: dict[str, Any], folder: Path) -> None:
+    """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
     fmus = table.get("fmus")
     signals = table.get("signals")
     entries = [*(fmus.values() if isinstance(fmus, dict) else []), *(signals if isinstance(signals, list) else [])]
     for entry in entries:
-        # A file named in an extended file lies beside that file, not beside the one that extends it.
         if isinstance(entry, dict) and isinstance(entry.get("file"), str):
-            entry["file"] = str(path.parent / entry["file"])
-    return table
+            entry["file"] = str(folder / entry["file"])
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -106,10 +123,7 @@ def one_line(error: ValidationError, layers: list[Layer]) -> str:
     """Say the first refusal in one line: file, key, value, expectation."""
     first = error.errors()[0]
     context = first.get("ctx", {})
-    merged: Mapping[str, Any] = {}
-    for layer in layers:
-        merged = merge(merged, layer.table)
-    keys = keys_in(merged, first["loc"])
+    keys = keys_in(merged(layers), first["loc"])
     value = first["input"]
     if first["type"] == "missing":
         return f"{layers[-1].path}: {key_path(keys)}: required key is missing"

@@ -95,7 +95,8 @@ def test_schedule_switches_at_the_gaps_of_the_table(gap: float, setpoint: float)
     assert (current_gains(scheduled) == current_gains(linear)).all()
 
 
-@pytest.mark.parametrize(("kind", "law"), [(Regulator2DOF, LINEAR), (Regulator3DOF, LINEAR), (Regulator3DOF, SCHEDULED)])
+@pytest.mark.parametrize(("kind", "law"),
+                         [(Regulator2DOF, LINEAR), (Regulator3DOF, LINEAR), (Regulator3DOF, SCHEDULED)])
 @pytest.mark.parametrize("gap", [20e-3, 23e-3, 27e-3])
 def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, law: int) -> None:
     """At the measured gap by the nonlinear model, whatever the errors, although no current is fed forward."""

@@ -3,8 +3,9 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from scenarios.claims import Claim, judge
+from scenarios.claims import Claim
 from scenarios.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
+from scenarios.verdicts import judge
 
 
 def step(axis="y", settling=2.0, overshoot=0.2, error=1e-5):

@@ -1,0 +1,155 @@
+"""The claims of the thesis as HTML: summary, table with a group for each run, and links between claims and figures."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from typing import NamedTuple
+
+from scenarios.report.figures import Shown
+from scenarios.study import RunResult
+from scenarios.verdicts import VERDICTS, ClaimResult, Verdict
+
+
+class Look(NamedTuple):
+    """How a verdict looks: CSS class, and a sign that needs no colour."""
+
+    css: str
+    sign: str
+
+
+LOOKS: dict[Verdict, Look] = {
+    "reproduced": Look("good", "✓"),
+    "within 10 %": Look("close", "≈"),
+    "not reproduced": Look("bad", "✗"),
+    "not testable": Look("open", "?"),
+    "not run": Look("none", "–"),
+}
+
+# "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
+FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
+FIGURE_NUMBER = re.compile(r"\d+\.\d+")
+FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
+
+Judgements = Mapping[str, Sequence[ClaimResult]]
+
+
+def badge(verdict: Verdict) -> str:
+    """Verdict in its colour, with its sign."""
+    css, sign = LOOKS[verdict]
+    return f'<span class="verdict {css}"><span aria-hidden="true">{sign}</span> {verdict}</span>'
+
+
+def count_verdicts(judgements: Judgements) -> Counter[Verdict]:
+    """Count the claims by verdict."""
+    return Counter(result.verdict for claims in judgements.values() for result in claims)
+
+
+def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
+    """Numbers of claims by verdict, and of runs."""
+    counts = count_verdicts(judgements)
+    cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
+                    f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS)
+    failed = sum(result.failure is not None for result in results)
+    return (f'<ul class="cards">{cards}</ul>\n'
+            f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>')
+
+
+def filter_buttons(judgements: Judgements) -> str:
+    """Buttons that show the claims of one verdict."""
+    counts = count_verdicts(judgements)
+    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all {counts.total()}</button>']
+    buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
+                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} {counts[verdict]}</button>'
+                for verdict in VERDICTS if counts[verdict]]
+    return f'<div class="filter" role="group" aria-label="Show claims by verdict">{"".join(buttons)}</div>'
+
+
+def run_id(name: str) -> str:
+    """Anchor of a run's group of claims."""
+    return "run-" + re.sub(r"[^A-Za-z0-9_-]", "_", name)
+
+
+def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown]) -> str:
+    """Bodies of the table, one for each run, in the order of the results."""
+    by_name: dict[str, RunResult | None] = {result.scenario.name: result for result in results}
+    names = dict.fromkeys([*by_name, *judgements])
+    return "\n".join(claim_group(name, by_name.get(name), judgements.get(name, ()), shown) for name in names)
+
+
+def claim_group(name: str, result: RunResult | None, claims: Sequence[ClaimResult], shown: Sequence[Shown]) -> str:
+    """Body of the table with the claims about one run."""
+    title = "" if result is None else f" {escape(result.scenario.title)}"
+    statuses = ["this run is not among the results"] if result is None else list(run_status(result))
+    status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in statuses)
+    figures = [each for each in shown if any(run.scenario.name == name for run in each.runs)]
+    links = ", ".join(f'<a href="#{each.id}">{escape(each.figure.title)}</a>' for each in figures)
+    where = f'<p class="where">{links}</p>' if links else ""
+    rows = [claim_row(f"{run_id(name)}-{k}", each, figures, shown) for k, each in enumerate(claims)]
+    if not rows:
+        rows = ['<tr class="empty"><td colspan="5">no claims</td></tr>']
+    return (f'<tbody id="{run_id(name)}"><tr class="run"><th colspan="5" scope="rowgroup">'
+            f'<strong>{escape(name)}</strong>{title}{status}{where}</th></tr>\n' + "\n".join(rows) + "</tbody>")
+
+
+def run_status(result: RunResult) -> Iterator[str]:
+    """What went wrong in a run, if anything."""
+    if result.failure is not None:
+        recorded = f"recorded until {result.time[-1]:.3f} s" if len(result.time) else "nothing was recorded"
+        yield f"did not complete ({recorded}): {result.failure}"
+    for time, words in events(result):
+        yield f"{words} at {time:.3f} s"
+
+
+def events(result: RunResult) -> list[tuple[float, str]]:
+    """Times (s) of what stopped or disturbed a run, with words."""
+    if result.metrics is None:
+        return []
+    found = ((result.metrics.stop_contact, "touched an end stop"), (result.metrics.tripped, "the controller tripped"))
+    return [(time, words) for time, words in found if time is not None]
+
+
+def claim_row(anchor: str, result: ClaimResult, figures: Sequence[Shown], shown: Sequence[Shown]) -> str:
+    """One claim."""
+    claim = result.claim
+    reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
+    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, [*figures, *shown])),
+             ("thesis says", escape(claim.expectation)), ("measured", escape(result.measured_text)),
+             ("verdict", f"{badge(result.verdict)}{reason}"))
+    return (f'<tr id="{anchor}" data-verdict="{result.verdict}">'
+            + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
+
+
+def linked_source(source: str, shown: Iterable[Shown]) -> str:
+    """Source of a claim with links to the figures of the page that it cites; the first of a number is taken."""
+    targets: dict[str, str] = {}
+    for each in shown:
+        targets.setdefault(str(each.figure.number), each.id)
+
+    def link(match: re.Match[str]) -> str:
+        number = match.group()
+        return f'<a href="#{targets[number]}">{number}</a>' if number in targets else number
+
+    return FIGURE_LIST.sub(lambda found: FIGURE_NUMBER.sub(link, found.group()), escape(source))
+
+
+def cited_figures(source: str) -> set[str]:
+    """Numbers of the figures that a source cites, those within a range too."""
+    numbers: set[str] = set()
+    for text in FIGURE_LIST.findall(source):
+        numbers.update(FIGURE_NUMBER.findall(text))
+        for chapter, first, _, last in FIGURE_RANGE.findall(text):
+            numbers.update(f"{chapter}.{k}" for k in range(int(first), int(last) + 1))
+    return numbers
+
+
+def claims_of_figure(shown: Shown, judgements: Judgements) -> str:
+    """Links to the claims about a figure: those of its runs that cite it, or all of them if it has no number."""
+    items = []
+    for run in shown.runs:
+        name = run.scenario.name
+        for k, result in enumerate(judgements.get(name, ())):
+            if shown.figure.number is None or shown.figure.number in cited_figures(result.claim.source):
+                items.append(f'<li><a href="#{run_id(name)}-{k}">{badge(result.verdict)}</a> '
+                             f"{escape(result.claim.text)}</li>")
+    return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -1,0 +1,151 @@
+"""The page: claims with their verdicts, figures of the runs, a moving picture, and what all this rests on."""
+
+import json
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from scenarios.errors import ScenarioError
+from scenarios.report import claim_table
+from scenarios.report.figures import (
+    MOVING,
+    Shown,
+    error_of,
+    needed_tolerances,
+    read_figures,
+    recorded_columns,
+    shown_commands,
+    shown_figures,
+    speed_of,
+)
+from scenarios.report.series import pack
+from scenarios.study import RunResult
+from scenarios.verdicts import ClaimResult
+
+FOLDER = Path(__file__).parent
+SCRIPTS = ("series.js", "plots.js", "claims.js", "stage.js", "player.js")
+
+
+def require_plotly() -> None:
+    """Raise ScenarioError if plotly, an extra of this project, is not installed."""
+    if find_spec("plotly") is None:
+        raise ScenarioError("the report needs plotly, expected it to be installed: pip install 'maglev-fmus[report]'")
+
+
+def write_report(path: Path, results: Sequence[RunResult], judgements: Mapping[str, Sequence[ClaimResult]]) -> None:
+    """Write the report of a study as one HTML page that needs no network.
+
+    The file appears under its name when it is complete: what stood there before is intact until then.
+
+    Parameters
+    ----------
+    path : Path
+        The HTML file; its folder is made if needed.
+    results : sequence of RunResult
+        The runs, also those that failed.
+    judgements : mapping of str to sequence of ClaimResult
+        Claims with their verdicts by name of the run.
+
+    Raises
+    ------
+    ScenarioError
+        If plotly is not installed.
+    """
+    require_plotly()
+    page = report_page(results, judgements, plotly_script())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text(page, encoding="utf-8", newline="\n")
+    unfinished.replace(path)
+
+
+def plotly_script() -> str:
+    """plotly.js as plotly brings it along."""
+    # An extra without types.
+    return str(import_module("plotly.offline").get_plotlyjs())
+
+
+def report_page(results: Sequence[RunResult], judgements: Mapping[str, Sequence[ClaimResult]], plotly: str) -> str:
+    """Text of the page; `plotly` is the source of plotly.js."""
+    shown = shown_figures(read_figures(), results)
+    data = {"runs": {result.scenario.name: run_data(result, shown) for result in results if len(result.time)},
+            "figures": {each.id: figure_data(each) for each in shown},
+            "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
+    return Template(read("page.html")).substitute(
+        style=read("style.css"),
+        summary=claim_table.summary(results, judgements),
+        filter=claim_table.filter_buttons(judgements),
+        claims=claim_table.claim_groups(results, judgements, shown),
+        figures="\n".join(figure_element(each, judgements) for each in shown) or "<p>No run was recorded.</p>",
+        assumptions=read("assumptions.html"),
+        descriptions="\n".join(description(result) for result in results),
+        data=json_in_html(data),
+        plotly=plotly,
+        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+
+
+def read(name: str) -> str:
+    """Text of a file of this package."""
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
+def json_in_html(data: object) -> str:
+    """JSON that can stand in a script element: no tag can begin in it."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def has_motion(result: RunResult, name: str) -> bool:
+    """Whether this is the run of that name, and has what the moving picture needs."""
+    axes = result.scenario.axes.values()
+    return (result.scenario.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
+            and all(error_of(axis) in recorded_columns(result) for axis in axes))
+
+
+def run_data(result: RunResult, shown: Sequence[Shown]) -> dict[str, Any]:
+    """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
+    scenario = result.scenario
+    packed = pack(np.asarray(result.time, dtype=np.float64), recorded_columns(result), scenario.output_interval,
+                  needed_tolerances(result, shown))
+    return {
+        "title": scenario.title,
+        "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
+                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in scenario.axes.items()},
+        "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
+                   for name, motor in scenario.motors.items()},
+        "bands": scenario.metrics.bands,
+        "events": [{"time": time, "text": words} for time, words in claim_table.events(result)],
+        **packed,
+    }
+
+
+def figure_data(shown: Shown) -> dict[str, Any]:
+    """What the page's scripts know about a figure."""
+    return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
+                     for run in shown.runs],
+            "panels": [panel._asdict() for panel in shown.panels], "range": shown.figure.range}
+
+
+def figure_element(shown: Shown, judgements: Mapping[str, Sequence[ClaimResult]]) -> str:
+    """One figure: caption, runs, place for the plot, claims about it."""
+    figure = shown.figure
+    runs = "".join(f'<li><a href="#{claim_table.run_id(run.scenario.name)}">{escape(run.scenario.name)}</a>'
+                   + "".join(f'; <span class="status">⚠ {escape(text)}</span>' for text in claim_table.run_status(run))
+                   + "</li>" for run in shown.runs)
+    height = 120 + 180 * len(shown.panels)
+    return (f'<figure id="{shown.id}"><figcaption><h3>{escape(figure.title)}</h3><p>{escape(figure.caption)}</p>'
+            f'<ul class="runs">{runs}</ul></figcaption>\n'
+            f'<div class="plot" data-figure="{shown.id}" style="height:{height}px"></div>\n'
+            f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
+
+
+def description(result: RunResult) -> str:
+    """Name, title and description of a run."""
+    scenario = result.scenario
+    return (f"<dt>{escape(scenario.name)}: {escape(scenario.title)}</dt>"
+            f"<dd>{escape(scenario.description) or 'no description'}</dd>")

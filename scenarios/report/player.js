@@ -1,0 +1,131 @@
+"use strict";
+// Moving picture of the main runs: choice of run, play and pause, place in time, speed.
+{
+  const player = document.getElementById("player");
+
+  function element(name, attributes, parent, text = "") {
+    const created = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) created.setAttribute(key, value);
+    created.textContent = text;
+    parent.append(created);
+    return created;
+  }
+
+  function labelled(text, name, attributes, parent) {
+    const label = element("label", attributes.class ? { class: attributes.class } : {}, parent, `${text} `);
+    return element(name, { ...attributes, class: "" }, label);
+  }
+
+  /** Views, readings and a function that shows a time (s) of a decoded run. */
+  function show(name, views, readings) {
+    const run = report.runs[name];
+    const signals = ready[name];
+    const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
+    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical);
+    const motors = Object.values(run.motors);
+    const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
+    const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
+      .map((signal) => (signals[signal]?.values ?? []).reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
+    views.replaceChildren();
+    readings.replaceChildren();
+    const others = (axis) => horizontal.filter((other) => other !== axis).join(", ");
+    const draw = horizontal.map((axis) => stageView(views,
+      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}`));
+    const texts = new Map();
+    const reading = (label) => {
+      const row = element("div", {}, readings);
+      element("dt", {}, row, label);
+      texts.set(label, element("dd", {}, row));
+    };
+    const short = (signal) => signal.split(".").slice(-2).join(" ").replace("_cmd", "");
+    const currents = motors.flatMap((motor) => [...motor.commands, ...motor.currents]);
+    const axisLabel = (axis) => (axis === vertical ? `gap ${axis}` : axis);
+    ["time", ...Object.keys(run.axes).map(axisLabel), ...currents.map(short)].forEach(reading);
+    return (time) => {
+      const mm = (axis, what) => 1e3 * at(run.axes[axis][what], time);
+      horizontal.forEach((axis, k) => draw[k]({
+        along: mm(axis, "position"), gap: mm(vertical, "position"),
+        alongReference: mm(axis, "reference"), gapReference: mm(vertical, "reference"),
+        currents: (motors[k]?.currents ?? []).map((signal) => at(signal, time)), peak,
+      }));
+      texts.get("time").textContent = `${time.toFixed(2)} s`;
+      for (const axis of Object.keys(run.axes)) {
+        texts.get(axisLabel(axis)).textContent = `${mm(axis, "position").toFixed(2)} mm`;
+      }
+      for (const signal of currents) texts.get(short(signal)).textContent = `${at(signal, time).toFixed(2)} A`;
+    };
+  }
+
+  function build() {
+    const controls = element("div", { class: "controls" }, player);
+    const choice = labelled("Run", "select", { id: "player-run" }, controls);
+    for (const name of report.moving) element("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
+    const views = element("div", { class: "views", id: "player-views" }, player);
+    const transport = element("div", { class: "controls" }, player);
+    const button = element("button", { type: "button", id: "player-play" }, transport, "Play");
+    const slider = labelled("Time", "input",
+      { type: "range", id: "player-time", min: "0", step: "0.01", class: "scrub" }, transport);
+    const speed = labelled("Speed", "select", { id: "player-speed" }, transport);
+    for (const factor of ["0.25", "1", "4"]) element("option", { value: factor }, speed, `${factor}×`);
+    speed.value = "1";
+    const event = element("p", { class: "status", role: "status" }, player);
+    const readings = element("dl", { class: "readings" }, player);
+    let display = () => {};
+    let time = 0;
+    let end = 0;
+    let playing = false;
+    let before = 0;
+
+    function showTime(next) {
+      time = Math.min(Math.max(next, 0), end);
+      slider.value = String(time);
+      slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
+      const passed = report.runs[choice.value].events.filter((each) => each.time <= time);
+      const text = passed.map((each) => `⚠ ${each.text} at ${each.time.toFixed(3)} s`).join("; ");
+      if (event.textContent !== text) event.textContent = text;
+      display(time);
+    }
+
+    function frame(now) {
+      if (!playing) return;
+      showTime(time + Number(speed.value) * (now - before) / 1e3);
+      before = now;
+      if (time >= end) play(false);
+      else requestAnimationFrame(frame);
+    }
+
+    function play(start) {
+      playing = start;
+      button.textContent = start ? "Pause" : "Play";
+      if (!start) return;
+      if (time >= end) showTime(0);
+      before = performance.now();
+      requestAnimationFrame(frame);
+    }
+
+    async function load() {
+      play(false);
+      const name = choice.value;
+      const signals = await decodeRun(name);
+      if (name !== choice.value) return;   // another was chosen meanwhile
+      end = Math.max(...Object.values(signals).map(({ times }) => times.at(-1)));
+      slider.max = String(end);
+      display = show(name, views, readings);
+      showTime(0);
+    }
+
+    button.addEventListener("click", () => play(!playing));
+    slider.addEventListener("input", () => { play(false); showTime(Number(slider.value)); });
+    choice.addEventListener("change", () => load().catch(fail));
+    load().catch(fail);
+  }
+
+  if (report.moving.length) {
+    element("p", {}, player, "The mover hangs below the stator and rises when the gap shrinks. Coils are coloured by " +
+      "phase, the stronger the more current they carry; a dot is current towards you, a cross away from you. The " +
+      "dashed outline is the reference. Widths are to scale, gaps are drawn 3.6 times larger.");
+    build();
+  } else {
+    element("p", {}, player, "None of the main runs was recorded.");
+  }
+}

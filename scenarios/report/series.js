@@ -1,0 +1,60 @@
+"use strict";
+// The results in this page: runs with their packed signals, figures, names of the runs to show moving.
+const report = JSON.parse(document.getElementById("data").textContent);
+const errors = [];
+const ready = {};    // decoded runs by name: signal name -> { times (s), values (SI), tolerance }
+const pending = {};  // promises of the same
+
+function fail(error) {
+  errors.push(String(error && error.stack ? error.stack : error));
+}
+window.addEventListener("error", (event) => fail(event.error || event.message));
+window.addEventListener("unhandledrejection", (event) => fail(event.reason));
+
+/** Integers (count) that the page has as differences of 32 bits, lowest bytes first, from a position on. */
+function integers(bytes, start, count) {
+  const result = new Float64Array(count);
+  let sum = 0;
+  for (let k = 0; k < count; k++) {
+    const at = start + k;
+    sum += bytes[at] | (bytes[at + count] << 8) | (bytes[at + 2 * count] << 16) | (bytes[at + 3 * count] << 24);
+    result[k] = sum;
+  }
+  return result;
+}
+
+/** Decode the signals of a run; a second call returns the same promise. */
+function decodeRun(name) {
+  pending[name] ??= (async () => {
+    const run = report.runs[name];
+    const packed = Uint8Array.from(atob(run.data), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const signals = {};
+    let start = 0;
+    for (const [signal, { rows, quantum, tolerance }] of Object.entries(run.signals)) {
+      const times = integers(bytes, start, rows).map((count) => count * run.time);
+      const values = integers(bytes, start + 4 * rows, rows).map((count) => count * quantum);
+      signals[signal] = { times, values, tolerance };
+      start += 8 * rows;
+    }
+    ready[name] = signals;
+    return signals;
+  })();
+  return pending[name];
+}
+
+/** Value (SI) of a signal at a time (s), on the straight line between its neighbours. */
+function valueAt(signal, time) {
+  const { times, values } = signal;
+  let low = 0;
+  let high = times.length - 1;
+  if (time <= times[0]) return values[0];
+  if (time >= times[high]) return values[high];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle;
+    else high = middle;
+  }
+  return values[low] + (values[high] - values[low]) * (time - times[low]) / (times[high] - times[low]);
+}

@@ -1,0 +1,162 @@
+"""Recorded signals made small enough for a page: rows left out where a straight line replaces them, then compressed.
+
+The browser draws straight lines between the rows that are kept; no sample is further from these lines than the
+tolerance of its signal.
+"""
+
+import base64
+import gzip
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+LENGTH = 0.2e-6        # m, tolerance of positions and references
+SPEED = 0.2e-3         # m/s, tolerance of velocities
+CURRENT = 10e-3        # A, tolerance of currents
+QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it
+MOST_ROWS = 4000       # of one signal; with more its tolerance is doubled
+FIRST_ROWS = 33        # evenly spaced, before rows are added where they are needed
+LARGEST_COUNT = 2**30  # quanta; keeps values and their differences in 32 bits
+MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output interval
+
+
+@dataclass(frozen=True)
+class Thinned:
+    """The rows of a signal that are kept.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (k,)
+        Ascending indices of the rows kept.
+    tolerance : float
+        Largest distance of a sample from the straight line between its kept neighbours, in the signal's unit.
+    """
+
+    rows: Rows
+    tolerance: float
+
+
+def thin(time: Array, values: Array, tolerance: float, most: int = MOST_ROWS) -> Thinned:
+    """Choose the rows to keep: the first, the last, the largest, the smallest, and all that the tolerance needs.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (n,)
+        Ascending times (s) and finite samples, n > 0.
+    tolerance : float
+        Wanted tolerance in the unit of the values, > 0; doubled until `most` rows are enough.
+    most : int
+        Largest number of rows; all extremes and ends are kept even if it is smaller.
+    """
+    evenly = np.linspace(0, len(time) - 1, FIRST_ROWS).astype(np.intp)
+    extremes = [int(np.argmin(values)), int(np.argmax(values))]
+    first = np.unique(np.concatenate([evenly, np.array(extremes, dtype=np.intp)]))
+    while True:
+        rows = refine(time, values, tolerance, first, max(most, len(first)))
+        if rows is not None:
+            return Thinned(rows, tolerance)
+        tolerance *= 2.0
+
+
+def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int) -> Rows | None:
+    """Add to each stretch between two kept rows the worst sample, as long as one is beyond the tolerance.
+
+    Returns None when this takes more than `most` rows.
+    """
+    rows = first
+    while len(rows) <= most:
+        distance = np.abs(values - np.interp(time, time[rows], values[rows]))
+        worst = np.repeat(np.maximum.reduceat(distance, rows[:-1]), np.diff(rows))
+        candidates = np.flatnonzero((distance[:-1] == worst) & (worst > tolerance))
+        if not len(candidates):
+            return rows
+        # Of equally bad samples of a stretch one is enough.
+        stretch = np.searchsorted(rows, candidates)
+        rows = np.union1d(rows, candidates[np.append(True, np.diff(stretch) > 0)])
+    return None
+
+
+def encode(integers: NDArray[np.int64]) -> bytes:
+    """Write integers, shape (k,), as differences of 32 bits: all lowest bytes first, then all second ones, and so on.
+
+    Differences of a smooth signal are small, so their upper bytes are alike and compress to nearly nothing.
+    """
+    differences = np.diff(integers, prepend=0).astype("<i4")
+    return differences.view(np.uint8).reshape(-1, 4).T.tobytes()
+
+
+def decode(data: bytes) -> NDArray[np.int64]:
+    """Read what `encode` wrote; the page does the same."""
+    planes = np.frombuffer(data, dtype=np.uint8).reshape(4, -1)
+    return np.cumsum(np.ascontiguousarray(planes.T).view("<i4")[:, 0], dtype=np.int64)
+
+
+def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
+         tolerances: Mapping[str, float]) -> dict[str, Any]:
+    """Signals of a run for the page.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Ascending times, s.
+    columns : mapping of str to ndarray, shape (n,)
+        Recorded signals by name, SI; values that are not finite are left out.
+    interval : float
+        Output interval, s.
+    tolerances : mapping of str to float
+        The columns to pack with their tolerances; a column that was not recorded is left out.
+
+    Returns
+    -------
+    dict
+        "time": quantum of the times, s; "signals": by name the number of rows, the quantum and the tolerance in SI;
+        "data": Base64 of the gzipped times and values of the signals, one after the other.
+    """
+    quantum = time_quantum(time, interval)
+    signals: dict[str, dict[str, float]] = {}
+    data = []
+    for name, tolerance in tolerances.items():
+        values = np.asarray(columns.get(name, ()), dtype=np.float64)
+        # A run that failed may have been recorded up to values that are none.
+        finite = np.flatnonzero(np.isfinite(values))
+        if not len(finite):
+            continue
+        values = values[finite]
+        thinned = thin(time[finite], values, tolerance)
+        step = max(thinned.tolerance / QUANTA, float(np.abs(values).max()) / LARGEST_COUNT)
+        data.append(encode(np.rint(time[finite][thinned.rows] / quantum).astype(np.int64)))
+        data.append(encode(np.rint(values[thinned.rows] / step).astype(np.int64)))
+        signals[name] = {"rows": len(thinned.rows), "quantum": step, "tolerance": thinned.tolerance}
+    # No time stamp: the same results give the same page.
+    packed = gzip.compress(b"".join(data), compresslevel=9, mtime=0)
+    return {"time": quantum, "signals": signals, "data": base64.b64encode(packed).decode("ascii")}
+
+
+def unpack(packed: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:
+    """Times (s) and values (SI) by signal, each of shape (k,), of what `pack` made; the page does the same."""
+    data = gzip.decompress(base64.b64decode(packed["data"]))
+    unpacked = {}
+    start = 0
+    for name, signal in packed["signals"].items():
+        size = 4 * signal["rows"]
+        times = decode(data[start:start + size]) * packed["time"]
+        unpacked[name] = (times, decode(data[start + size:start + 2 * size]) * signal["quantum"])
+        start += 2 * size
+    return unpacked
+
+
+def time_quantum(time: Array, interval: float) -> float:
+    """Return the output interval (s) if all times (s) are multiples of it, else a microsecond."""
+    counts = time / interval
+    return interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND
+
+
+def tolerances(positions: Iterable[str], speeds: Iterable[str], currents: Iterable[str]) -> dict[str, float]:
+    """Tolerances, SI, by the names of the columns of each kind."""
+    return {**dict.fromkeys(positions, LENGTH), **dict.fromkeys(speeds, SPEED), **dict.fromkeys(currents, CURRENT)}

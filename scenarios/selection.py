@@ -1,0 +1,49 @@
+"""Which runs a command line means, and the runs that their claims compare with."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from scenarios.errors import ScenarioError
+from scenarios.experiment import Experiment, prepare
+from scenarios.scenario import Scenario, load_runs, packaged_scenarios
+
+
+def select(names: Iterable[str], everything: bool) -> list[Scenario]:
+    """Runs of scenarios, variants or files by name, each once; or all that come with the package.
+
+    Raises
+    ------
+    ScenarioError
+        If nothing is named, both are, or a name does not exist.
+    """
+    names = list(names)
+    if everything == bool(names):
+        raise ScenarioError("expected the name of a scenario, or --all" if not names else
+                            f"--all and {', '.join(names)}: expected one of them")
+    runs: dict[str, Scenario] = {}
+    for name in packaged_scenarios() if everything else names:
+        for run in load_runs(name):
+            if runs.setdefault(run.name, run).path != run.path:
+                raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "
+                                    f"{runs[run.name].path}, for the results are named after it")
+    return list(runs.values())
+
+
+def compared(runs: Sequence[Scenario]) -> list[Scenario]:
+    """Runs that claims of the given ones compare with, and that are not among them."""
+    names = {run.name for run in runs}
+    named = [claim.than for run in runs for claim in run.claims if claim.than is not None]
+    missing = dict.fromkeys(name for name in named if name not in names)
+    found = []
+    for run in runs:
+        siblings = {sibling.name: sibling for sibling in load_runs(run.path)} if missing else {}
+        for name in [name for name in missing if name in siblings]:
+            found.append(siblings[name])
+            del missing[name]
+    return found + [other for name in missing for other in load_runs(name)]
+
+
+def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+                step: float | None) -> list[Experiment]:
+    """Experiments of the runs; arguments and errors as of `prepare`."""
+    return [prepare(run, fmus, replaced, settings, step) for run in runs]
