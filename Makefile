@@ -4,17 +4,24 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN = .venv/bin
 
-.PHONY: demo test build lint bench accuracy clean
+.PHONY: demo report check test build lint bench accuracy clean
 
-demo: .venv/.demo
-	$(BIN)/maglev build
-	$(BIN)/maglev run 3dof-setpoints-improved --plot
+demo: build
+	$(BIN)/maglev report 3dof-setpoints-improved
+
+report: build
+	$(BIN)/maglev report
+
+check: build
+	$(BIN)/maglev check
 
 build: .venv/.demo
 	$(BIN)/maglev build
 
 test: .venv/.test lint
 	$(BIN)/python -m pytest -n 2
+	$(BIN)/maglev build --fmus .venv/fmus
+	$(BIN)/maglev check --fmus .venv/fmus
 	$(BIN)/python benchmarks/step_cost.py --gate
 
 lint: .venv/.test

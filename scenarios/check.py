@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -15,14 +16,12 @@ from scenarios.baseline import (
     read_baseline,
     write_baseline,
 )
-from scenarios.component import ComponentError
 from scenarios.deviation import Deviation, WorstDifference, changes, first_deviation, worst
-from scenarios.errors import ScenarioError
-from scenarios.experiment import Experiment, prepare
-from scenarios.master import RunFailed
+from scenarios.errors import in_one_line
+from scenarios.experiment import FAILURES, Experiment, prepare
+from scenarios.master import Progress
+from scenarios.processes import Watcher, side_by_side
 from scenarios.scenario import Scenario
-
-FAILURES = (ScenarioError, ComponentError, RunFailed, BaselineError, OSError)   # what users can put right
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class UpdateResult:
 
 
 def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
-              baselines: Path) -> CheckResult:
+              baselines: Path, progress: Progress | None = None) -> CheckResult:
     """Run a scenario to the end of its baseline, and compare.
 
     Parameters
@@ -97,11 +96,10 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
         Start values that go before the scenario's, `fmu.variable=value`.
     baselines : Path
         Folder with the baselines.
+    progress : callable, optional
+        Called now and then with the steps done and the steps in all.
 
-    Raises
-    ------
-    RunFailed
-        If the user interrupts the run. What can be wrong otherwise is a result, the status "error".
+    What can be wrong is a result, too: the status "error".
     """
     begin = time.perf_counter()
     try:
@@ -111,12 +109,11 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
         shortened = scenario.model_copy(update={"stop_time": baseline.stop_time})
         experiment = prepare(shortened, fmus, replaced, settings)
         units = units_of(experiment, baseline.columns)
-        recording = experiment.run()
+        recording = experiment.run(progress)
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
     except FAILURES as error:
-        stop_if_interrupted(error)
-        return CheckResult(scenario.name, "error", one_line(error), None, {}, time.perf_counter() - begin)
+        return CheckResult(scenario.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     if deviation is not None:
         return CheckResult(scenario.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
@@ -128,21 +125,20 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
 
 
 def update_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
-               baselines: Path) -> UpdateResult:
+               baselines: Path, progress: Progress | None = None) -> UpdateResult:
     """Run a whole scenario, write its baseline with the scenario's tolerances, and say what moved against the old one.
 
-    Parameters and errors as of `check_run`. After an error the old baseline stands.
+    Parameters as of `check_run`. After an error the old baseline stands.
     """
     begin = time.perf_counter()
     try:
         old, unreadable = old_baseline(baselines, scenario.name)
         experiment = prepare(scenario, fmus, replaced, settings)
         units = units_of(experiment, scenario.check.signals)
-        new = from_recording(scenario, experiment.step, experiment.run())
+        new = from_recording(scenario, experiment.step, experiment.run(progress))
         write_baseline(baselines, new)
     except FAILURES as error:
-        stop_if_interrupted(error)
-        return UpdateResult(scenario.name, "error", one_line(error), {}, time.perf_counter() - begin)
+        return UpdateResult(scenario.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     extent = f"{len(new.columns)} signals at {len(new.time)} samples to t = {new.stop_time:.9g} s"
     if unreadable is not None:
@@ -157,6 +153,22 @@ def update_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settin
     if not notes:
         return UpdateResult(scenario.name, "unchanged", f"unchanged, {extent}", moved, elapsed)
     return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed)
+
+
+def check_all(runs: Sequence[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+              baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
+    """Check runs, each in a process of its own, at most `jobs` at a time; other parameters as of `check_run`."""
+    tasks = {run.name: partial(check_run, run, fmus, replaced, settings, baselines) for run in runs}
+    return list(side_by_side(tasks, jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0),
+                             watch).values())
+
+
+def update_all(runs: Sequence[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+               baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
+    """Update the baselines of runs; parameters as of `check_all`."""
+    tasks = {run.name: partial(update_run, run, fmus, replaced, settings, baselines) for run in runs}
+    return list(side_by_side(tasks, jobs, lambda name, message: UpdateResult(name, "error", message, {}, 0.0),
+                             watch).values())
 
 
 def describe(result: CheckResult | UpdateResult) -> str:
@@ -194,7 +206,7 @@ def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:
     try:
         return read_baseline(folder, name), None
     except BaselineError as error:
-        return None, one_line(error)
+        return None, in_one_line(error)
 
 
 def change_notes(old: Baseline, new: Baseline, moved: dict[str, WorstDifference], units: dict[str, str]) -> list[str]:
@@ -228,14 +240,3 @@ def units_of(experiment: Experiment, signals: Iterable[str]) -> dict[str, str]:
     units = {f"{fmu}.{variable.name}": variable.unit or "" for fmu, description in experiment.check().items()
              for variable in description.modelVariables}
     return {signal: units.get(signal, "") for signal in signals}
-
-
-def stop_if_interrupted(error: Exception) -> None:
-    """Raise an interruption again: whoever presses Ctrl-C wants no further run."""
-    if isinstance(error.__cause__, KeyboardInterrupt):
-        raise error
-
-
-def one_line(error: Exception) -> str:
-    """Message of an error in one line."""
-    return " ".join(str(error).split())

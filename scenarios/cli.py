@@ -1,27 +1,42 @@
 """The command line `maglev`."""
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, TaskID, TimeRemainingColumn
 from rich.table import Table
 
+from scenarios.check import CheckResult, UpdateResult, check_all, describe, exit_code, update_all
 from scenarios.errors import ScenarioError
-from scenarios.experiment import Experiment
+from scenarios.junit import write_junit
 from scenarios.master import Recording
+from scenarios.options import (
+    Controller,
+    Debug,
+    Everything,
+    Fmus,
+    Jobs,
+    Names,
+    Out,
+    Plant,
+    Settings,
+    Step,
+    read_step,
+    replacements,
+)
 from scenarios.plot import plot as write_plot
 from scenarios.plot import require_matplotlib
-from scenarios.quantity import number_or_text, parse_quantity
-from scenarios.scenario import load_runs, packaged_scenarios
+from scenarios.processes import processors
+from scenarios.report.page import require_plotly, write_report
+from scenarios.scenario import PACKAGED, Scenario, load_runs, packaged_scenarios
 from scenarios.selection import compared, prepare_all, select
-from scenarios.study import FAILURES, RunResult, execute, execute_all, judge_all, processors
-from scenarios.tables import claim_table, claims_markdown, metric_tables, outcome, study_table
-from scenarios.verdicts import ClaimResult
+from scenarios.study import RunResult, execute, execute_all, judge_all
+from scenarios.tables import claims_markdown, study_table
+from scenarios.terminal import note_left_out, one_line_errors, progress_of, report_console, show, text_of
+from scenarios.verdicts import Judgements
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode="markdown", help="""
 Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the experiments, judge the claims.
@@ -30,36 +45,11 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
     maglev list                           # what there is to build and to run
     maglev run 3dof-setpoints-improved    # one experiment, results into the folder results
     maglev run --all                      # every experiment of the thesis, and a table of verdicts
+    maglev report                         # the same, and one HTML page about it
+    maglev check                          # does every experiment still give what it gave?
 """)
 
-REPORT_WIDTH = 120   # characters
-
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
-Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
-Names = Annotated[list[str] | None, typer.Argument(
-    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.")]
-All = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
-Settings = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
-    "be repeated.")]
-Plant = Annotated[Path | None, typer.Option(help="Another plant FMU with the same ports.")]
-Controller = Annotated[Path | None, typer.Option(help="Another controller FMU with the same ports.")]
-Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.")]
-Jobs = Annotated[int | None, typer.Option(
-    min=1, help="Runs at a time, each in a process of its own; as many as processors if not given.",
-    show_default=False)]
-
-
-@contextmanager
-def one_line_errors(debug: bool) -> Iterator[None]:
-    """Print what users can put right as one line, and exit with 2."""
-    try:
-        yield
-    except FAILURES as error:
-        if debug:
-            raise
-        typer.echo(f"maglev: {' '.join(str(error).split())}", err=True)
-        raise typer.Exit(2) from None
+MOST_NAMED = 8   # files that are listed by name
 
 
 @app.command()
@@ -96,9 +86,8 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
 
 
 @app.command()
-def run(names: Names = None, everything: All = False, settings: Settings = None, plant: Plant = None,
-        controller: Controller = None, step: Step = None,
-        out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results"),
+def run(names: Names = None, everything: Everything = False, settings: Settings = None, plant: Plant = None,
+        controller: Controller = None, step: Step = None, out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         fmus: Fmus = Path("fmus"), jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
@@ -111,110 +100,123 @@ def run(names: Names = None, everything: All = False, settings: Settings = None,
 
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
-    The results are `NAME.csv` (time first, then `fmu.variable`) and `NAME.txt`. A run that an FMU ends early leaves
-    what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
+    The results are `NAME.csv` (time first, then `fmu.variable`), `NAME.txt` and, of all runs, `claims.md`. A run that
+    an FMU ends early leaves what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
     """
     with one_line_errors(debug):
-        runs = select(names or [], everything)
-        replaced = replacements(plant, controller)
-        # With another FMU on both sides of a comparison, the claim would be about something else.
-        others = [] if replaced else compared(runs)
-        at = None if step is None else read_step(step)
-        experiments = prepare_all([*runs, *others], fmus, replaced, settings or [], at)
-        note_left_out(experiments)
-        # What would fail after the run fails before it.
-        out.mkdir(parents=True, exist_ok=True)
+        # What would fail after the runs fails before them.
         if plot:
             require_matplotlib()
-        results = run_experiments(experiments, out, jobs or processors())
+        runs = select(names or [], everything)
+        results = run_all(runs, settings, replacements(plant, controller), read_step(step), fmus, out, jobs)
         verdicts = judge_all(results)
-        written = [file for result in results for file in write_results(result, verdicts, out, plot)]
-        if len(results) > 1:
-            console = report_console()
-            console.print(study_table(results, verdicts))
-            claims = out / "claims.md"
-            claims.write_text(claims_markdown(results, verdicts), encoding="utf-8")
-            written = [f"every NAME.csv and NAME.txt, and claims.md, in {out}"]
-        typer.echo(f"results: {', '.join(written)}")
-        if any(result.failure is not None for result in results):
-            raise typer.Exit(2)
+        files = write_results(results, verdicts, out, plot)
+        finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out)])
 
 
-def replacements(plant: Path | None, controller: Path | None) -> dict[str, Path]:
-    """FMU files that take the place of a scenario's, by participant."""
-    return {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+@app.command()
+def report(names: Names = None, settings: Settings = None, plant: Plant = None, controller: Controller = None,
+           step: Step = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), jobs: Jobs = None,
+           debug: Debug = False) -> None:
+    """Run scenarios, every one of the package if none is named, and write one HTML page about them.
+
+    The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
+    a moving picture of the stage. Needs plotly (`pip install 'maglev-fmus[report]'`).
+
+    **Examples:** `maglev report`, `maglev report 3dof-setpoints --controller my_controller.fmu`
+    """
+    with one_line_errors(debug):
+        require_plotly()
+        runs = select(names or [], not names)
+        results = run_all(runs, settings, replacements(plant, controller), read_step(step), fmus, out, jobs)
+        verdicts = judge_all(results)
+        files = write_results(results, verdicts, out, False)
+        page = out / "report.html"
+        write_report(page, results, verdicts)
+        finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out), page])
 
 
-def note_left_out(experiments: list[Experiment]) -> None:
-    """Say which start values a replaced FMU does not take: they are its own business, but nothing is silent."""
-    for left_out in dict.fromkeys(experiment.left_out for experiment in experiments):
-        if left_out:
-            typer.echo(f"maglev: the FMU that was put in has no {', '.join(left_out)}: the scenario's start values are "
-                       "left out", err=True)
+@app.command()
+def check(names: Names = None, settings: Settings = None, plant: Plant = None, controller: Controller = None,
+          update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
+          baselines: Annotated[Path, typer.Option(help="Folder with the baselines.", show_default="the package's")]
+          = PACKAGED / "baselines",
+          junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
+          = None,
+          fmus: Fmus = Path("fmus"), jobs: Jobs = None, debug: Debug = False) -> None:
+    """Run scenarios, every one of the package if none is named, and compare with their baselines.
+
+    A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
+    exit code is 0 if all runs are within the tolerances, 1 if one is not, 2 if one could not be compared.
+
+    **Examples:** `maglev check --junit check.xml`, `maglev check 3dof-smooth-nonlinear --plant my_plant.fmu`
+    """
+    with one_line_errors(debug):
+        if update and junit is not None:
+            raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
+        replaced = replacements(plant, controller)
+        runs = select(names or [], not names)
+        note_left_out({run.scenario.name: run.left_out for run in prepare_all(runs, fmus, replaced, settings or [])})
+        arguments = (runs, fmus, replaced, settings or [], baselines, jobs or processors())
+        with progress_of([run.name for run in runs]) as watch:
+            if update:
+                results: Sequence[CheckResult | UpdateResult] = update_all(*arguments, watch)
+            else:
+                results = checked = check_all(*arguments, watch)
+                if junit is not None:
+                    write_junit(junit, checked)
+        for result in results:
+            typer.echo(describe(result))
+        raise typer.Exit(exit_code(results))
 
 
-def report_console() -> Console:
-    """Console that records for the text report, wide enough for the tables where no terminal sets the width."""
-    console = Console(record=True)
-    if not console.is_terminal:
-        console.width = REPORT_WIDTH
-    return console
-
-
-def read_step(text: str) -> float:
-    """Communication step (s) of the option --step."""
-    try:
-        return parse_quantity(number_or_text(text), "s")
-    except ValueError as error:
-        raise ScenarioError(f"--step {text}: {error}") from error
-
-
-def run_experiments(experiments: list[Experiment], out: Path, jobs: int) -> list[RunResult]:
-    """Run one experiment here, or several in processes, with progress bars where a person looks on."""
-    with Progress(*Progress.get_default_columns()[:3], TimeRemainingColumn(elapsed_when_finished=True),
-                  console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+def run_all(runs: list[Scenario], settings: Settings, replaced: dict[str, Path], step: float | None, fmus: Path,
+            out: Path, jobs: Jobs) -> list[RunResult]:
+    """Run what is asked for and, after it, what its claims compare with; a single run here, several in processes."""
+    # With another FMU on both sides of a comparison, the claim would be about something else.
+    others = [] if replaced else compared(runs)
+    experiments = prepare_all([*runs, *others], fmus, replaced, settings or [], step)
+    note_left_out({experiment.scenario.name: experiment.left_out for experiment in experiments})
+    out.mkdir(parents=True, exist_ok=True)
+    with progress_of([experiment.scenario.name for experiment in experiments]) as watch:
         if len(experiments) == 1:
-            task = bar.add_task(experiments[0].scenario.name, total=None)
-            return [execute(experiments[0], out, lambda done, steps: bar.update(task, completed=done, total=steps))]
-        whole = bar.add_task("all runs", total=len(experiments))
-        tasks: dict[str, TaskID] = {}
-
-        def watch(name: str, done: int, steps: int) -> None:
-            if name not in tasks:
-                tasks[name] = bar.add_task(name)
-            bar.update(tasks[name], completed=done, total=steps)
-            if done == steps:
-                bar.remove_task(tasks[name])
-                bar.advance(whole)
-
-        return execute_all(experiments, out, jobs, watch)
+            return [execute(experiments[0], out, partial(watch, experiments[0].scenario.name))]
+        return execute_all(experiments, out, jobs or processors(), watch)
 
 
-def write_results(result: RunResult, verdicts: dict[str, list[ClaimResult]], out: Path, plot: bool) -> list[str]:
-    """Write the text of a run, and its picture; print the text if it is the only one."""
-    scenario = result.scenario
-    console = report_console()
-    console.quiet = len(verdicts) > 1
-    show(console, result, verdicts[scenario.name])
-    (out / f"{scenario.name}.txt").write_text(console.export_text(), encoding="utf-8")
-    files = [f"{scenario.name}.csv", f"{scenario.name}.txt"]
-    if plot and result.metrics is not None:
-        write_plot(out / f"{scenario.name}.png", scenario, Recording(result.time, result.columns))
-        files.append(f"{scenario.name}.png")
-    return [str(out / file) for file in files]
+def write_results(results: list[RunResult], verdicts: Judgements, out: Path, plot: bool) -> list[Path]:
+    """Write the text of each run, and its picture; the CSV is there already."""
+    files = []
+    for result in results:
+        name = result.scenario.name
+        (out / f"{name}.txt").write_text(text_of(result, verdicts[name]), encoding="utf-8")
+        files += [out / f"{name}.csv", out / f"{name}.txt"] if result.metrics is not None else [out / f"{name}.txt"]
+        if plot and result.metrics is not None:
+            write_plot(out / f"{name}.png", result.scenario, Recording(result.time, result.columns))
+            files.append(out / f"{name}.png")
+    return files
 
 
-def show(console: Console, result: RunResult, verdicts: list[ClaimResult]) -> None:
-    """Print what was measured on a run, and the claims with their verdicts."""
-    scenario = result.scenario
-    console.print(f"[bold]{scenario.name}[/]: {scenario.title}")
-    if result.metrics is None:
-        console.print(f"did not complete: {result.failure}")
-        return
-    for table in metric_tables(scenario, result.metrics):
-        console.print(table)
-    console.print(claim_table(verdicts) if verdicts else "no claims")
-    console.print(outcome(result.metrics))
+def write_claims(results: list[RunResult], verdicts: Judgements, out: Path) -> Path:
+    """Write the table of the claims."""
+    path = out / "claims.md"
+    path.write_text(claims_markdown(results, verdicts), encoding="utf-8")
+    return path
+
+
+def finish(results: list[RunResult], verdicts: Judgements, asked: int, files: list[Path]) -> None:
+    """Print the text of the only run asked for, or a table of all; exit with 2 if a run did not complete."""
+    if asked == 1:
+        show(report_console(), results[0], verdicts[results[0].scenario.name])
+    else:
+        report_console().print(study_table(results, verdicts))
+    few = len(files) <= MOST_NAMED
+    typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")
+    for result in results:
+        if result.failure is not None:
+            typer.echo(f"maglev: {result.scenario.name}: {result.failure}", err=True)
+    if any(result.failure is not None for result in results):
+        raise typer.Exit(2)
 
 
 if __name__ == "__main__":

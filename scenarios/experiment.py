@@ -6,12 +6,14 @@ from pathlib import Path
 
 from fmpy.model_description import ModelDescription
 
-from scenarios.component import read_description
+from scenarios.component import ComponentError, read_description
 from scenarios.errors import ScenarioError, nearest
-from scenarios.master import Master, Participant, Progress, Recording, whole_steps
+from scenarios.master import Master, Participant, Progress, Recording, RunFailed, whole_steps
 from scenarios.port_check import check_names
 from scenarios.quantity import number_or_text
 from scenarios.scenario import Fmu, Scenario, StartValue, read_start_value
+
+FAILURES = (ScenarioError, ComponentError, RunFailed, ValueError, OSError)   # what users can put right
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,11 @@ class PortCheck:
             for i, command in enumerate(motor.commands):
                 yield f"motors.{name}.commands[{i}]", command
 
+    def checked(self) -> None:
+        """Check the signals that are compared with a baseline."""
+        for signal in self.scenario.check.signals:
+            self.variable(key_path(["check", "signals", signal]), signal, "output", "local", "input")
+
 
 def expected_start(start: StartValue, variable: Variable) -> str:
     """Return what the variable expects instead of the start value; empty if it fits."""
@@ -165,3 +170,4 @@ def check_names(scenario: Scenario, descriptions: Descriptions) -> None:
     check.signals()
     check.start_values()
     check.recorded()
+    check.checked()

@@ -147,7 +147,7 @@ class Scenario(Table):
                                   "claims", i)
             if claim.metric in TRACKING_METRICS and self.metrics.tracking_from is None:
                 raise key_refused("metric", claim.metric, "expected metrics.tracking_from to be given", "claims", i)
-            if claim.than_axis is not None and claim.than_axis not in self.axes:
+            if claim.than is None and claim.than_axis is not None and claim.than_axis not in self.axes:
                 raise key_refused("than_axis", claim.than_axis,
                                   f"not in [axes], nearest is {nearest(claim.than_axis, self.axes)}", "claims", i)
         return self

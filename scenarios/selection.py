@@ -44,6 +44,6 @@ def compared(runs: Sequence[Scenario]) -> list[Scenario]:
 
 
 def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
-                step: float | None) -> list[Experiment]:
+                step: float | None = None) -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`."""
     return [prepare(run, fmus, replaced, settings, step) for run in runs]

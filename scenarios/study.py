@@ -1,27 +1,22 @@
-"""Many runs at once: one process for each, and what each of them gives."""
+"""Runs, one or many at once, and what each of them gives."""
 
-import multiprocessing
-import os
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection, wait
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.component import ComponentError
-from scenarios.errors import ScenarioError
-from scenarios.experiment import Experiment
+from scenarios.errors import in_one_line
+from scenarios.experiment import FAILURES, Experiment
 from scenarios.master import Progress, Recording, RunFailed
 from scenarios.metrics import Metrics, evaluate
+from scenarios.processes import Watcher, side_by_side
 from scenarios.results import write_csv
 from scenarios.scenario import Scenario
-from scenarios.verdicts import ClaimResult, judge
-
-FAILURES = (ScenarioError, ComponentError, RunFailed, ValueError, OSError)   # what users can put right
+from scenarios.verdicts import Judgements, judge
 
 
 @dataclass(frozen=True)
@@ -48,17 +43,6 @@ class RunResult:
     failure: str | None = None
 
 
-class Report(NamedTuple):
-    """What a process says of its run: steps done and in all, and at the end the result."""
-
-    done: int
-    steps: int
-    result: RunResult | None = None
-
-
-Watcher = Callable[[str, int, int], None]   # name of a run, steps done, steps in all
-
-
 def execute(experiment: Experiment, out: Path, progress: Progress | None = None) -> RunResult:
     """Run an experiment, write its CSV, and measure it.
 
@@ -74,9 +58,9 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     try:
         recording = experiment.run(progress)
     except RunFailed as error:
-        partial = out / f"{scenario.name}.partial.csv"
-        write_csv(partial, error.recording, every)
-        raise RunFailed(f"{error}; what was recorded until then is in {partial}", error.recording) from error
+        rescued = out / f"{scenario.name}.partial.csv"
+        write_csv(rescued, error.recording, every)
+        raise RunFailed(f"{error}; what was recorded until then is in {rescued}", error.recording) from error
     write_csv(out / f"{scenario.name}.csv", recording, every)
     metrics = evaluate(scenario, recording.time, recording.columns)
     thin = thinned(recording, every)
@@ -94,53 +78,17 @@ def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: 
 
     A run that fails, or whose process dies, has a result that says why; the others go on.
     """
-    context = multiprocessing.get_context("spawn")
-    waiting = deque(experiments)
-    running: dict[Connection, tuple[Experiment, Any]] = {}
-    results: dict[str, RunResult] = {}
+    by_name = {experiment.scenario.name: experiment for experiment in experiments}
+    tasks = {name: partial(execute_or_fail, experiment, out) for name, experiment in by_name.items()}
+    return list(side_by_side(tasks, jobs, lambda name, message: failed(by_name[name], message), watch).values())
+
+
+def execute_or_fail(experiment: Experiment, out: Path, progress: Progress) -> RunResult:
+    """Run an experiment; what users can put right is a result, too."""
     try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                experiment = waiting.popleft()
-                ours, theirs = context.Pipe(duplex=False)
-                process = context.Process(target=work, args=(experiment, out, theirs), daemon=True)
-                process.start()
-                theirs.close()
-                running[ours] = (experiment, process)
-            for ready in wait(list(running)):
-                pipe = cast(Connection, ready)
-                experiment, process = running[pipe]
-                name = experiment.scenario.name
-                try:
-                    report: Report = pipe.recv()
-                except EOFError:
-                    process.join()
-                    results[name] = failed(experiment, "the process of the run died with exit code "
-                                                       f"{process.exitcode}, expected 0")
-                    report = Report(1, 1, results[name])
-                watch(name, report.done, report.steps)
-                if report.result is not None:
-                    results[name] = report.result
-                    del running[pipe]
-                    pipe.close()
-                    process.join()
-    finally:
-        for _, process in running.values():
-            process.terminate()
-    return [results[experiment.scenario.name] for experiment in experiments]
-
-
-def work(experiment: Experiment, out: Path, reports: Connection) -> None:
-    """Run an experiment in this process, and send reports."""
-    def progress(done: int, steps: int) -> None:
-        if done < steps:   # the last report has the result
-            reports.send(Report(done, steps))
-
-    try:
-        result = execute(experiment, out, progress)
+        return execute(experiment, out, progress)
     except FAILURES as error:
-        result = failed(experiment, " ".join(str(error).split()))
-    reports.send(Report(1, 1, result))
+        return failed(experiment, in_one_line(error))
 
 
 def failed(experiment: Experiment, message: str) -> RunResult:
@@ -148,12 +96,7 @@ def failed(experiment: Experiment, message: str) -> RunResult:
     return RunResult(experiment.scenario, np.zeros(0), failure=message)
 
 
-def processors() -> int:
-    """Number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def judge_all(results: Sequence[RunResult]) -> dict[str, list[ClaimResult]]:
+def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs."""
     metrics = {result.scenario.name: result.metrics for result in results}
     return {result.scenario.name: [judge(claim, result.metrics, metrics) for claim in result.scenario.claims]

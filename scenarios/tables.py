@@ -1,16 +1,16 @@
 """Metrics and verdicts as tables for the terminal and the text report."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from scenarios.metrics import Metrics
 from scenarios.quantity import to_unit
 from scenarios.scenario import Scenario
 from scenarios.study import RunResult
-from scenarios.verdicts import VERDICTS, ClaimResult
+from scenarios.verdicts import VERDICTS, ClaimResult, Judgements
 
 COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim",
            "not run": "magenta"}
@@ -47,7 +47,7 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
     return tables
 
 
-def claim_table(results: list[ClaimResult]) -> Table:
+def claim_table(results: Sequence[ClaimResult]) -> Table:
     """Table of the thesis's claims with what was measured and the verdicts."""
     table = Table(title="Claims of the thesis")
     for name in ("claim", "source", "expected", "measured", "verdict"):
@@ -60,9 +60,9 @@ def claim_table(results: list[ClaimResult]) -> Table:
     return table
 
 
-def study_table(results: Sequence[RunResult], verdicts: Mapping[str, Sequence[ClaimResult]]) -> Table:
+def study_table(results: Sequence[RunResult], verdicts: Judgements) -> Table:
     """Table of many runs: how each ended, and how many of its claims have which verdict."""
-    table = Table("run", "outcome", *VERDICTS, title="Verdicts on the claims")
+    table = Table(Column("run", no_wrap=True), "outcome", *VERDICTS, title="Verdicts on the claims")
     totals = dict.fromkeys(VERDICTS, 0)
     for result in results:
         name = result.scenario.name
@@ -77,7 +77,7 @@ def study_table(results: Sequence[RunResult], verdicts: Mapping[str, Sequence[Cl
     return table
 
 
-def claims_markdown(results: Sequence[RunResult], verdicts: Mapping[str, Sequence[ClaimResult]]) -> str:
+def claims_markdown(results: Sequence[RunResult], verdicts: Judgements) -> str:
     """Table of all claims in Markdown: run, claim, source, the thesis's value, ours, verdict."""
     lines = ["| run | claim | source | thesis | here | verdict |", "|---|---|---|---|---|---|"]
     for result in results:

@@ -52,6 +52,9 @@ class ClaimResult:
         return (self.claim.reason or "") if self.verdict == "not reproduced" else ""
 
 
+Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run
+
+
 def judge(claim: Claim, metrics: Metrics | None, others: Mapping[str, Metrics | None] | None = None) -> ClaimResult:
     """Judge a claim on a run.
 

@@ -2,13 +2,14 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import NamedTuple
 
-from scenarios.report.figures import Shown
+from scenarios.claims import Claim
+from scenarios.report.figures import Shown, anchor
 from scenarios.study import RunResult
-from scenarios.verdicts import VERDICTS, ClaimResult, Verdict
+from scenarios.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
 
 
 class Look(NamedTuple):
@@ -30,8 +31,6 @@ LOOKS: dict[Verdict, Look] = {
 FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
 FIGURE_NUMBER = re.compile(r"\d+\.\d+")
 FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
-
-Judgements = Mapping[str, Sequence[ClaimResult]]
 
 
 def badge(verdict: Verdict) -> str:
@@ -58,45 +57,47 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
 def filter_buttons(judgements: Judgements) -> str:
     """Buttons that show the claims of one verdict."""
     counts = count_verdicts(judgements)
-    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all {counts.total()}</button>']
+    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all ({counts.total()})</button>']
     buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
-                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} {counts[verdict]}</button>'
+                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} ({counts[verdict]})</button>'
                 for verdict in VERDICTS if counts[verdict]]
     return f'<div class="filter" role="group" aria-label="Show claims by verdict">{"".join(buttons)}</div>'
 
 
-def run_id(name: str) -> str:
+def run_anchor(name: str) -> str:
     """Anchor of a run's group of claims."""
-    return "run-" + re.sub(r"[^A-Za-z0-9_-]", "_", name)
+    return anchor("run", name)
+
+
+def claim_anchor(name: str, k: int) -> str:
+    """Anchor of a run's k-th claim."""
+    return anchor("claim", name, str(k))
 
 
 def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown]) -> str:
-    """Bodies of the table, one for each run, in the order of the results."""
-    by_name: dict[str, RunResult | None] = {result.scenario.name: result for result in results}
-    names = dict.fromkeys([*by_name, *judgements])
-    return "\n".join(claim_group(name, by_name.get(name), judgements.get(name, ()), shown) for name in names)
+    """Bodies of the table, one for each run."""
+    return "\n".join(claim_group(result, judgements.get(result.scenario.name, ()), shown) for result in results)
 
 
-def claim_group(name: str, result: RunResult | None, claims: Sequence[ClaimResult], shown: Sequence[Shown]) -> str:
+def claim_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown]) -> str:
     """Body of the table with the claims about one run."""
-    title = "" if result is None else f" {escape(result.scenario.title)}"
-    statuses = ["this run is not among the results"] if result is None else list(run_status(result))
-    status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in statuses)
-    figures = [each for each in shown if any(run.scenario.name == name for run in each.runs)]
+    name = result.scenario.name
+    status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
+    figures = [each for each in shown if each.has(name)]
     links = ", ".join(f'<a href="#{each.id}">{escape(each.figure.title)}</a>' for each in figures)
-    where = f'<p class="where">{links}</p>' if links else ""
-    rows = [claim_row(f"{run_id(name)}-{k}", each, figures, shown) for k, each in enumerate(claims)]
+    where = f"<p>{links}</p>" if links else ""
+    rows = [claim_row(claim_anchor(name, k), each, [*figures, *shown]) for k, each in enumerate(claims)]
     if not rows:
         rows = ['<tr class="empty"><td colspan="5">no claims</td></tr>']
-    return (f'<tbody id="{run_id(name)}"><tr class="run"><th colspan="5" scope="rowgroup">'
-            f'<strong>{escape(name)}</strong>{title}{status}{where}</th></tr>\n' + "\n".join(rows) + "</tbody>")
+    return (f'<tbody id="{run_anchor(name)}"><tr class="run"><th colspan="5" scope="rowgroup">'
+            f"<strong>{escape(name)}</strong> {escape(result.scenario.title)}{status}{where}</th></tr>\n"
+            + "\n".join(rows) + "</tbody>")
 
 
 def run_status(result: RunResult) -> Iterator[str]:
     """What went wrong in a run, if anything."""
     if result.failure is not None:
-        recorded = f"recorded until {result.time[-1]:.3f} s" if len(result.time) else "nothing was recorded"
-        yield f"did not complete ({recorded}): {result.failure}"
+        yield f"did not complete: {result.failure}"
     for time, words in events(result):
         yield f"{words} at {time:.3f} s"
 
@@ -109,19 +110,33 @@ def events(result: RunResult) -> list[tuple[float, str]]:
     return [(time, words) for time, words in found if time is not None]
 
 
-def claim_row(anchor: str, result: ClaimResult, figures: Sequence[Shown], shown: Sequence[Shown]) -> str:
-    """One claim."""
+def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown]) -> str:
+    """One claim; its source links to the figures, of those with the same number to the first."""
     claim = result.claim
     reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
-    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, [*figures, *shown])),
-             ("thesis says", escape(claim.expectation)), ("measured", escape(result.measured_text)),
+    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, shown)),
+             ("criterion", escape(unbroken(criterion(claim)))),
+             ("measured", escape(unbroken(result.measured_text))),
              ("verdict", f"{badge(result.verdict)}{reason}"))
-    return (f'<tr id="{anchor}" data-verdict="{result.verdict}">'
+    return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
 
 
+def criterion(claim: Claim) -> str:
+    """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if it is not testable."""
+    if claim.metric is None:
+        return ""
+    band = "" if claim.band is None else f" to {1e3 * claim.band:g} mm"
+    return f"{claim.metric.replace('_', ' ')}{band} {claim.expectation}"
+
+
+def unbroken(text: str) -> str:
+    """The text with numbers and their units kept on one line."""
+    return re.sub(r"(?<=\d) (?=%|mm\b|[sA]\b)", "\N{NO-BREAK SPACE}", text)
+
+
 def linked_source(source: str, shown: Iterable[Shown]) -> str:
-    """Source of a claim with links to the figures of the page that it cites; the first of a number is taken."""
+    """Source of a claim with links to the figures of the page that it cites."""
     targets: dict[str, str] = {}
     for each in shown:
         targets.setdefault(str(each.figure.number), each.id)
@@ -150,6 +165,6 @@ def claims_of_figure(shown: Shown, judgements: Judgements) -> str:
         name = run.scenario.name
         for k, result in enumerate(judgements.get(name, ())):
             if shown.figure.number is None or shown.figure.number in cited_figures(result.claim.source):
-                items.append(f'<li><a href="#{run_id(name)}-{k}">{badge(result.verdict)}</a> '
+                items.append(f'<li><a href="#{claim_anchor(name, k)}">{badge(result.verdict)}</a> '
                              f"{escape(result.claim.text)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -1,18 +1,18 @@
 """The figures of the page: which runs they show in which panels, and the signals that this needs."""
 
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from scenarios.report.series import tolerances
 from scenarios.scenario import Axis, Motor, Scenario
 from scenarios.study import RunResult
-from scenarios.toml_table import Seconds, Table
+from scenarios.toml_table import Table
 
 AXIS_PANELS = ("position", "speed", "error")
 MOTOR_PANELS = ("commands", "currents")
@@ -44,8 +44,6 @@ class Figure(Table):
         Label in the legend by name of the run.
     panels : list of str
         Kind and axis or motor, such as "error y", "position *".
-    range : pair of float or None
-        Times shown at first, s; None for all.
     """
 
     number: str | None = None
@@ -53,7 +51,6 @@ class Figure(Table):
     caption: str
     runs: dict[str, str] = Field(min_length=1)
     panels: list[str] = Field(min_length=1)
-    range: tuple[Seconds, Seconds] | None = None
 
     @field_validator("panels")
     @classmethod
@@ -72,14 +69,33 @@ class Figure(Table):
         heading = f"Figure {self.number}" if self.number else f"Run {next(iter(self.runs))}"
         return f"{heading}: {self.variant}" if self.variant else heading
 
+    @property
+    def id(self) -> str:
+        """Anchor in the page."""
+        parts = [self.number, self.variant] if self.number else ["run", next(iter(self.runs))]
+        return anchor("figure", *(part for part in parts if part))
+
 
 class Shown(NamedTuple):
-    """A figure that has data: its id in the page, the runs that exist, and their panels."""
+    """A figure that has data: its runs among the results, also those that failed, and the panels that they fill."""
 
-    id: str
     figure: Figure
     runs: list[RunResult]
     panels: list[Panel]
+
+    @property
+    def id(self) -> str:
+        """Anchor in the page."""
+        return self.figure.id
+
+    @property
+    def recorded(self) -> list[RunResult]:
+        """Runs that can be drawn."""
+        return [run for run in self.runs if len(run.time)]
+
+    def has(self, run: str) -> bool:
+        """Whether the figure is about a run."""
+        return any(result.scenario.name == run for result in self.runs)
 
 
 def read_figures() -> list[Figure]:
@@ -90,33 +106,21 @@ def read_figures() -> list[Figure]:
 
 def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> list[Shown]:
     """Figures with at least one run that was recorded; then one of every other such run with all its panels."""
-    recorded = {result.scenario.name: result for result in results if len(result.time)}
-    covered: set[str] = set()
-    shown: list[Shown] = []
-    ids: set[str] = set()
+    shown = list(with_data(figures, results))
+    every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
+    others = [Figure(caption=result.scenario.title, runs={result.scenario.name: "simulated"}, panels=every_panel)
+              for result in results if not any(each.has(result.scenario.name) for each in shown)]
+    return shown + list(with_data(others, results))
 
-    def show(figure: Figure, name: str) -> None:
-        runs = [recorded[run] for run in figure.runs if run in recorded]
+
+def with_data(figures: Iterable[Figure], results: Sequence[RunResult]) -> Iterator[Shown]:
+    """Figures that have something to draw."""
+    by_name = {result.scenario.name: result for result in results}
+    for figure in figures:
+        runs = [by_name[run] for run in figure.runs if run in by_name]
         panels = list(dict.fromkeys(panel for text in figure.panels for panel in expand(text, runs)))
         if panels:
-            identifier = unused(f"figure-{name}", ids)
-            ids.add(identifier)
-            covered.update(result.scenario.name for result in runs)
-            shown.append(Shown(identifier, figure, runs, panels))
-
-    for figure in figures:
-        show(figure, str(figure.number).replace(".", "-"))
-    every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
-    for name, result in recorded.items():
-        if name not in covered:
-            show(Figure(caption=result.scenario.title, runs={name: "position"}, panels=every_panel), "run")
-    return shown
-
-
-def unused(name: str, used: set[str]) -> str:
-    """Return the name, with a number if it is used already."""
-    numbered = (name if count == 1 else f"{name}-{count}" for count in range(1, len(used) + 2))
-    return next(candidate for candidate in numbered if candidate not in used)
+            yield Shown(figure, runs, panels)
 
 
 def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
@@ -124,11 +128,16 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
     kind, _, of = text.partition(" ")
     for result in runs:
         scenario = result.scenario
+        recorded = recorded_columns(result)
         names: Mapping[str, Axis | Motor] = scenario.axes if kind in AXIS_PANELS else scenario.motors
         for name in names:
-            needed = needed_columns(scenario, kind, name)
-            if of in (name, EVERY) and any(column in recorded_columns(result) for column in needed):
+            if of in (name, EVERY) and any(column in recorded for column in needed_columns(scenario, kind, name)):
                 yield Panel(kind, name)
+
+
+def anchor(*parts: str) -> str:
+    """Identifier of an element of the page."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
 
 
 def speed_of(axis: Axis) -> str:
@@ -147,8 +156,8 @@ def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
 
     The errors are columns of their own since they have a finer scale than what they are the difference of.
     """
-    columns = {name: values for name, values in result.columns.items() if len(values) == len(result.time)}
-    errors = {error_of(axis): np.asarray(columns[axis.position]) - np.asarray(columns[axis.reference])
+    columns = result.columns
+    errors = {error_of(axis): columns[axis.position] - columns[axis.reference]
               for axis in result.scenario.axes.values() if axis.position in columns and axis.reference in columns}
     return {**columns, **errors}
 
@@ -172,8 +181,7 @@ def needed_columns(scenario: Scenario, kind: str, of: str) -> list[str]:
 def needed_tolerances(result: RunResult, shown: Iterable[Shown]) -> dict[str, float]:
     """Tolerances by name of the columns that the figures and the moving picture draw of a run."""
     scenario = result.scenario
-    panels = {panel for each in shown for panel in each.panels
-              if any(run.scenario.name == scenario.name for run in each.runs)}
+    panels = {panel for each in shown if each.has(scenario.name) for panel in each.panels}
     if scenario.name in MOVING:
         panels |= {Panel("position", axis) for axis in scenario.axes}
         panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in scenario.motors}

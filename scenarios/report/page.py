@@ -1,15 +1,13 @@
 """The page: claims with their verdicts, figures of the runs, a moving picture, and what all this rests on."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 from typing import Any
-
-import numpy as np
 
 from scenarios.errors import ScenarioError
 from scenarios.report import claim_table
@@ -26,9 +24,12 @@ from scenarios.report.figures import (
 )
 from scenarios.report.series import pack
 from scenarios.study import RunResult
-from scenarios.verdicts import ClaimResult
+from scenarios.verdicts import Judgements
 
 FOLDER = Path(__file__).parent
+MOST_ROWS = 16000            # of a signal
+FEWEST_ROWS = 1000           # of a signal, however large the page
+LARGEST_DATA = 9_000_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
 SCRIPTS = ("series.js", "plots.js", "claims.js", "stage.js", "player.js")
 
 
@@ -38,7 +39,7 @@ def require_plotly() -> None:
         raise ScenarioError("the report needs plotly, expected it to be installed: pip install 'maglev-fmus[report]'")
 
 
-def write_report(path: Path, results: Sequence[RunResult], judgements: Mapping[str, Sequence[ClaimResult]]) -> None:
+def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements) -> None:
     """Write the report of a study as one HTML page that needs no network.
 
     The file appears under its name when it is complete: what stood there before is intact until then.
@@ -71,10 +72,10 @@ def plotly_script() -> str:
     return str(import_module("plotly.offline").get_plotlyjs())
 
 
-def report_page(results: Sequence[RunResult], judgements: Mapping[str, Sequence[ClaimResult]], plotly: str) -> str:
+def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str) -> str:
     """Text of the page; `plotly` is the source of plotly.js."""
     shown = shown_figures(read_figures(), results)
-    data = {"runs": {result.scenario.name: run_data(result, shown) for result in results if len(result.time)},
+    data = {"runs": runs_data(results, shown),
             "figures": {each.id: figure_data(each) for each in shown},
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
@@ -107,11 +108,21 @@ def has_motion(result: RunResult, name: str) -> bool:
             and all(error_of(axis) in recorded_columns(result) for axis in axes))
 
 
-def run_data(result: RunResult, shown: Sequence[Shown]) -> dict[str, Any]:
+def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str, dict[str, Any]]:
+    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
+    most = MOST_ROWS
+    while True:
+        runs = {result.scenario.name: run_data(result, shown, most) for result in results if len(result.time)}
+        if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
+            return runs
+        most //= 2
+
+
+def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
     scenario = result.scenario
-    packed = pack(np.asarray(result.time, dtype=np.float64), recorded_columns(result), scenario.output_interval,
-                  needed_tolerances(result, shown))
+    packed = pack(result.time, recorded_columns(result), scenario.output_interval, needed_tolerances(result, shown),
+                  most)
     return {
         "title": scenario.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
@@ -127,14 +138,14 @@ def run_data(result: RunResult, shown: Sequence[Shown]) -> dict[str, Any]:
 def figure_data(shown: Shown) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
-                     for run in shown.runs],
-            "panels": [panel._asdict() for panel in shown.panels], "range": shown.figure.range}
+                     for run in shown.recorded],
+            "panels": [panel._asdict() for panel in shown.panels]}
 
 
-def figure_element(shown: Shown, judgements: Mapping[str, Sequence[ClaimResult]]) -> str:
+def figure_element(shown: Shown, judgements: Judgements) -> str:
     """One figure: caption, runs, place for the plot, claims about it."""
     figure = shown.figure
-    runs = "".join(f'<li><a href="#{claim_table.run_id(run.scenario.name)}">{escape(run.scenario.name)}</a>'
+    runs = "".join(f'<li><a href="#{claim_table.run_anchor(run.scenario.name)}">{escape(run.scenario.name)}</a>'
                    + "".join(f'; <span class="status">⚠ {escape(text)}</span>' for text in claim_table.run_status(run))
                    + "</li>" for run in shown.runs)
     height = 120 + 180 * len(shown.panels)

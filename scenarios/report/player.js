@@ -23,6 +23,7 @@
     const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
     const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical);
     const motors = Object.values(run.motors);
+    const fixed = (value) => value.toFixed(2).replace(/^-0\.00$/, "0.00");
     const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
     const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
       .map((signal) => (signals[signal]?.values ?? []).reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
@@ -50,9 +51,9 @@
       }));
       texts.get("time").textContent = `${time.toFixed(2)} s`;
       for (const axis of Object.keys(run.axes)) {
-        texts.get(axisLabel(axis)).textContent = `${mm(axis, "position").toFixed(2)} mm`;
+        texts.get(axisLabel(axis)).textContent = `${fixed(mm(axis, "position"))} mm`;
       }
-      for (const signal of currents) texts.get(short(signal)).textContent = `${at(signal, time).toFixed(2)} A`;
+      for (const signal of currents) texts.get(short(signal)).textContent = `${fixed(at(signal, time))} A`;
     };
   }
 

@@ -13,8 +13,7 @@ const STRIP = 30;   // px, above the legend, for the buttons
 const BUTTONS = ["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d", "toImage"];
 const CONFIGURATION = { responsive: true, displaylogo: false, plotlyServerURL: "", modeBarButtons: [BUTTONS] };
 const DASHES = ["solid", "dash", "dot", "dashdot"];
-const drawn = new Set();
-let printing = false;
+const drawing = {};   // promises of the figures that are drawn or about to be, by id
 
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -112,8 +111,7 @@ function layout(figure, height) {
     modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("faint"), activecolor: colour("text") },
     hoverlabel: { namelength: -1 },
     // One time axis below all panels: they zoom together.
-    xaxis: { ...axis, title: { text: "time (s)" }, anchor: count === 1 ? "y" : `y${count}`,
-      range: figure.range ?? undefined },
+    xaxis: { ...axis, title: { text: "time (s)" }, anchor: count === 1 ? "y" : `y${count}` },
     shapes: [],
   };
   figure.panels.forEach((panel, p) => {
@@ -138,7 +136,6 @@ function layout(figure, height) {
         line: { color: colour(`series-${r % 4}`), width: 1.5, dash: "dash" } });
     }
   });
-  if (printing) result.width = 680;
   return result;
 }
 
@@ -146,19 +143,23 @@ function layout(figure, height) {
 function drawNow(id) {
   const element = document.querySelector(`[data-figure="${id}"]`);
   const figure = report.figures[id];
-  drawn.add(id);
   return Plotly.react(element, traces(figure), layout(figure, element.clientHeight), CONFIGURATION);
 }
 
-async function draw(id) {
-  if (drawn.has(id)) return;
+async function decodeAndDraw(id) {
   try {
     await Promise.all(report.figures[id].runs.map(({ name }) => decodeRun(name)));
-    if (!drawn.has(id)) await drawNow(id);
+    await drawNow(id);
   } catch (error) {
     fail(error);
     document.querySelector(`[data-figure="${id}"]`).textContent = `This plot could not be drawn: ${error.message}`;
   }
+}
+
+/** Draw a figure; a second call returns the same promise. */
+function draw(id) {
+  drawing[id] ??= decodeAndDraw(id);
+  return drawing[id];
 }
 
 async function drawAll() {
@@ -166,7 +167,7 @@ async function drawAll() {
 }
 
 function redraw() {
-  for (const id of drawn) drawNow(id);
+  for (const id of Object.keys(drawing)) drawing[id] = drawing[id].then(() => drawNow(id)).catch(fail);
 }
 
 const inView = new IntersectionObserver((entries) => {
@@ -180,31 +181,6 @@ const inView = new IntersectionObserver((entries) => {
 for (const element of document.querySelectorAll("[data-figure]")) inView.observe(element);
 
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-
-// Printing cannot wait for a promise: what is to be drawn then is decoded before, in idle moments.
-const whenIdle = window.requestIdleCallback ?? ((work) => setTimeout(work, 200));
-const waiting = Object.keys(report.runs);
-function decodeNext() {
-  const name = waiting.shift();
-  if (name) decodeRun(name).catch(fail).finally(() => whenIdle(decodeNext));
-}
-whenIdle(decodeNext);
-window.addEventListener("beforeprint", () => {
-  printing = true;
-  document.documentElement.classList.add("printing");   // the light colours, also on a dark screen
-  for (const [id, { runs }] of Object.entries(report.figures)) {
-    if (runs.every(({ name }) => ready[name])) drawNow(id);
-  }
-});
-window.addEventListener("afterprint", () => {
-  printing = false;
-  document.documentElement.classList.remove("printing");
-  redraw();
-});
-document.getElementById("print").addEventListener("click", async () => {
-  await drawAll();
-  window.print();
-});
 
 // For tests: draw everything, and what went wrong.
 window.maglevReport = { drawAll, errors };

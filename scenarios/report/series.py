@@ -20,7 +20,6 @@ LENGTH = 0.2e-6        # m, tolerance of positions and references
 SPEED = 0.2e-3         # m/s, tolerance of velocities
 CURRENT = 10e-3        # A, tolerance of currents
 QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it
-MOST_ROWS = 4000       # of one signal; with more its tolerance is doubled
 FIRST_ROWS = 33        # evenly spaced, before rows are added where they are needed
 LARGEST_COUNT = 2**30  # quanta; keeps values and their differences in 32 bits
 MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output interval
@@ -42,7 +41,7 @@ class Thinned:
     tolerance: float
 
 
-def thin(time: Array, values: Array, tolerance: float, most: int = MOST_ROWS) -> Thinned:
+def thin(time: Array, values: Array, tolerance: float, most: int) -> Thinned:
     """Choose the rows to keep: the first, the last, the largest, the smallest, and all that the tolerance needs.
 
     Parameters
@@ -98,7 +97,7 @@ def decode(data: bytes) -> NDArray[np.int64]:
 
 
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
-         tolerances: Mapping[str, float]) -> dict[str, Any]:
+         tolerances: Mapping[str, float], most: int) -> dict[str, Any]:
     """Signals of a run for the page.
 
     Parameters
@@ -111,6 +110,8 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
         Output interval, s.
     tolerances : mapping of str to float
         The columns to pack with their tolerances; a column that was not recorded is left out.
+    most : int
+        Largest number of rows of a signal; with more its tolerance is doubled.
 
     Returns
     -------
@@ -123,12 +124,11 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
     data = []
     for name, tolerance in tolerances.items():
         values = np.asarray(columns.get(name, ()), dtype=np.float64)
-        # A run that failed may have been recorded up to values that are none.
         finite = np.flatnonzero(np.isfinite(values))
         if not len(finite):
             continue
         values = values[finite]
-        thinned = thin(time[finite], values, tolerance)
+        thinned = thin(time[finite], values, tolerance, most)
         step = max(thinned.tolerance / QUANTA, float(np.abs(values).max()) / LARGEST_COUNT)
         data.append(encode(np.rint(time[finite][thinned.rows] / quantum).astype(np.int64)))
         data.append(encode(np.rint(values[thinned.rows] / step).astype(np.int64)))

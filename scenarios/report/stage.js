@@ -69,7 +69,7 @@ function drawScales(parent) {
   for (let mm = -50; mm <= 50; mm += 10) {
     const x = middle + mm * VIEW.along;
     svg("line", { x1: x, x2: x, y1: 268, y2: mm % 50 ? 273 : 277, ...line }, parent);
-    if (mm % 50 === 0) svgText(parent, x, 290, mm ? String(mm) : "0 mm");
+    if (mm % 50 === 0) svgText(parent, x, 290, mm ? `${mm < 0 ? "−" : ""}${Math.abs(mm)}` : "0 mm");
   }
   svg("line", { x1: middle - 50 * VIEW.along, x2: middle + 50 * VIEW.along, y1: 268, y2: 268, ...line }, parent);
   for (let mm = 0; mm <= 30; mm += 10) {

@@ -177,21 +177,14 @@ def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None
     error(check_run(short(), fmus, {}, [], baselines), "Is a directory")
 
 
-@pytest.mark.parametrize("cause", [None, KeyboardInterrupt()])
-def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch,
-                               cause: BaseException | None) -> None:
-    """An FMU that refuses a step is an error; a user who interrupts wants the other runs to stop too."""
-    def run(_: Experiment) -> Recording:
-        raise RunFailed("at t = 0.3 s:\nrefused", Recording(np.zeros(1), {})) from cause
+def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An FMU that refuses a step is an error."""
+    def run(*_: object) -> Recording:
+        raise RunFailed("at t = 0.3 s:\nrefused", Recording(np.zeros(1), {}))
 
     monkeypatch.setattr(Experiment, "run", run)
-    if cause is None:
-        error(check_run(short(), fmus, {}, [], baselines), "at t = 0.3 s: refused")
-        assert update_run(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
-        return
-    for function in (check_run, update_run):
-        with pytest.raises(RunFailed):
-            function(short(), fmus, {}, [], baselines)
+    error(check_run(short(), fmus, {}, [], baselines), "at t = 0.3 s: refused")
+    assert update_run(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
 
 
 def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
@@ -240,7 +233,7 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
     intact = samples.read_text()
     settings = CheckSettings(signals={"plant.v.positon": SignalTolerance()})
     result = update_run(short(check=settings), fmus, {}, [], baselines)
-    assert describe(result).startswith("2dof-setpoints: error: plant.v.positon was not recorded")
+    assert "nearest is 'v.position'" in describe(result)
     assert exit_code([result]) == 2
     assert samples.read_text() == intact
 

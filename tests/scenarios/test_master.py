@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
+from scenarios.catalogue import definition
 from scenarios.component import ComponentError
 from scenarios.experiment import prepare
 from scenarios.master import Master, Participant, RunFailed
@@ -20,7 +17,6 @@ from scenarios.scenario import load_scenario
 
 AXES = {"2dof": ("v", "h"), "3dof": ("y", "x", "z")}
 MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
-BLOCKS: dict[str, tuple[type, type]] = {"2dof": (Regulator2DOF, Stage2DOF), "3dof": (Regulator3DOF, Stage3DOF)}
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
 
@@ -30,10 +26,10 @@ def set_path(block: Any, name: str, value: float | bool) -> None:
     setattr(attrgetter(path)(block) if path else block, attribute, value)
 
 
-def direct_loop(rig: str, starts: dict[str, dict[str, float | bool]], drives: dict[str, list[float]],
-                names: list[str], dt: float) -> dict[str, array]:
+def direct_loop(rig: str, models: dict[str, str], starts: dict[str, dict[str, float | bool]],
+                drives: dict[str, list[float]], names: list[str], dt: float) -> dict[str, array]:
     """The blocks called directly; values of `fmu.variable` names at each communication point."""
-    controller, plant = (block() for block in BLOCKS[rig])
+    controller, plant = (definition(models[fmu]).new_block() for fmu in ("controller", "plant"))
     blocks = {"controller": controller, "plant": plant}
     for fmu, values in starts.items():
         for name, value in values.items():
@@ -60,18 +56,21 @@ def direct_loop(rig: str, starts: dict[str, dict[str, float | bool]], drives: di
     return rows
 
 
-@pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking", "3dof-setpoints", "3dof-setpoints-improved",
-                                  "3dof-tracking"])
+@pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
+                                  "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved",
+                                  "3dof-tracking-nonlinear", "3dof-smooth-linear", "3dof-smooth-scheduled",
+                                  "3dof-tracking-pid"])
 def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str) -> None:
-    """1.5 s of every scenario, the first step of the set-point ones included."""
+    """1.5 s under every controller, the first step of the set-points included."""
     scenario = load_scenario(name).model_copy(update={"stop_time": 1.5})
     experiment = prepare(scenario, fmus, {}, [])
     recording = experiment.run()
     starts = {fmu: {n: s.value for n, s in table.start.items()} for fmu, table in scenario.fmus.items()}
+    models = {fmu: str(table.model) for fmu, table in scenario.fmus.items()}
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]
     assert len(names) == len(list(recording.columns)) - len(drives)
-    direct = direct_loop(name.partition("-")[0], starts, drives, names, scenario.step)
+    direct = direct_loop(name.partition("-")[0], models, starts, drives, names, scenario.step)
     for n in names:
         expected = np.frombuffer(direct[n])
         assert np.array_equal(recording.columns[n].astype(float).view(np.int64), expected.view(np.int64)), n

@@ -4,7 +4,7 @@ import pytest
 
 from scenarios.errors import ScenarioError
 from scenarios.port_check import check_names
-from scenarios.scenario import load_scenario, packaged_scenarios
+from scenarios.scenario import load_scenario
 
 LOOP = """
 step = "0.5 ms"
@@ -143,19 +143,6 @@ def test_unknown_name_names_the_nearest():
 
 def test_missing_path(tmp_path):
     assert "none.toml: cannot be read" in refusal(tmp_path / "none.toml")
-
-
-@pytest.mark.parametrize("name", packaged_scenarios())
-def test_packaged_scenarios_start_at_their_references(name):
-    scenario = load_scenario(name)
-    assert scenario.name == name
-    assert scenario.figures
-    assert scenario.claims
-    assert list(scenario.fmus) == ["controller", "plant"]
-    signals = {signal.to: signal for signal in scenario.signals}
-    for axis, names in scenario.axes.items():
-        start = scenario.fmus["plant"].start[f"{axis}.position_start"].value
-        assert start == signals[names.reference].value(0.0)
 
 
 def variables(**kinds):
