@@ -4,13 +4,17 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN = .venv/bin
 
-.PHONY: demo report check test build lint bench accuracy clean
+.PHONY: demo report claims check test build lint bench accuracy clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
 
 report: build
 	$(BIN)/maglev report
+
+claims: build
+	$(BIN)/maglev run --all
+	$(BIN)/python docs/readme_claims.py results/claims.md
 
 check: build
 	$(BIN)/maglev check

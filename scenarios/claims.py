@@ -127,12 +127,14 @@ class Claim(Table):
         return f"{value:g}" if unit is None else f"{to_unit(value, PRINTED_UNITS[unit]):.3g} {PRINTED_UNITS[unit]}"
 
     @property
-    def expectation(self) -> str:
-        """What the claim says in short, such as "< 5 s"; empty if it is not testable."""
+    def criterion(self) -> str:
+        """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
         if self.metric is None:
             return ""
+        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
+        subject = f"{self.metric.replace('_', ' ')}{band} {self.relation}"
         if not self.comparative:
-            return f"{self.relation} {self.printed(self.target)}"
+            return f"{subject} {self.printed(self.target)}"
         factor = "" if self.factor == 1.0 else f"{self.factor:g} × "
         place = " of ".join(([self.than_axis] if self.than_axis else []) + ([self.than] if self.than else []))
-        return f"{self.relation} {factor}{place}"
+        return f"{subject} {factor}{place}"

@@ -55,18 +55,20 @@ def claim_table(results: Sequence[ClaimResult]) -> Table:
     for result in results:
         claim = result.claim
         note = f": {result.note}" if result.note else ""
-        table.add_row(claim.text, claim.source, claim.expectation if claim.metric else "", result.measured_text,
+        table.add_row(claim.text, claim.source, claim.criterion, result.measured_text,
                       f"[{COLOURS[result.verdict]}]{result.verdict}[/]{note}")
     return table
 
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements) -> Table:
     """Table of many runs: how each ended, and how many of its claims have which verdict."""
-    table = Table(Column("run", no_wrap=True), "outcome", *VERDICTS, title="Verdicts on the claims")
+    table = Table(Column("run", no_wrap=True), "outcome",
+                  *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
+                  title="Verdicts on the claims")
     totals = dict.fromkeys(VERDICTS, 0)
     for result in results:
         name = result.scenario.name
-        ended = outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
+        ended = short_outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
         counts = {verdict: sum(claim.verdict == verdict for claim in verdicts[name]) for verdict in VERDICTS}
         for verdict, count in counts.items():
             totals[verdict] += count
@@ -79,12 +81,12 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements) -> Table:
 
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements) -> str:
     """Table of all claims in Markdown: run, claim, source, the thesis's value, ours, verdict."""
-    lines = ["| run | claim | source | thesis | here | verdict |", "|---|---|---|---|---|---|"]
+    lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
     for result in results:
         for judged in verdicts[result.scenario.name]:
             claim = judged.claim
             verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
-            cells = (f"`{result.scenario.name}`", claim.text, claim.source, claim.expectation, judged.measured_text,
+            cells = (f"`{result.scenario.name}`", claim.text, claim.source, claim.criterion, judged.measured_text,
                      verdict)
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     counted = [judged.verdict for run in verdicts.values() for judged in run]
@@ -99,10 +101,22 @@ def outcome(metrics: Metrics) -> str:
         events.append(f"an end stop was touched at {metrics.stop_contact:.3f} s")
     if metrics.tripped is not None:
         events.append(f"the controller tripped at {metrics.tripped:.3f} s")
-    worst = max(metrics.end_errors.items(), key=lambda item: item[1], default=None)
-    if worst is not None:
-        events.append(f"largest error at the end {length(worst[1])} on {worst[0]}")
+    events += [f"largest error at the end {error}" for error in end_error(metrics)]
     return ("failed" if metrics.failed else "held") + ": " + ", ".join(events)
+
+
+def short_outcome(metrics: Metrics) -> str:
+    """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
+    events = [(time, words) for time, words in ((metrics.stop_contact, "stop"), (metrics.tripped, "trip"))
+              if time is not None]
+    first = [f"{words} at {time:.3f} s" for time, words in sorted(events)[:1]] or end_error(metrics)
+    return ("failed" if metrics.failed else "held") + "".join(f", {event}" for event in first)
+
+
+def end_error(metrics: Metrics) -> list[str]:
+    """The largest error at the end with its axis, if there are axes."""
+    worst = max(metrics.end_errors.items(), key=lambda item: item[1], default=None)
+    return [] if worst is None else [f"{length(worst[1])} on {worst[0]}"]
 
 
 def seconds(time: float) -> str:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import StringIO
 
 import typer
 from rich.console import Console
@@ -72,9 +73,9 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -
 
 def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     """What `show` prints, as text."""
-    console = Console(record=True, quiet=True, width=REPORT_WIDTH)
-    show(console, result, verdicts)
-    return console.export_text()
+    text = StringIO()
+    show(Console(file=text, width=REPORT_WIDTH), result, verdicts)
+    return text.getvalue()
 
 
 def note_left_out(left_out: Mapping[str, Sequence[str]]) -> None:

@@ -60,7 +60,7 @@ def judge(claim: Claim, metrics: Metrics | None, others: Mapping[str, Metrics | 
 
     Of several measured values (axes, motors, steps) the one that decides is reported: with `over` "all" the
     one that meets the claim worst, with "any" the one that meets it best; with "mean" it is their mean. A numeric
-    claim that is missed by at most 10 % of the target, or of the value it compares with, is "within 10 %".
+    claim that is missed by at most 10 % of its figure, the target or the factor, is "within 10 %".
 
     Parameters
     ----------
@@ -110,7 +110,8 @@ def compare(claim: Claim, values: Sequence[Placed], others: Sequence[Placed]) ->
     share = ratio(measured, against)
     if miss(claim, share, claim.factor) < 0.0:
         return ClaimResult(claim, measured, "reproduced", against)
-    close = abs(share - claim.factor) <= CLOSE * claim.factor
+    # "More" and "less" name no figure that could be missed by little.
+    close = claim.factor != 1.0 and abs(share - claim.factor) <= CLOSE * claim.factor
     return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced", against)
 
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import NamedTuple
 
-from scenarios.claims import Claim
 from scenarios.report.figures import Shown, anchor
 from scenarios.study import RunResult
 from scenarios.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
@@ -115,19 +114,11 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown]) -> s
     claim = result.claim
     reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
     cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, shown)),
-             ("criterion", escape(unbroken(criterion(claim)))),
+             ("criterion", escape(unbroken(claim.criterion))),
              ("measured", escape(unbroken(result.measured_text))),
              ("verdict", f"{badge(result.verdict)}{reason}"))
     return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
-
-
-def criterion(claim: Claim) -> str:
-    """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if it is not testable."""
-    if claim.metric is None:
-        return ""
-    band = "" if claim.band is None else f" to {1e3 * claim.band:g} mm"
-    return f"{claim.metric.replace('_', ' ')}{band} {claim.expectation}"
 
 
 def unbroken(text: str) -> str:

@@ -71,17 +71,17 @@ def test_about_means_rounding_to_the_printed_digits(value, reproduced):
     assert (judge(about, metrics).verdict == "reproduced") is reproduced
 
 
-@pytest.mark.parametrize(("table", "text", "expectation"), [
-    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "< 5 s"),
-    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "< 5 s"),
-    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "< 30 %"),
+@pytest.mark.parametrize(("table", "text", "criterion"), [
+    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time to 0.1 mm < 5 s"),
+    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time to 0.1 mm < 5 s"),
+    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "overshoot < 30 %"),
     ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
-     "0.127 mm", "about 0.12 mm"),
-    ({"metric": "failed", "relation": "is", "target": False}, "yes", "is no"),
+     "0.127 mm", "tracking mean about 0.12 mm"),
+    ({"metric": "failed", "relation": "is", "target": False}, "yes", "failed is no"),
     ({"not_testable": "needs the rig"}, "", "")])
-def test_texts(table, text, expectation):
+def test_texts(table, text, criterion):
     result = judge(claim(**table), METRICS)
-    assert (result.measured_text, result.claim.expectation) == (text, expectation)
+    assert (result.measured_text, result.claim.criterion) == (text, criterion)
 
 
 def test_a_run_without_the_metric_is_refused():

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
-
-from scenarios.cli import app
+from command_line import error_line, maglev
 
 SCRIPTS = Path(__file__).parents[2] / "scenarios" / "scripts"
 
@@ -33,19 +31,6 @@ def short(tmp_path: Path) -> Path:
     loop = Path(__file__).parents[2] / "scenarios" / "loops" / "3dof.toml"
     path.write_text(SHORT.format(loop=os.path.relpath(loop, tmp_path)))
     return path
-
-
-def maglev(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
-
-
-def error_line(result: Result) -> str:
-    """The error of a failed command: one line, exit code 2, no traceback."""
-    assert result.exit_code == 2, result.output
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1, result.stderr
-    assert lines[0].startswith("maglev: ")
-    return lines[0]
 
 
 def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path) -> None:
@@ -137,14 +122,14 @@ def test_unknown_fmu(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr("scenarios.cli.run_experiments", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("scenarios.cli.execute", lambda *_: pytest.fail("it ran"))
     assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
 
 
 def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenarios.plot.find_spec", lambda _: None)
-    monkeypatch.setattr("scenarios.cli.run_experiments", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("scenarios.cli.execute", lambda *_: pytest.fail("it ran"))
     assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 

@@ -1,8 +1,7 @@
 import pytest
 from report_runs import failed, judged, packaged, page_of, recorded
 
-from scenarios.claims import Claim
-from scenarios.report.claim_table import cited_figures, criterion, linked_source
+from scenarios.report.claim_table import cited_figures, linked_source
 from scenarios.report.figures import read_figures, shown_figures
 from scenarios.verdicts import VERDICTS
 
@@ -84,10 +83,3 @@ def test_a_source_links_to_the_figures_of_the_page_only():
     shown = shown_figures(read_figures(), [recorded(SETPOINTS)])
     assert linked_source("Figs. 4.18, 5.20 & (4.19)", shown) == (
         'Figs. <a href="#figure-4-18">4.18</a>, 5.20 &amp; (4.19)')
-
-
-def test_the_criterion_names_what_is_measured():
-    settling = Claim(text="", source="", metric="settling_time", band="0.1 mm", relation="<", target="5 s")
-    assert criterion(settling) == "settling time to 0.1 mm < 5 s"
-    assert criterion(Claim(text="", source="", metric="failed", relation="is", target=False)) == "failed is no"
-    assert criterion(Claim(text="", source="", not_testable="why")) == ""

@@ -1,0 +1,23 @@
+"""The README's table of claims is that of the scenarios."""
+
+from pathlib import Path
+
+from scenarios.scenario import load_runs, packaged_scenarios
+from scenarios.verdicts import VERDICTS
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+def test_the_table_has_every_claim_with_a_verdict() -> None:
+    rows = [[cell.strip() for cell in line.split(" | ")] for line in README.read_text(encoding="utf-8").splitlines()
+            if line.startswith("| `") and line.count(" | ") == 5]
+    claims = [(run.name, claim) for name in packaged_scenarios() for run in load_runs(name) for claim in run.claims]
+    assert [row[:4] for row in rows] == [[f"| `{name}`", claim.text, claim.source, claim.criterion]
+                                         for name, claim in claims], "`make claims` makes the table anew"
+    for row, (_, claim) in zip(rows, claims, strict=True):
+        verdict, _, reason = row[5].removesuffix(" |").replace("**", "").partition(": ")
+        assert verdict in VERDICTS
+        assert verdict != "not run"
+        if verdict in ("not reproduced", "not testable"):
+            assert reason in (claim.reason, claim.not_testable), "a reason is owed"
+            assert reason
