@@ -3,6 +3,7 @@
 import hashlib
 import os
 import zipfile
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import distribution
 from pathlib import Path
@@ -53,8 +54,12 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
     contents = fmu_contents(definition, module, attribute, version, licence, (*packages, "fmi_export", "pythonfmu"))
-    destination.mkdir(parents=True, exist_ok=True)
-    path = destination / f"{definition.name}.fmu"
+    return write_archive(destination / f"{definition.name}.fmu", contents)
+
+
+def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
+    """Write an FMU of files by their name in it; it appears under its name when it is complete."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_suffix(".fmu.part")
     stamp = datetime.fromtimestamp(max(build_date(), EARLIEST_IN_ZIP), UTC).timetuple()[:6]
     with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -90,15 +95,20 @@ def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version
         description=definition.description).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)
-    contents["model.png"] = png_icon(definition.icon)
-    contents["documentation/index.html"] = documentation(definition, version).encode("utf-8")
-    contents["documentation/licenses/license.txt"] = licence.encode("utf-8")
+    contents |= described(definition, version, licence)
     contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
     date = build_date()
     without_guid = model_description(definition, "", version, date)
     guid = digest([fingerprint, without_guid.decode("utf-8")])[:32]
     contents["modelDescription.xml"] = model_description(definition, f"{{{guid}}}", version, date)
     return contents
+
+
+def described(definition: FmuDefinition, version: str, licence: str) -> dict[str, bytes]:
+    """What every FMU has for people: icon, documentation, licence."""
+    return {"model.png": png_icon(definition.icon),
+            "documentation/index.html": documentation(definition, version).encode("utf-8"),
+            "documentation/licenses/license.txt": licence.encode("utf-8")}
 
 
 def digest(parts: list[str]) -> str:

@@ -1,5 +1,6 @@
 """modelDescription.xml of a definition (FMI 2.0, co-simulation)."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -12,7 +13,8 @@ AUTHOR = "Maglev FMUs contributors"
 LICENCE = "MIT"
 
 
-def model_description(definition: FmuDefinition, guid: str, version: str, date: int) -> bytes:
+def model_description(definition: FmuDefinition, guid: str, version: str, date: int,
+                      sources: Sequence[str] = ()) -> bytes:
     """Model description as UTF-8 XML.
 
     Parameters
@@ -22,7 +24,10 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         Of the FMU.
     date : int
         Date of generation, seconds since 1970.
+    sources : sequence of str
+        C files of a native FMU; one without runs on pythonfmu, in the Python of the importing machine.
     """
+    native = bool(sources)
     root = Element("fmiModelDescription", {
         "fmiVersion": "2.0",
         "modelName": definition.name,
@@ -32,23 +37,27 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         "version": version,
         "copyright": f"Copyright (c) {AUTHOR}",
         "license": LICENCE,
-        "generationTool": f"Maglev FMUs {version}, pythonfmu",
+        "generationTool": f"Maglev FMUs {version}, {'pyccel' if native else 'pythonfmu'}",
         "generationDateAndTime": datetime.fromtimestamp(date, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         "variableNamingConvention": "structured",
     })
-    SubElement(root, "CoSimulation", {
+    simulation = SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
-        "needsExecutionTool": "true",   # a Python installation
+        "needsExecutionTool": xml_boolean(not native),   # a Python installation
         "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
         "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0",
         "canRunAsynchronuously": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canNotUseMemoryManagementFunctions": "true",
+        "canNotUseMemoryManagementFunctions": xml_boolean(not native),
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": "false",
     })
+    if native:
+        files = SubElement(simulation, "SourceFiles")
+        for name in sources:
+            SubElement(files, "File", {"name": name})
     add_units(root, definition)
     categories = SubElement(root, "LogCategories")
     for name, description in Fmi2Slave.log_categories.items():

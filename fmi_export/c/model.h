@@ -1,0 +1,44 @@
+/* What the FMI layer knows of a block: tables that the build generates, one set for each FMU. */
+
+#ifndef MODEL_H
+#define MODEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum Causality { PARAMETER, INPUT, OUTPUT };
+
+/* An FMI variable; its value reference is its place in the table. */
+struct Variable {
+    const char *name;
+    const char *unit;            /* empty for ratios and Booleans */
+    size_t offset;               /* of the value in the block: a double, or a bool */
+    bool boolean;
+    bool fixed;                  /* a parameter that cannot change once the initialization has ended */
+    enum Causality causality;
+    double minimum, maximum;     /* of inputs and parameters */
+};
+
+/* What a status of the block means; names of variables, time and step stand in braces. */
+struct Refusal {
+    int64_t status;
+    const char *text;
+};
+
+struct Model {
+    const char *name;
+    const char *guid;
+    size_t block_size;
+    void (*construct)(void *block);
+    int64_t (*start)(void *block);                             /* 0, or the status of a refusal */
+    int64_t (*step)(void *block, double time, double step);    /* the same; s, s */
+    const struct Variable *variables;
+    size_t variable_count;
+    const struct Refusal *refusals;
+    size_t refusal_count;
+};
+
+extern const struct Model MODEL;
+
+#endif
