@@ -7,14 +7,14 @@ class SampleClock:
     """Tells at which communication steps a controller samples: the first, then one every sample time."""
 
     def __init__(self) -> None:
-        self.dt = 0.0          # s, communication step that was checked last
-        self.divides = False   # whether it divides the sample time
-        self.remaining = 0.0   # s, state: time until the next sample
+        self.checked_step = 0.0   # s, communication step that was checked last
+        self.divides = False      # whether it divides the sample time
+        self.remaining = 0.0      # s, state: time until the next sample
 
     def fits(self, dt: float, sample_time: float) -> bool:
         """Whether a communication step dt (s) divides the sample time (s), and does not step over a sample."""
-        if dt != self.dt:
-            self.dt = dt
+        if dt != self.checked_step:
+            self.checked_step = dt
             steps = sample_time / dt
             whole = int(steps + 0.5)
             self.divides = whole >= 1 and whole - TOLERANCE * whole < steps < whole + TOLERANCE * whole

@@ -21,7 +21,7 @@ class AmplifierRating:
         self.continuous = continuous     # A, parameter
         self.thermal_time = 1.0          # s, parameter
         self.lag = 0.3e-3                # s, parameter
-        self.dt = 0.0                    # s, integration step that the decays below belong to
+        self.prepared_step = 0.0         # s, integration step that the decays below belong to
         self.lag_decay = 0.0             # of the lag over one integration step
         self.lag_decay_middle = 0.0      # in its middle, for Simpson's rule
         self.heat_decay = 0.0            # of the heat over one integration step
@@ -33,8 +33,8 @@ class AmplifierRating:
         The middle one is such that Simpson's rule, by which Runge–Kutta takes in a current that changes during the
         step, gives the exact mean current: the lag may be shorter than the step.
         """
-        if dt != self.dt:
-            self.dt = dt
+        if dt != self.prepared_step:
+            self.prepared_step = dt
             self.lag_decay = 0.0
             self.lag_decay_middle = 0.0
             if self.lag > 0.0:

@@ -1,6 +1,7 @@
 """The FMUs that this project builds."""
 
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import distribution
@@ -8,6 +9,8 @@ from pathlib import Path
 
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
+from fmi_export.native import build_native_fmu
+from scenarios.processes import processors
 
 PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu")
 
@@ -35,9 +38,27 @@ def definition(name: str) -> FmuDefinition:
 
 
 def build(names: Iterable[str], folder: Path) -> list[Path]:
-    """Build FMUs into a folder; returns their paths."""
-    project = distribution("maglev-fmus")
-    licence = next(path.read_text() for path in project.files or [] if path.name == "LICENSE")
+    """Build FMUs that run in the importer's Python into a folder; returns their paths."""
     chosen = [(definition(name), *DEFINITIONS[name]) for name in names]
-    return [build_fmu(*item, version=project.version, licence=licence, packages=PACKAGES, destination=folder)
+    version, licence = project()
+    return [build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=folder)
             for item in chosen]
+
+
+def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
+    """Build FMUs that need no Python into a folder; returns their paths.
+
+    Errors and `host_only` as of `build_native_fmu`.
+    """
+    chosen = [definition(name) for name in names]
+    version, licence = project()
+    # Most of the time goes to the compiler, in processes of its own.
+    with ThreadPoolExecutor(processors()) as pool:
+        return list(pool.map(
+            lambda each: build_native_fmu(each, version, licence, PACKAGES, folder, host_only), chosen))
+
+
+def project() -> tuple[str, str]:
+    """Version and licence text of this project."""
+    installed = distribution("maglev-fmus")
+    return installed.version, next(path.read_text() for path in installed.files or [] if path.name == "LICENSE")

@@ -20,10 +20,12 @@ from scenarios.options import (
     Fmus,
     Jobs,
     Names,
+    Native,
     Out,
     Plant,
     Settings,
     Step,
+    chosen_folder,
     read_step,
     replacements,
 )
@@ -53,16 +55,27 @@ MOST_NAMED = 8   # files that are listed by name
 
 
 @app.command()
-def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build; all if none is named.")] = None,
-          fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build; all if none is named.",
+                                                            show_default=False)] = None,
+          fmus: Fmus = Path("fmus"),
+          native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
+                                               "native; needs pyccel and ziglang.")] = False,
+          target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS, or "
+                                              "`host`, one for this machine.")] = "all",
+          debug: Debug = False) -> None:
     """Build FMUs from the blocks: the same sources give the same bytes.
 
-    **Example:** `maglev build Plant3DOF Regulator3DOF`
+    **Examples:** `maglev build Plant3DOF Regulator3DOF`, `maglev build --native`
     """
     from scenarios import catalogue  # only building needs the blocks
 
     with one_line_errors(debug):
-        for path in catalogue.build(names or catalogue.DEFINITIONS, fmus):
+        if target not in ("all", "host") or (target == "host" and not native):
+            raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
+        chosen = names or catalogue.DEFINITIONS
+        built = (catalogue.build_native(chosen, fmus / "native", target == "host") if native
+                 else catalogue.build(chosen, fmus))
+        for path in built:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -89,7 +102,7 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
 def run(names: Names = None, everything: Everything = False, settings: Settings = None, plant: Plant = None,
         controller: Controller = None, step: Step = None, out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
-        fmus: Fmus = Path("fmus"), jobs: Jobs = None, debug: Debug = False) -> None:
+        fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
     **Examples:**
@@ -108,7 +121,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         if plot:
             require_matplotlib()
         runs = select(names or [], everything)
-        results = run_all(runs, settings, replacements(plant, controller), read_step(step), fmus, out, jobs)
+        results = run_all(runs, settings, replacements(plant, controller), read_step(step),
+                          chosen_folder(fmus, native), out, jobs)
         verdicts = judge_all(results)
         files = write_results(results, verdicts, out, plot)
         finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out)])
@@ -116,8 +130,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
 @app.command()
 def report(names: Names = None, settings: Settings = None, plant: Plant = None, controller: Controller = None,
-           step: Step = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), jobs: Jobs = None,
-           debug: Debug = False) -> None:
+           step: Step = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), native: Native = False,
+           jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
@@ -128,7 +142,8 @@ def report(names: Names = None, settings: Settings = None, plant: Plant = None, 
     with one_line_errors(debug):
         require_plotly()
         runs = select(names or [], not names)
-        results = run_all(runs, settings, replacements(plant, controller), read_step(step), fmus, out, jobs)
+        results = run_all(runs, settings, replacements(plant, controller), read_step(step),
+                          chosen_folder(fmus, native), out, jobs)
         verdicts = judge_all(results)
         files = write_results(results, verdicts, out, False)
         page = out / "report.html"
@@ -143,7 +158,7 @@ def check(names: Names = None, settings: Settings = None, plant: Plant = None, c
           = PACKAGED / "baselines",
           junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
           = None,
-          fmus: Fmus = Path("fmus"), jobs: Jobs = None, debug: Debug = False) -> None:
+          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and compare with their baselines.
 
     A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
@@ -155,9 +170,10 @@ def check(names: Names = None, settings: Settings = None, plant: Plant = None, c
         if update and junit is not None:
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
         replaced = replacements(plant, controller)
+        folder = chosen_folder(fmus, native)
         runs = select(names or [], not names)
-        note_left_out({run.scenario.name: run.left_out for run in prepare_all(runs, fmus, replaced, settings or [])})
-        arguments = (runs, fmus, replaced, settings or [], baselines, jobs or processors())
+        note_left_out({run.scenario.name: run.left_out for run in prepare_all(runs, folder, replaced, settings or [])})
+        arguments = (runs, folder, replaced, settings or [], baselines, jobs or processors())
         with progress_of([run.name for run in runs]) as watch:
             if update:
                 results: Sequence[CheckResult | UpdateResult] = update_all(*arguments, watch)

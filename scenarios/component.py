@@ -61,7 +61,7 @@ def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMI 2.0 co-simulation FMU; ComponentError says what is wrong with another file."""
     if not path.is_file():
         raise ComponentError(f"{name}: there is no file {path}, expected an FMU; `maglev build` makes those of this "
-                             "project in the folder fmus")
+                             "project in the folder fmus, `maglev build --native` those in fmus/native")
     try:
         version = fmpy.read_model_description(str(path), validate=False).fmiVersion
         if version != "2.0":

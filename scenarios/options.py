@@ -10,6 +10,7 @@ from scenarios.quantity import number_or_text, parse_quantity
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
+Native = Annotated[bool, typer.Option("--native", help="The FMUs that need no Python, of the folder's folder native.")]
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
@@ -29,6 +30,11 @@ Jobs = Annotated[int | None, typer.Option(
 def replacements(plant: Path | None, controller: Path | None) -> dict[str, Path]:
     """FMU files that take the place of a scenario's, by participant."""
     return {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+
+
+def chosen_folder(fmus: Path, native: bool) -> Path:
+    """Folder of the FMUs of this project."""
+    return fmus / "native" if native else fmus
 
 
 def read_step(text: str | None) -> float | None:
