@@ -8,9 +8,11 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from fmi_export.build import build_fmu
+from fmi_export.container import Container, build_container
 from fmi_export.definition import FmuDefinition
 from fmi_export.native import build_native_fmu
 from scenarios.processes import processors
+from scenarios.scenario import load_scenario
 
 PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu")
 
@@ -26,9 +28,14 @@ DEFINITIONS = {
     "PID3DOF": ("controller_fmu.pid_3dof_fmu", "PID_3DOF"),
 }
 
+# Controller and plant as one FMU: the loop of a scenario, whose start values are those that the FMUs have anyway.
+CONTAINERS = {"ClosedLoop2DOF": "2dof-setpoints", "ClosedLoop3DOF": "3dof-setpoints-improved"}
+
 
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; ValueError with the nearest name if there is none."""
+    if name in CONTAINERS:
+        raise ValueError(f"{name} is made of native FMUs, expected --native with it")
     if name not in DEFINITIONS:
         nearest = get_close_matches(name, DEFINITIONS, 1, 0.0)[0]
         raise ValueError(f"there is no FMU {name}, expected one of {', '.join(DEFINITIONS)}; nearest is {nearest}")
@@ -56,6 +63,23 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False) ->
     with ThreadPoolExecutor(processors()) as pool:
         return list(pool.map(
             lambda each: build_native_fmu(each, version, licence, PACKAGES, folder, host_only), chosen))
+
+
+def build_containers(names: Iterable[str], natives: Path, folder: Path) -> list[Path]:
+    """Build containers into a folder, of the native FMUs in the folder `natives`; returns their paths.
+
+    Errors as of `build_container`.
+    """
+    version, licence = project()
+    return [build_container(container(name), natives, version, licence, folder) for name in names]
+
+
+def container(name: str) -> Container:
+    """Container by its name: the FMUs, order, connections, step and stop time of its scenario."""
+    scenario = load_scenario(CONTAINERS[name])
+    models = {part: fmu.model or "" for part, fmu in scenario.fmus.items()}
+    description = f"Closed loop of {models['plant']} and {models['controller']}, stepped in sequence, controller first"
+    return Container(name, description, models, tuple(scenario.connections), scenario.step, scenario.stop_time)
 
 
 def project() -> tuple[str, str]:

@@ -72,9 +72,10 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
     with one_line_errors(debug):
         if target not in ("all", "host") or (target == "host" and not native):
             raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
-        chosen = names or catalogue.DEFINITIONS
-        built = (catalogue.build_native(chosen, fmus / "native", target == "host") if native
-                 else catalogue.build(chosen, fmus))
+        if native:
+            built = build_native(names or [*catalogue.DEFINITIONS, *catalogue.CONTAINERS], fmus, target == "host")
+        else:
+            built = catalogue.build(names or catalogue.DEFINITIONS, fmus)
         for path in built:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 

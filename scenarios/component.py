@@ -49,7 +49,6 @@ class Buffer:
         self.names = [v.name for v in variables]
         self.references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
         self.values = (self.C_TYPES[kind] * len(variables))()
-        self.view = memoryview(self.values).cast("B").cast("d" if kind == "Real" else "i")
 
     def arguments(self) -> tuple[c_void_p, c_size_t, c_void_p]:
         """Value references, their number and the values, as the C functions take them."""

@@ -1,4 +1,4 @@
-"""Fixed-step Gauss–Seidel master for FMI 2.0 co-simulation FMUs.
+"""Fixed-step master for FMI 2.0 co-simulation FMUs, Gauss–Seidel if not asked for Jacobi.
 
 At t_k = k h every FMU, in its order, gets its inputs, steps to t_k + h and gives its outputs, which the FMUs after it
 already see. With the controller first and the plant second this is the sampled loop with a zero-order hold.
@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.component import Component, ComponentError, read_description
-from scenarios.wiring import Track, wire
+from scenarios.component import WARNING, Component, ComponentError, read_description
+from scenarios.wiring import Order, Track, wire
 
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
@@ -65,6 +65,8 @@ class Master:
         From an output to an input, both `fmu.variable`.
     step : float
         Communication step h, s.
+    order : str
+        "sequential" or "jacobi", see `wire`.
 
     Raises
     ------
@@ -72,10 +74,12 @@ class Master:
         If an FMU cannot be loaded.
     """
 
-    def __init__(self, participants: Sequence[Participant], connections: Sequence[tuple[str, str]], step: float):
+    def __init__(self, participants: Sequence[Participant], connections: Sequence[tuple[str, str]], step: float,
+                 order: Order = "sequential"):
         if not 0.0 < step < float("inf"):
             raise ComponentError(f"communication step = {step} s, expected a positive, finite step")
         self.step = step
+        self.order = order
         self.participants = participants
         self.connections = connections
         self.stack = ExitStack()
@@ -121,19 +125,23 @@ class Master:
             if len(values) != steps + 1:
                 raise ComponentError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
                                      "one for each communication point")
-        links, tracks = wire(self.components, self.connections, drives, steps + 1, self.step)
+        initial, calls, tracks = wire(self.components, self.connections, drives, steps + 1, self.step, self.order)
         for participant in self.participants:
             self.components[participant.name].initialise(participant.start, 0.0, stop_time)
         done = 0
         try:
-            for link in links:
-                link.read(0)
+            for call in initial:
+                call.at(0)
+            prepared = [(*call[:5], call) for call in calls]
             while done < steps:
                 last = min(done + PROGRESS_STEPS, steps)
                 for k in range(done, last):
                     done = k
-                    for link in links:
-                        link.step(k, k * self.step)
+                    for moving, base, stride, function, arguments, call in prepared:
+                        moving.value = base + k * stride
+                        status = function(*arguments)
+                        if status > WARNING:
+                            raise call.failed(status)
                 done = last
                 if progress is not None:
                     progress(done, steps)

@@ -1,157 +1,199 @@
-"""Buffers of a co-simulation, laid out so that a step copies few blocks and looks nothing up."""
+"""Calls of a communication step, prepared so that stepping only moves pointers and calls.
 
-from collections.abc import Iterable, Mapping, Sequence
-from ctypes import c_double, c_int
-from typing import Any, TypeAlias
+Every output is read straight into the row of its recording, and every input is set straight from the row of the output
+or signal that feeds it. So a step copies nothing and looks nothing up.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from ctypes import c_double, c_int, c_size_t, c_uint32, c_void_p
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
 
-from scenarios.component import WARNING, Buffer, Component, ComponentError
+from scenarios.component import WARNING, Component, ComponentError
 
 KINDS = ("Real", "Integer", "Boolean")
 
-Values: TypeAlias = "memoryview[Any]"   # of doubles, or of ints
+Order = Literal["sequential", "jacobi"]
 
 
 class Track:
-    """Values of variables at every communication point, row by row."""
+    """Values of variables of one FMI type at every communication point, row by row, where the FMUs read and write."""
 
     def __init__(self, names: list[str], kind: str, rows: int):
         self.names = names
         self.array = np.zeros((rows, len(names)), dtype=np.float64 if kind == "Real" else np.int32)
-        self.view: Values = self.array.reshape(-1).data
+        self.address = self.array.ctypes.data
+        self.item = self.array.itemsize
+        self.stride = self.item * len(names)   # bytes from one row to the next
 
 
-class Link:
-    """One FMU in the loop, with its buffers and the copies that fill its inputs."""
+class Call(NamedTuple):
+    """A call of an FMU's function at every communication point k: its moving argument is base + k stride.
 
-    def __init__(self, component: Component):
-        self.component = component
-        self.inputs: list[Buffer] = []
-        self.outputs: list[Buffer] = []
-        self.records: list[Track] = []                               # of the outputs, in their order
-        self.connected: list[tuple[Values, Values]] = []     # input block, output block
-        self.driven: list[tuple[Values, Values, int]] = []   # input block, rows of values, length of a row
+    That is the address of a row, or the time of the point, s.
+    """
 
-    def prepare(self, step: float) -> None:
-        """Gather the arguments of every call of a communication step (s), so that stepping only calls and copies."""
-        component = self.component
-        handle = component.handle()
-        self.setters = [(component.set_functions[b.kind], (handle, *b.arguments()), b) for b in self.inputs]
-        self.getters = [(component.get_functions[b.kind], (handle, *b.arguments()), b, track.view, b.view, len(b.names))
-                        for b, track in zip(self.outputs, self.records, strict=True)]
-        self.do_step = component.do_step
-        self.time = c_double()
-        self.step_arguments = (handle, self.time, c_double(step), c_int(1))
+    moving: Any        # c_void_p or c_double, one of the arguments
+    base: float
+    stride: float
+    function: Any
+    arguments: tuple[Any, ...]
+    what: tuple[Component, str]   # for messages
 
-    def step(self, k: int, time: float) -> None:
-        """Set the inputs of communication point k, step from its time (s), and record the outputs of point k + 1."""
-        for target, rows, length in self.driven:
-            target[:] = rows[k * length:(k + 1) * length]
-        for target, source in self.connected:
-            target[:] = source
-        for function, arguments, buffer in self.setters:
-            status = function(*arguments)
-            if status > WARNING:
-                raise self.component.failed(f"fmi2Set{buffer.kind} of {', '.join(buffer.names)}", status)
-        self.time.value = time
-        status = self.do_step(*self.step_arguments)
+    def at(self, k: int) -> None:
+        """Call at a communication point; ComponentError if the FMU refuses."""
+        self.moving.value = self.base + k * self.stride
+        status = self.function(*self.arguments)
         if status > WARNING:
-            raise self.component.failed("fmi2DoStep", status)
-        self.read(k + 1)
+            raise self.failed(status)
 
-    def read(self, k: int) -> None:
-        """Get the outputs and record them as those of communication point k."""
-        for function, arguments, buffer, rows, view, width in self.getters:
-            status = function(*arguments)
-            if status > WARNING:
-                raise self.component.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
-            rows[k * width:(k + 1) * width] = view
+    def failed(self, status: int) -> ComponentError:
+        """Error for a status beyond a warning."""
+        component, call = self.what
+        return component.failed(call, status)
+
+
+class Wiring(NamedTuple):
+    """A co-simulation made ready: the calls before the first step, those of each step, and what they record."""
+
+    initial: list[Call]
+    step: list[Call]
+    tracks: list[Track]
+
+
+class Place(NamedTuple):
+    """Where a value lies: its track, its column there, and the place of its FMU in the order; -1 for a signal."""
+
+    track: Track
+    column: int
+    order: int
 
 
 def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
-         drives: Mapping[str, Sequence[float]], rows: int, step: float) -> tuple[list[Link], list[Track]]:
-    """Links of the components in their order, ready for a communication step (s), and the tracks of all recorded.
+         drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential") -> Wiring:
+    """Prepare a co-simulation of the components in their order, with a communication step (s).
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+    connections : sequence of (str, str)
+        From an output to an input, both `fmu.variable`.
+    drives : mapping of str to sequence of float
+        Values of inputs at every communication point.
+    rows : int
+        Number of communication points.
+    step : float
+        Communication step, s.
+    order : str
+        "sequential": an FMU gets what those before it in the order have given in this step (Gauss-Seidel). "jacobi":
+        all get what was given in the step before.
 
     Raises
     ------
     ComponentError
         If a name does not exist, is not an output or input as it should be, or if an input has two sources.
     """
+    sources = sources_of(components, connections, drives)
+    places: dict[str, Place] = {}   # of each output and signal
+    sets: list[list[Call]] = []
+    gets: list[list[Call]] = []
+    for number, (name, component) in enumerate(components.items()):
+        gets.append([])
+        for track, variables in output_tracks(name, component, sources, rows):
+            places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
+            gets[-1].append(value_call(component, "Get", variables, track, 0, 1))
+    for name in components:
+        driven = [target for target in drives if target.partition(".")[0] == name]
+        if driven:
+            track = Track(driven, "Real", rows)
+            track.array[:] = np.array([drives[target] for target in driven]).T
+            places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
+    for number, (name, component) in enumerate(components.items()):
+        sets.append(list(input_calls(number, name, component, sources, places, order)))
+    steps = [step_call(component, step) for component in components.values()]
+    if order == "jacobi":
+        calls = [*(call for each in sets for call in each), *steps, *(call for each in gets for call in each)]
+    else:
+        calls = [call for setting, stepping, getting in zip(sets, steps, gets, strict=True)
+                 for call in (*setting, stepping, *getting)]
+    # A step reads the outputs at its end, the initial calls those of the first point: one row before.
+    initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
+    return Wiring(initial, calls, list({id(place.track): place.track for place in places.values()}.values()))
+
+
+def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
+               drives: Mapping[str, Sequence[float]]) -> dict[str, str]:
+    """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
     sources: dict[str, str] = {}
-    for source, target in [*connections, *((None, target) for target in drives)]:
+    for source, target in [*connections, *((target, target) for target in drives)]:
         if target in sources:
             raise ComponentError(f"{target} has two sources, expected one connection or signal")
-        sources[target] = source or ""
+        sources[target] = source
         kind = kind_of(endpoint(components, target, "input"))
-        if source is not None and kind_of(endpoint(components, source, "output")) != kind:
+        if source != target and kind_of(endpoint(components, source, "output")) != kind:
             raise ComponentError(f"{source} and {target} differ in type, expected {kind} at both ends")
-        if source is None and kind != "Real":
+        if source == target and kind != "Real":
             raise ComponentError(f"{target} is of type {kind}, expected a Real input for a signal")
-    links = {name: Link(component) for name, component in components.items()}
-    tracks: list[Track] = []
-    places: dict[str, tuple[Buffer, int]] = {}   # of each output
-    for name, link in links.items():
-        outputs = [v for v in link.component.description.modelVariables if v.causality == "output"]
-        connected = {source.partition(".")[2] for source in sources.values() if source.partition(".")[0] == name}
-        for kind in KINDS:
-            of_kind = [v for v in outputs if kind_of(v) == kind]
-            # Connected outputs first, so that those which go to one FMU lie side by side.
-            chosen = [v for v in of_kind if v.name in connected] + [v for v in of_kind if v.name not in connected]
-            if chosen:
-                buffer = Buffer(kind, chosen)
-                track = Track([f"{name}.{v.name}" for v in chosen], kind, rows)
-                link.outputs.append(buffer)
-                link.records.append(track)
-                tracks.append(track)
-                places.update({full: (buffer, i) for i, full in enumerate(track.names)})
-    for name, link in links.items():
-        tracks.extend(wire_inputs(name, link, sources, places, drives, rows))
-        link.prepare(step)
-    return list(links.values()), tracks
+    return sources
 
 
-def wire_inputs(name: str, link: Link, sources: Mapping[str, str], places: Mapping[str, tuple[Buffer, int]],
-                drives: Mapping[str, Sequence[float]], rows: int) -> list[Track]:
-    """Give a link its input buffers and the copies that fill them; returns the track of its driven inputs."""
-    mine = [(target, source) for target, source in sources.items() if target.partition(".")[0] == name]
-    driven = [target for target, source in mine if not source]
-    # In the order of the outputs that they come from, so that adjacent outputs make adjacent inputs.
-    order = {full: i for i, full in enumerate(places)}
-    connected = sorted((item for item in mine if item[1]), key=lambda item: order[item[1]])
-    tracks = []
-    variables = link.component.variables
+def output_tracks(name: str, component: Component, sources: Mapping[str, str],
+                  rows: int) -> Iterator[tuple[Track, list[ScalarVariable]]]:
+    """Tracks of an FMU's outputs, one for each FMI type that occurs."""
+    wanted = list(sources.values())
     for kind in KINDS:
-        from_signals = driven if kind == "Real" else []
-        from_outputs = [item for item in connected if kind_of(variables[item[0].partition(".")[2]]) == kind]
-        if not from_signals and not from_outputs:
-            continue
-        targets = [*from_signals, *(target for target, _ in from_outputs)]
-        buffer = Buffer(kind, [variables[target.partition(".")[2]] for target in targets])
-        link.inputs.append(buffer)
-        if from_signals:
-            track = Track(from_signals, kind, rows)
-            for i, target in enumerate(from_signals):
-                track.array[:, i] = drives[target]
-            link.driven.append((buffer.view[:len(from_signals)], track.view, len(from_signals)))
-            tracks.append(track)
-        first = len(from_signals)
-        for source_buffer, start, length in runs([places[source] for _, source in from_outputs]):
-            link.connected.append((buffer.view[first:first + length], source_buffer.view[start:start + length]))
-            first += length
-    return tracks
+        variables = [v for v in component.description.modelVariables
+                     if v.causality == "output" and kind_of(v) == kind]
+        # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
+        variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
+        if variables:
+            yield Track([f"{name}.{v.name}" for v in variables], kind, rows), variables
 
 
-def runs(places: Iterable[tuple[Buffer, int]]) -> list[tuple[Buffer, int, int]]:
-    """Runs of adjacent places: buffer, first index, length."""
-    found: list[tuple[Buffer, int, int]] = []
-    for buffer, index in places:
-        if found and found[-1][0] is buffer and found[-1][1] + found[-1][2] == index:
-            found[-1] = (buffer, found[-1][1], found[-1][2] + 1)
-        else:
-            found.append((buffer, index, 1))
-    return found
+def input_calls(number: int, name: str, component: Component, sources: Mapping[str, str],
+                places: Mapping[str, Place], order: Order) -> Iterator[Call]:
+    """Calls that set an FMU's inputs, one for each run of values that lie side by side."""
+    fed = [(component.variables[target.partition(".")[2]], places[source]) for target, source in sources.items()
+           if target.partition(".")[0] == name]
+    fed.sort(key=lambda item: (item[1].track.address, item[1].column))
+    run: list[tuple[ScalarVariable, Place]] = []
+    for item in fed:
+        if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
+            yield set_call(component, run, number, order)
+            run = []
+        run.append(item)
+    if run:
+        yield set_call(component, run, number, order)
+
+
+def set_call(component: Component, run: Sequence[tuple[ScalarVariable, Place]], number: int, order: Order) -> Call:
+    """Call that sets inputs from values side by side in a track."""
+    _, (track, column, source) = run[0]
+    # What FMUs before this one have given in this step is in the next row already.
+    ahead = 1 if order == "sequential" and 0 <= source < number else 0
+    return value_call(component, "Set", [variable for variable, _ in run], track, column, ahead)
+
+
+def value_call(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+               ahead: int) -> Call:
+    """Call that gets or sets variables in the columns of a track from `column` on, `ahead` rows after point k."""
+    kind = kind_of(variables[0])
+    references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
+    values = c_void_p()
+    functions = component.get_functions if verb == "Get" else component.set_functions
+    arguments = (component.handle(), references, c_size_t(len(variables)), values)
+    what = f"fmi2{verb}{kind} of {', '.join(v.name for v in variables)}"
+    return Call(values, track.address + column * track.item + ahead * track.stride, track.stride, functions[kind],
+                arguments, (component, what))
+
+
+def step_call(component: Component, step: float) -> Call:
+    """Call that steps an FMU from communication point k."""
+    time = c_double()
+    return Call(time, 0.0, step, component.do_step, (component.handle(), time, c_double(step), c_int(1)),
+                (component, "fmi2DoStep"))
 
 
 def kind_of(variable: ScalarVariable) -> str:

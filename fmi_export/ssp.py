@@ -1,0 +1,107 @@
+"""A system of FMUs and its connections as an SSP file (System Structure and Parameterization 1.0)."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
+
+from fmi_export.build import write_archive
+from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.units import UNITS
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+FMU_TYPE = "application/x-fmu-sharedlibrary"
+
+for prefix, namespace in (("ssd", SSD), ("ssv", SSV), ("ssc", SSC)):
+    register_namespace(prefix, namespace)
+
+
+def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], connections: Sequence[tuple[str, str]],
+              stop_time: float) -> Path:
+    """Write a system of FMUs; inputs that nothing feeds become inputs of the system, all outputs its outputs.
+
+    Parameters
+    ----------
+    path : Path
+        The SSP file.
+    components : mapping of str to (FmuDefinition, Path)
+        By name in the system, in the order in which they should step: what the FMU is, and its file.
+    connections : sequence of (str, str)
+        From an output to an input, both `component.variable`.
+    stop_time : float
+        Of the default experiment, s.
+    """
+    contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
+    definitions = {name: definition for name, (definition, _) in components.items()}
+    root = Element(f"{{{SSD}}}SystemStructureDescription", {"version": "1.0", "name": path.stem})
+    system = SubElement(root, f"{{{SSD}}}System", {"name": path.stem})
+    fed = {target for _, target in connections}
+    outside = [(name, variable) for name, definition in definitions.items() for variable in definition.variables
+               if variable.causality == "output"
+               or (variable.causality == "input" and f"{name}.{variable.name}" not in fed)]
+    connectors = SubElement(system, f"{{{SSD}}}Connectors")
+    for name, variable in outside:
+        add_connector(connectors, f"{name}.{variable.name}", variable)
+    elements = SubElement(system, f"{{{SSD}}}Elements")
+    for name, (definition, file) in components.items():
+        add_component(elements, name, definition, file)
+    links = SubElement(system, f"{{{SSD}}}Connections")
+    for source, target in connections:
+        add_connection(links, source.split(".", 1), target.split(".", 1))
+    for name, variable in outside:
+        inner, outer = [name, variable.name], [None, f"{name}.{variable.name}"]
+        add_connection(links, *((inner, outer) if variable.causality == "output" else (outer, inner)))
+    add_units(root, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
+    SubElement(root, f"{{{SSD}}}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop_time)})
+    indent(root)
+    text: str = tostring(root, encoding="unicode")
+    contents["SystemStructure.ssd"] = f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+    return write_archive(path, contents)
+
+
+def add_connector(connectors: Element, name: str, variable: Variable) -> None:
+    """Add a port with its type and unit."""
+    connector = SubElement(connectors, f"{{{SSD}}}Connector", {"name": name, "kind": variable.causality})
+    if variable.boolean:
+        SubElement(connector, f"{{{SSC}}}Boolean")
+    else:
+        SubElement(connector, f"{{{SSC}}}Real", {"unit": variable.unit} if variable.unit else {})
+
+
+def add_component(elements: Element, name: str, definition: FmuDefinition, file: Path) -> None:
+    """Add an FMU with its ports, and with every start value: not every tool takes those of the FMU."""
+    component = SubElement(elements, f"{{{SSD}}}Component", {
+        "name": name, "description": definition.description, "type": FMU_TYPE, "source": f"resources/{file.name}"})
+    connectors = SubElement(component, f"{{{SSD}}}Connectors")
+    for variable in definition.variables:
+        add_connector(connectors, variable.name, variable)
+    binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
+    values = SubElement(binding, f"{{{SSD}}}ParameterValues")
+    parameters = SubElement(SubElement(values, f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name}),
+                            f"{{{SSV}}}Parameters")
+    for variable in definition.variables:
+        if variable.causality == "output":
+            continue
+        start = definition.start_value(variable)
+        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": variable.name})
+        if variable.boolean:
+            SubElement(parameter, f"{{{SSV}}}Boolean", {"value": "true" if start else "false"})
+        else:
+            unit = {"unit": variable.unit} if variable.unit else {}
+            SubElement(parameter, f"{{{SSV}}}Real", {"value": repr(float(start)), **unit})
+
+
+def add_connection(links: Element, source: Sequence[str | None], target: Sequence[str | None]) -> None:
+    """Add a connection between (component, port) pairs; without a component it is a port of the system."""
+    ends = (("startElement", source[0]), ("startConnector", source[1]), ("endElement", target[0]),
+            ("endConnector", target[1]))
+    SubElement(links, f"{{{SSD}}}Connection", {key: name for key, name in ends if name is not None})
+
+
+def add_units(root: Element, names: set[str]) -> None:
+    """Add the definitions of the units."""
+    units = SubElement(root, f"{{{SSD}}}Units")
+    for name in sorted(names):
+        unit = SubElement(units, f"{{{SSC}}}Unit", {"name": name})
+        SubElement(unit, f"{{{SSC}}}BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
