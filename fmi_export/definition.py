@@ -71,9 +71,9 @@ def parameter(name: str, unit: str, description: str, source: str, minimum: floa
                     minimum, maximum, nominal, source)
 
 
-def switch(name: str, description: str, source: str) -> Variable:
-    """Boolean parameter."""
-    return Variable(name, "parameter", "tunable", description, source=source, boolean=True)
+def switch(name: str, description: str, source: str, fixed: bool = False) -> Variable:
+    """Boolean parameter, tunable if not fixed."""
+    return Variable(name, "parameter", "fixed" if fixed else "tunable", description, source=source, boolean=True)
 
 
 def real_input(name: str, unit: str, description: str, bound: float, nominal: float) -> Variable:

@@ -22,6 +22,7 @@ class Axis:
         self.mass = mass                       # kg, parameter
         self.bias = bias                       # Δ, m/s², parameter
         self.position_start = position_start   # m, parameter
+        self.locked = False                    # parameter: held in place by hardware
         self.friction = GuideFriction(coulomb, presliding, viscous)
         self.ripple = GuideRipple(0.0, 5.0e-3)
         self.stop = EndStop(lower, upper)
@@ -93,6 +94,8 @@ class Axis:
         ahead : float
             Time from the start of the step to the next point, s.
         """
+        if self.locked:
+            return   # at rest since the start: no slope
         velocity = self.velocity
         deflection = self.deflection
         external = (self.force + self.stop.force(self.position, velocity)

@@ -1,6 +1,6 @@
 """Variables that every stage has, part by part."""
 
-from fmi_export.definition import Variable, flag, parameter, real_input, real_output
+from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 
 
 def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
@@ -47,7 +47,9 @@ def axis_variables(axis: str, meaning: str) -> tuple[tuple[Variable, ...], tuple
         parameter(f"{axis}.stop.upper", "m", "place of the upper end stop", "assumed", -10.0, 10.0, 0.01, fixed=True),
         parameter(f"{axis}.stop.stiffness", "N/m", "stiffness of the end stops", "assumed", 0.0, 1e8, 1e5),
         parameter(f"{axis}.stop.damping", "N.s/m", "damping of the end stops", "assumed", 0.0, 1e6, 1e3),
-        parameter(start, "m", f"initial {meaning}, at rest", "mid-range", -10.0, 10.0, 0.01, fixed=True))
+        parameter(start, "m", f"initial {meaning}, at rest", "mid-range", -10.0, 10.0, 0.01, fixed=True),
+        switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off; stated, section 5.1.2",
+               fixed=True))
     return inputs, outputs, parameters
 
 
