@@ -123,7 +123,8 @@ class BlockSlave(Fmi2Slave):
             low = -inf if v.minimum is None else v.minimum
             high = inf if v.maximum is None else v.maximum
             if not (low <= value <= high and -inf < value < inf):
-                return f"{v.name} = {value} {v.unit}, expected a number from {low} to {high} {v.unit}".rstrip()
+                unit = f" {v.unit}" if v.unit else ""
+                return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}"
         return None
 
     def check_ranges(self) -> None:

@@ -26,6 +26,10 @@ UNITS: dict[str, dict[str, int]] = {
     "A/m": {"m": -1, "A": 1},
     "A/(m.s)": {"m": -1, "s": -1, "A": 1},
     "A.s/m": {"m": -1, "s": 1, "A": 1},
+    "A2.s": {"s": 1, "A": 2},
+    "A4.s": {"s": 1, "A": 4},
+    "A2.T2.s": {"kg": 2, "s": -3},
+    "T4.s": {"kg": 4, "s": -7, "A": -4},
 }
 
 # A second unit for the eye of the importing tool: name and factor from the SI unit.

@@ -2,8 +2,8 @@
 
 from fmi_export.definition import Experiment, FmuDefinition
 from plant_fmu.icon import PLANT_ICON
-from plant_fmu.stage_2dof import H_BEYOND_STOP, RUN_AWAY, V_BEYOND_STOP, Stage2DOF
-from plant_fmu.variables import constant, stage_variables
+from plant_fmu.stage_2dof import H_BEYOND_STOP, RUN_AWAY, STEP_TOO_LONG, V_BEYOND_STOP, Stage2DOF
+from plant_fmu.variables import REFUSED_LENGTH, constant, stage_variables
 from pmlsm.data_sheet import SAMPLE_TIME_2DOF
 
 IDENTIFIED = "stated, Table 4.2; assumed to be the true stage"
@@ -26,7 +26,8 @@ PLANT_2DOF = FmuDefinition(
         H_BEYOND_STOP: "h.position_start = {h.position_start} m, expected a place between the stops "
                        "h.stop.lower = {h.stop.lower} m and h.stop.upper = {h.stop.upper} m",
         RUN_AWAY: "the mover has run away in the step from {time} s: v.position = {v.position} m, "
-                  "h.position = {h.position} m, expected both within 1000 m and slower than 1e6 m/s"},
+                  "h.position = {h.position} m, expected both within 1000 m and slower than 1e6 m/s",
+        STEP_TOO_LONG: REFUSED_LENGTH},
     experiment=Experiment(stop_time=0.2, step=SAMPLE_TIME_2DOF),
     variable_step=True,
     documentation=(("pmlsm", "motor.html"), ("plant_fmu", "stage_2dof.html"), ("plant_fmu", "effects.html")),

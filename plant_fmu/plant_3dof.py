@@ -2,8 +2,8 @@
 
 from fmi_export.definition import Experiment, FmuDefinition
 from plant_fmu.icon import PLANT_ICON
-from plant_fmu.stage_3dof import RUN_AWAY, X_BEYOND_STOP, Y_BEYOND_STOP, Z_BEYOND_STOP, Stage3DOF
-from plant_fmu.variables import constant, ripple_parameters, stage_variables
+from plant_fmu.stage_3dof import RUN_AWAY, STEP_TOO_LONG, X_BEYOND_STOP, Y_BEYOND_STOP, Z_BEYOND_STOP, Stage3DOF
+from plant_fmu.variables import REFUSED_LENGTH, constant, ripple_parameters, stage_variables
 from pmlsm.data_sheet import SAMPLE_TIME_3DOF
 
 IDENTIFIED = "stated, Table 5.2; assumed to be the true stage"
@@ -29,7 +29,8 @@ PLANT_3DOF = FmuDefinition(
            for status, axis in ((Y_BEYOND_STOP, "y"), (X_BEYOND_STOP, "x"), (Z_BEYOND_STOP, "z"))},
         RUN_AWAY: "the mover has run away in the step from {time} s: y.position = {y.position} m, "
                   "x.position = {x.position} m, z.position = {z.position} m, "
-                  "expected all within 1000 m and slower than 1e6 m/s"},
+                  "expected all within 1000 m and slower than 1e6 m/s",
+        STEP_TOO_LONG: REFUSED_LENGTH},
     experiment=Experiment(stop_time=0.1, step=SAMPLE_TIME_3DOF),
     variable_step=True,
     documentation=(("pmlsm", "motor.html"), ("plant_fmu", "stage_3dof.html"), ("plant_fmu", "effects.html")),

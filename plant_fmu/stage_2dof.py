@@ -3,7 +3,7 @@
 from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
-from plant_fmu.integration import integration_steps
+from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.data_sheet import (
     CONTINUOUS_CURRENT_2DOF,
@@ -21,6 +21,7 @@ STARTED = 0           # status of `start` and `step`
 V_BEYOND_STOP = 1
 H_BEYOND_STOP = 2
 RUN_AWAY = 3
+STEP_TOO_LONG = 4
 
 
 class Stage2DOF:
@@ -49,6 +50,8 @@ class Stage2DOF:
 
     def step(self, t: float, dt: float) -> int:
         """Move from t to t + dt (s) with the inputs held."""
+        if dt > LONGEST_COMMUNICATION_STEP:
+            return STEP_TOO_LONG
         steps = integration_steps(dt, LONGEST_STEP)
         part = dt / steps
         self.at_stop = self.beyond_stop()

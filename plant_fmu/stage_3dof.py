@@ -3,7 +3,7 @@
 from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
-from plant_fmu.integration import integration_steps
+from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.data_sheet import (
     CONTINUOUS_CURRENT_3DOF,
@@ -23,6 +23,7 @@ Y_BEYOND_STOP = 1
 X_BEYOND_STOP = 2
 Z_BEYOND_STOP = 3
 RUN_AWAY = 4
+STEP_TOO_LONG = 5
 
 
 class Stage3DOF:
@@ -60,6 +61,8 @@ class Stage3DOF:
 
     def step(self, t: float, dt: float) -> int:
         """Move from t to t + dt (s) with the inputs held."""
+        if dt > LONGEST_COMMUNICATION_STEP:
+            return STEP_TOO_LONG
         steps = integration_steps(dt, LONGEST_STEP)
         part = dt / steps
         self.at_stop = self.beyond_stop()

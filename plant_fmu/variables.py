@@ -61,6 +61,8 @@ def ripple_parameters(axis: str) -> tuple[Variable, ...]:
                       0.0, 1.0, 1e-3))
 
 
+REFUSED_LENGTH = "communication step = {step} s, expected at most 1000 s"
+
 AT_STOP = flag("at_stop", "an axis was beyond an end stop during the step")
 
 MODULATION = parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",

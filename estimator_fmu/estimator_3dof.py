@@ -1,0 +1,122 @@
+"""Estimator of the constants of the 3-DOF stage while it moves (sections 3.1.3, 5.3)."""
+
+from estimator_fmu.constant_estimate import ConvergenceRule
+from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
+from estimator_fmu.motor_current import MotorCurrent
+from estimator_fmu.velocity_model import EstimatorLaw
+from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
+from pmlsm.gap_functions import gap_functions
+from sampling.sample_clock import SampleClock
+from sampling.velocity_observer import ObserverFilter
+
+STEPPED = 0        # status of `start` and `step`
+STEP_MISFIT = 1    # the communication step does not fit the sample time
+
+
+class Estimator3DOF:
+    """Samples positions and delivered currents, estimates C1 to C5 of (5.3) by the reduced NPFSI estimator (3.8).
+
+    (5.3) prints the x and z rows without the factor 2 of (5.1) and (5.2); it belongs there (corrected).
+    """
+
+    def __init__(self) -> None:
+        self.C1_start = 0.3068    # m/(s² A), parameter: guess of the thrust along x
+        self.C2_start = 0.4112    # m/(s² A), parameter: of the thrust along z
+        self.C3_start = 163.75    # m/(s² T²), parameter: of the attraction
+        self.C4_start = 4.24      # m/(s² A T), parameter: of magnets on coils
+        self.C5_start = 0.0035    # m/(s² A²), parameter: of coils on iron
+        self.C1_weight = 1.0e-2   # A² s, parameter: diagonal of Q0
+        self.C2_weight = 1.0e-2   # A² s, parameter
+        self.C3_weight = 1.0e-6   # T⁴ s, parameter
+        self.C4_weight = 1.0e-4   # A² T² s, parameter
+        self.C5_weight = 1.0e-1   # A⁴ s, parameter
+        self.epsilon = 0.01       # s, parameter
+        self.gamma = 1.1          # parameter
+        self.forgetting = 0.0     # 1/s, parameter, 0 = off
+        self.matched_filter = False            # parameter
+        self.sample_time = SAMPLE_TIME_3DOF    # s, parameter
+        self.y = NormalAxis(25.0e-3)
+        self.x = ThrustAxis()
+        self.z = ThrustAxis()
+        self.alpha = MotorCurrent()
+        self.beta = MotorCurrent()
+        self.observer = ObserverFilter()
+        self.convergence = ConvergenceRule()
+        self.law = EstimatorLaw()
+        self.clock = SampleClock()
+        self.started = False         # state: a measurement has come in
+        self.C1 = 0.3068             # m/(s² A), output
+        self.C2 = 0.4112             # m/(s² A), output
+        self.C3 = 163.75             # m/(s² T²), output
+        self.C4 = 4.24               # m/(s² A T), output
+        self.C5 = 0.0035             # m/(s² A²), output
+        self.C1_converged = False    # output
+        self.C2_converged = False    # output
+        self.C3_converged = False    # output
+        self.C4_converged = False    # output
+        self.C5_converged = False    # output
+
+    def start(self) -> int:
+        """Begin with the start values and their weights."""
+        self.observer.prepare(self.sample_time)
+        self.x.begin(self.C1_start, self.C1_weight)
+        self.z.begin(self.C2_start, self.C2_weight)
+        self.y.begin(self.C3_start, self.C4_start, self.C5_start, self.C3_weight, self.C4_weight, self.C5_weight)
+        self.publish()
+        return STEPPED
+
+    def step(self, t: float, dt: float) -> int:
+        """Sample if the sampling grid has a point at t; the estimates hold over t to t + dt (s)."""
+        if not self.clock.fits(dt, self.sample_time):
+            return STEP_MISFIT
+        if self.clock.due(dt, self.sample_time):
+            self.sample()
+        return STEPPED
+
+    def sample(self) -> None:
+        """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
+        y = self.y
+        x = self.x
+        z = self.z
+        if y.measured <= 0.0:
+            return   # an importer that has not exchanged values yet: this is no measurement
+        f1, f2, f3, f4 = gap_functions(y.measured)
+        i_da = self.alpha.i_d
+        i_qa = self.alpha.i_q
+        i_db = self.beta.i_d
+        i_qb = self.beta.i_q
+        thrust_x = -2.0 * f1 * i_qa
+        thrust_z = -2.0 * f1 * i_qb
+        attraction = -4.0 * f2
+        coils = 2.0 * f3 * (i_da + i_db)
+        iron = -2.0 * f4 * (i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+        if not self.started:
+            self.started = True
+            y.seed(attraction, coils, iron)
+            x.seed(thrust_x)
+            z.seed(thrust_z)
+        law = self.law
+        law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
+        y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
+        x.sample(thrust_x, self.matched_filter, self.observer, law)
+        z.sample(thrust_z, self.matched_filter, self.observer, law)
+        y.watch(self.convergence, self.sample_time)
+        x.watch(self.convergence, self.sample_time)
+        z.watch(self.convergence, self.sample_time)
+        self.publish()
+
+    def publish(self) -> None:
+        """Set the outputs."""
+        y = self.y
+        x = self.x
+        z = self.z
+        self.C1 = x.thrust
+        self.C2 = z.thrust
+        self.C3 = y.attraction
+        self.C4 = y.coils
+        self.C5 = y.iron
+        self.C1_converged = x.converged
+        self.C2_converged = z.converged
+        self.C3_converged = y.converged1
+        self.C4_converged = y.converged2
+        self.C5_converged = y.converged3

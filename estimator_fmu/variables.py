@@ -1,0 +1,70 @@
+"""Variables that the estimators share, part by part."""
+
+from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+
+REFUSED_STEP = ("communication step = {step} s, expected one that divides the estimator's "
+                "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
+
+# Units of a constant, and of its diagonal element of Σ.
+THRUST = ("m/(s2.A)", "A2.s")
+ATTRACTION = ("m/(s2.T2)", "T4.s")
+COILS = ("m/(s2.A.T)", "A2.T2.s")
+IRON = ("m/(s2.A2)", "A4.s")
+
+
+def measured_axis(axis: str, meaning: str) -> Variable:
+    """Input of one axis; `meaning` says what its position is."""
+    return real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01)
+
+
+def motor_inputs(motor: str) -> tuple[Variable, ...]:
+    """Delivered currents of one motor."""
+    return (real_input(f"{motor}.i_d", "A", "delivered direct current", 1000.0, 1.0),
+            real_input(f"{motor}.i_q", "A", "delivered quadrature current", 1000.0, 1.0))
+
+
+def axis_outputs(axis: str, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+    """What the estimator sees of one axis; `inputs` are those of its row."""
+    return (real_output(f"{axis}.velocity", "m/s", "velocity by the observer (Fig. 4.7)", 0.1, discrete=True,
+                        depends_on=(f"{axis}.measured",)),
+            real_output(f"{axis}.residual", "m/s2", "acceleration that the model with these estimates does not explain,"
+                        " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
+
+
+def estimate(name: str, units: tuple[str, str], meaning: str, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+    """Estimate of a constant; `inputs` are those of its row."""
+    return (real_output(name, units[0], f"estimated constant of the {meaning}", 1.0, discrete=True, depends_on=inputs,
+                        starts_from=(f"{name}_start",)),
+            flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance for "
+                                      "convergence.time", inputs))
+
+
+def guess(name: str, units: tuple[str, str], source: str, weight_nominal: float) -> tuple[Variable, ...]:
+    """Start value of a constant and its weight."""
+    return (parameter(f"{name}_start", units[0], f"first guess of {name}", source, -1e6, 1e6, 1.0, fixed=True),
+            parameter(f"{name}_weight", units[1], f"diagonal element of Q0 = Σ(0) in (3.8) for {name}: how much data "
+                      "it takes to leave the first guess; a very large one holds it", "assumed: small", 1e-20, 1e20,
+                      weight_nominal, fixed=True))
+
+
+def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:
+    """Parameters that every estimator has."""
+    stated = "stated, section 4.3.3"
+    return (parameter("epsilon", "s", "ε of (3.8), confidence in the measured velocity: time constant with which the "
+                      "model's velocity follows it", stated, 1e-5, 10.0, 0.01),
+            parameter("gamma", "", "γ of (3.8), attenuation level: the smaller, the sooner old data are outweighed; "
+                      "with 1 Σ does not grow", stated, 1.0, 1e3, 1.0),
+            parameter("forgetting", "1/s", "rate at which Σ forgets, so that the estimates follow a change with the "
+                      "rate forgetting / (1 - 1/gamma²); 0 = off", "assumed: off, as in (3.8)", 0.0, 1e3, 0.1),
+            switch("matched_filter", "filter the columns of A(y, u) as the observer filters the velocity",
+                   "assumed: off, the thesis does not mention it"),
+            parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
+                      1e-6, 1.0, 1e-3, fixed=True),
+            parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
+                      0.0, 1.0, 1e-3, fixed=True),
+            parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
+                      0.0, 1.0, 1e-3, fixed=True),
+            parameter("convergence.tolerance", "", "band, relative, that a converged estimate keeps to", "assumed",
+                      0.0, 1.0, 0.01),
+            parameter("convergence.time", "s", "time for which a converged estimate has kept to its band", "assumed",
+                      0.0, 1e6, 1.0))

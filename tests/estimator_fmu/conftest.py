@@ -1,0 +1,30 @@
+"""Flights to identify the stages from, made once."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from identification_data import excitation
+
+Flight = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="session")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Flight]:
+    """Function `excitation`, which keeps what it has made for all processes of a test run."""
+    folder = tmp_path_factory.getbasetemp()
+    shared = folder.parent if folder.name.startswith("popen-") else folder
+
+    def kept(rig: int, **arguments: Any) -> Flight:
+        name = "_".join(f"{key}{value}" for key, value in sorted(arguments.items()))
+        path: Path = shared / f"flight{rig}_{name}.npz"
+        if not path.exists():
+            part = folder / "flight.npz"
+            np.savez(part, **excitation(rig, **arguments))
+            part.replace(path)   # complete when it appears
+        with np.load(path) as found:
+            return dict(found)
+
+    return kept

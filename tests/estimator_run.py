@@ -1,0 +1,43 @@
+"""An estimator block over a flight, sample by sample."""
+
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from direct_loop import RIGS
+
+from estimator_fmu.estimator_2dof import Estimator2DOF
+from estimator_fmu.estimator_3dof import Estimator3DOF
+
+# Constants of the controllers' model, which an ideal stage has.
+TRUTH = {2: np.array([14.20, 796.99, 31.04, 0.07]), 3: np.array([0.6135, 0.8224, 327.50, 8.48, 0.0070])}
+
+# The observer reads the mean velocity of the last sample: with exact encoders that is as good as the true one.
+TRUE_VELOCITY = {"observer.time1": 0.0, "observer.time2": 0.0}
+
+
+def new_estimator(rig: int, starts: np.ndarray, **parameters: float) -> Any:
+    """Estimator that starts at given estimates; parameters by their FMI names."""
+    estimator: Any = Estimator2DOF() if rig == 2 else Estimator3DOF()
+    names = {f"C{i + 1}_start": float(value) for i, value in enumerate(starts)}
+    for name, value in (names | parameters).items():
+        path, _, last = name.rpartition(".")
+        setattr(attrgetter(path)(estimator) if path else estimator, last, value)
+    assert estimator.start() == 0
+    return estimator
+
+
+def run(rig: int, estimator: Any, flight: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:
+    """Estimates after every sample, shape (samples, constants)."""
+    axes, motors, dt = RIGS[rig]
+    wires = [(getattr(estimator, name), "measured", flight[f"{name}.{measured}"].tolist()) for name in axes]
+    wires += [(getattr(estimator, name), what, flight[f"{name}.{what}"].tolist())
+              for name in motors for what in ("i_d", "i_q")]
+    constants = attrgetter(*(f"C{i + 1}" for i in range(len(TRUTH[rig]))))
+    estimates = []
+    for k in range(len(flight["time"])):
+        for owner, what, values in wires:
+            setattr(owner, what, values[k])
+        assert estimator.step(k * dt, dt) == 0
+        estimates.append(constants(estimator))
+    return np.array(estimates)
