@@ -1,0 +1,1 @@
+"""Identification of a stage's constants from recorded data (chapter 3): estimators, diagnostics, files."""
