@@ -18,8 +18,11 @@ for prefix, namespace in (("ssd", SSD), ("ssv", SSV), ("ssc", SSC)):
 
 
 def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], connections: Sequence[tuple[str, str]],
-              stop_time: float) -> Path:
+              stop_time: float, ports: bool = True) -> Path:
     """Write a system of FMUs; inputs that nothing feeds become inputs of the system, all outputs its outputs.
+
+    They keep the names that they have in their FMU: fmpy takes a port of the system that is named `component.variable`
+    for the port of the component.
 
     Parameters
     ----------
@@ -31,6 +34,13 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
         From an output to an input, both `component.variable`.
     stop_time : float
         Of the default experiment, s.
+    ports : bool
+        Whether the system has ports of its own: ecos and libcosim read no system that has.
+
+    Raises
+    ------
+    ValueError
+        If two ports of the system have the same name.
     """
     contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
     definitions = {name: definition for name, (definition, _) in components.items()}
@@ -38,11 +48,16 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     system = SubElement(root, f"{{{SSD}}}System", {"name": path.stem})
     fed = {target for _, target in connections}
     outside = [(name, variable) for name, definition in definitions.items() for variable in definition.variables
-               if variable.causality == "output"
-               or (variable.causality == "input" and f"{name}.{variable.name}" not in fed)]
-    connectors = SubElement(system, f"{{{SSD}}}Connectors")
+               if ports and (variable.causality == "output"
+                             or (variable.causality == "input" and f"{name}.{variable.name}" not in fed))]
+    if outside:
+        connectors = SubElement(system, f"{{{SSD}}}Connectors")
+    owners: dict[str, str] = {}
     for name, variable in outside:
-        add_connector(connectors, f"{name}.{variable.name}", variable)
+        if owners.setdefault(variable.name, name) != name:
+            raise ValueError(f"{path.name}: {owners[variable.name]} and {name} both have an open port {variable.name}, "
+                             "expected different names")
+        add_connector(connectors, variable.name, variable)
     elements = SubElement(system, f"{{{SSD}}}Elements")
     for name, (definition, file) in components.items():
         add_component(elements, name, definition, file)
@@ -50,7 +65,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     for source, target in connections:
         add_connection(links, source.split(".", 1), target.split(".", 1))
     for name, variable in outside:
-        inner, outer = [name, variable.name], [None, f"{name}.{variable.name}"]
+        inner, outer = [name, variable.name], [None, variable.name]
         add_connection(links, *((inner, outer) if variable.causality == "output" else (outer, inner)))
     add_units(root, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
     SubElement(root, f"{{{SSD}}}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop_time)})
