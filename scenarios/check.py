@@ -1,8 +1,8 @@
 """Check of runs against their committed baselines, and the update of these."""
 
 import time
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -21,6 +21,7 @@ from scenarios.errors import in_one_line
 from scenarios.experiment import FAILURES, Experiment, prepare
 from scenarios.master import Progress
 from scenarios.processes import Watcher, side_by_side
+from scenarios.replacement import Replacement
 from scenarios.scenario import Scenario
 
 
@@ -81,7 +82,7 @@ class UpdateResult:
     elapsed: float
 
 
-def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, progress: Progress | None = None) -> CheckResult:
     """Run a scenario to the end of its baseline, and compare.
 
@@ -90,8 +91,8 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
     scenario : Scenario
     fmus : Path
         Folder with the FMUs of this project.
-    replaced : dict of str to Path
-        FMU files that take the place of the scenario's, by participant.
+    replaced : mapping of str to Replacement
+        FMUs that take the place of the scenario's, by participant.
     settings : sequence of str
         Start values that go before the scenario's, `fmu.variable=value`.
     baselines : Path
@@ -108,6 +109,8 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
         require_fit(scenario, baseline, baselines)
         shortened = scenario.model_copy(update={"stop_time": baseline.stop_time})
         experiment = prepare(shortened, fmus, replaced, settings)
+        lacking = [name for name in shortened.check.signals if name not in experiment.scenario.check.signals]
+        baseline = without(baseline, lacking)
         units = units_of(experiment, baseline.columns)
         recording = experiment.run(progress)
         deviation = first_deviation(baseline, recording)
@@ -120,11 +123,12 @@ def check_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], setting
                            differences, elapsed, units)
     same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
-               + ("equal the baseline" if same else "are within their tolerances"))
+               + ("equal the baseline" if same else "are within their tolerances")
+               + (f"; not compared, for the FMU has no such signals: {', '.join(lacking)}" if lacking else ""))
     return CheckResult(scenario.name, "passed", message, None, differences, elapsed, units)
 
 
-def update_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                baselines: Path, progress: Progress | None = None) -> UpdateResult:
     """Run a whole scenario, write its baseline with the scenario's tolerances, and say what moved against the old one.
 
@@ -155,7 +159,7 @@ def update_run(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settin
     return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed)
 
 
-def check_all(runs: Sequence[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+def check_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
     """Check runs, each in a process of its own, at most `jobs` at a time; other parameters as of `check_run`."""
     tasks = {run.name: partial(check_run, run, fmus, replaced, settings, baselines) for run in runs}
@@ -163,7 +167,7 @@ def check_all(runs: Sequence[Scenario], fmus: Path, replaced: dict[str, Path], s
                              watch).values())
 
 
-def update_all(runs: Sequence[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
+def update_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
     """Update the baselines of runs; parameters as of `check_all`."""
     tasks = {run.name: partial(update_run, run, fmus, replaced, settings, baselines) for run in runs}
@@ -197,6 +201,11 @@ def require_fit(scenario: Scenario, baseline: Baseline, folder: Path) -> None:
         if name not in baseline.columns:
             raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
                                 f"{scenario.path}; `maglev check --update` writes a new baseline")
+
+
+def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
+    """Baseline without signals."""
+    return replace(baseline, columns={name: values for name, values in baseline.columns.items() if name not in signals})
 
 
 def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:

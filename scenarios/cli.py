@@ -1,6 +1,6 @@
 """The command line `maglev`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from scenarios.check import CheckResult, UpdateResult, check_all, describe, exit_code, update_all
+from scenarios.cli_identify import identify
 from scenarios.errors import ScenarioError
 from scenarios.junit import write_junit
 from scenarios.master import Recording
@@ -19,26 +20,32 @@ from scenarios.options import (
     Everything,
     Fmus,
     Jobs,
+    Model,
     Names,
     Native,
+    Ordering,
     Out,
     Plant,
+    PortsFile,
     Settings,
     Step,
     chosen_folder,
+    given_settings,
     read_step,
     replacements,
 )
 from scenarios.plot import plot as write_plot
 from scenarios.plot import require_matplotlib
 from scenarios.processes import processors
+from scenarios.replacement import Replacement
 from scenarios.report.page import require_plotly, write_report
 from scenarios.scenario import PACKAGED, Scenario, load_runs, packaged_scenarios
 from scenarios.selection import compared, prepare_all, select
 from scenarios.study import RunResult, execute, execute_all, judge_all
 from scenarios.tables import claims_markdown, study_table
-from scenarios.terminal import note_left_out, one_line_errors, progress_of, report_console, show, text_of
+from scenarios.terminal import note, one_line_errors, progress_of, report_console, show, text_of
 from scenarios.verdicts import Judgements
+from scenarios.wiring import Order
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode="markdown", help="""
 Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the experiments, judge the claims.
@@ -59,23 +66,22 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
                                                             show_default=False)] = None,
           fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
-                                               "native; needs pyccel and ziglang.")] = False,
+                                               "native, and closed loops of them; needs the extra `native`.")] = False,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS, or "
                                               "`host`, one for this machine.")] = "all",
           debug: Debug = False) -> None:
     """Build FMUs from the blocks: the same sources give the same bytes.
 
-    **Examples:** `maglev build Plant3DOF Regulator3DOF`, `maglev build --native`
+    **Examples:** `maglev build Plant3DOF Regulator3DOF`, `maglev build --native`,
+    `maglev build --native ClosedLoop3DOF`
     """
     from scenarios import catalogue  # only building needs the blocks
 
     with one_line_errors(debug):
         if target not in ("all", "host") or (target == "host" and not native):
             raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
-        if native:
-            built = build_native(names or [*catalogue.DEFINITIONS, *catalogue.CONTAINERS], fmus, target == "host")
-        else:
-            built = catalogue.build(names or catalogue.DEFINITIONS, fmus)
+        built = (catalogue.build_without_python(names or (), fmus, target == "host") if native
+                 else catalogue.build(names or [*catalogue.DEFINITIONS, *catalogue.SYSTEMS], fmus))
         for path in built:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
@@ -91,17 +97,23 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
         for name in catalogue.DEFINITIONS:
             built = "yes" if (fmus / f"{name}.fmu").is_file() else "no"
             table.add_row(name, built, catalogue.definition(name).description)
+        for names, ending, what in ((catalogue.SYSTEMS, "ssp", "plant and controller of {}, connected (SSP)"),
+                                    (catalogue.CONTAINERS, "fmu", "plant and controller of {} in one native FMU")):
+            for name, scenario in names.items():
+                built = "yes" if (fmus / f"{name}.{ending}").is_file() else "no"
+                table.add_row(name, built, what.format(scenario))
         console.print(table)
         table = Table("run", "figures", "what it is")
         for name in packaged_scenarios():
-            for scenario in load_runs(name):
-                table.add_row(scenario.name, ", ".join(scenario.figures), scenario.title)
+            for run in load_runs(name):
+                table.add_row(run.name, ", ".join(run.figures), run.title)
         console.print(table)
 
 
 @app.command()
-def run(names: Names = None, everything: Everything = False, settings: Settings = None, plant: Plant = None,
-        controller: Controller = None, step: Step = None, out: Out = Path("results"),
+def run(names: Names = None, everything: Everything = False, settings: Settings = None, model: Model = None,
+        plant: Plant = None, controller: Controller = None, ports: PortsFile = None, step: Step = None,
+        order: Ordering = "sequential", out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
@@ -110,7 +122,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     `maglev run 3dof-setpoints --set plant.y.mass=7.2kg --plot`
 
-    `maglev run 2dof-setpoints --controller my_controller.fmu --set controller.gain=3`
+    `maglev run 2dof-setpoints --controller my_controller.fmu --map ports.toml --set controller.gain=3`
 
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
@@ -122,17 +134,17 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         if plot:
             require_matplotlib()
         runs = select(names or [], everything)
-        results = run_all(runs, settings, replacements(plant, controller), read_step(step),
-                          chosen_folder(fmus, native), out, jobs)
+        results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
+                          read_step(step), chosen_folder(fmus, native), out, jobs, order)
         verdicts = judge_all(results)
         files = write_results(results, verdicts, out, plot)
         finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out)])
 
 
 @app.command()
-def report(names: Names = None, settings: Settings = None, plant: Plant = None, controller: Controller = None,
-           step: Step = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), native: Native = False,
-           jobs: Jobs = None, debug: Debug = False) -> None:
+def report(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
+           controller: Controller = None, ports: PortsFile = None, step: Step = None, out: Out = Path("results"),
+           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
@@ -143,8 +155,8 @@ def report(names: Names = None, settings: Settings = None, plant: Plant = None, 
     with one_line_errors(debug):
         require_plotly()
         runs = select(names or [], not names)
-        results = run_all(runs, settings, replacements(plant, controller), read_step(step),
-                          chosen_folder(fmus, native), out, jobs)
+        results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
+                          read_step(step), chosen_folder(fmus, native), out, jobs)
         verdicts = judge_all(results)
         files = write_results(results, verdicts, out, False)
         page = out / "report.html"
@@ -153,7 +165,8 @@ def report(names: Names = None, settings: Settings = None, plant: Plant = None, 
 
 
 @app.command()
-def check(names: Names = None, settings: Settings = None, plant: Plant = None, controller: Controller = None,
+def check(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
+          controller: Controller = None, ports: PortsFile = None,
           update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
           baselines: Annotated[Path, typer.Option(help="Folder with the baselines.", show_default="the package's")]
           = PACKAGED / "baselines",
@@ -170,11 +183,12 @@ def check(names: Names = None, settings: Settings = None, plant: Plant = None, c
     with one_line_errors(debug):
         if update and junit is not None:
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
-        replaced = replacements(plant, controller)
+        replaced = replacements(plant, controller, ports)
         folder = chosen_folder(fmus, native)
         runs = select(names or [], not names)
-        note_left_out({run.scenario.name: run.left_out for run in prepare_all(runs, folder, replaced, settings or [])})
-        arguments = (runs, folder, replaced, settings or [], baselines, jobs or processors())
+        starts = given_settings(settings, model, runs)
+        note(prepare_all(runs, folder, replaced, starts))
+        arguments = (runs, folder, replaced, starts, baselines, jobs or processors())
         with progress_of([run.name for run in runs]) as watch:
             if update:
                 results: Sequence[CheckResult | UpdateResult] = update_all(*arguments, watch)
@@ -187,13 +201,13 @@ def check(names: Names = None, settings: Settings = None, plant: Plant = None, c
         raise typer.Exit(exit_code(results))
 
 
-def run_all(runs: list[Scenario], settings: Settings, replaced: dict[str, Path], step: float | None, fmus: Path,
-            out: Path, jobs: Jobs) -> list[RunResult]:
+def run_all(runs: list[Scenario], settings: list[str], replaced: Mapping[str, Replacement], step: float | None,
+            fmus: Path, out: Path, jobs: Jobs, order: Order = "sequential") -> list[RunResult]:
     """Run what is asked for and, after it, what its claims compare with; a single run here, several in processes."""
     # With another FMU on both sides of a comparison, the claim would be about something else.
     others = [] if replaced else compared(runs)
-    experiments = prepare_all([*runs, *others], fmus, replaced, settings or [], step)
-    note_left_out({experiment.scenario.name: experiment.left_out for experiment in experiments})
+    experiments = prepare_all([*runs, *others], fmus, replaced, settings, step, order)
+    note(experiments)
     out.mkdir(parents=True, exist_ok=True)
     with progress_of([experiment.scenario.name for experiment in experiments]) as watch:
         if len(experiments) == 1:
@@ -235,6 +249,8 @@ def finish(results: list[RunResult], verdicts: Judgements, asked: int, files: li
     if any(result.failure is not None for result in results):
         raise typer.Exit(2)
 
+
+app.command()(identify)
 
 if __name__ == "__main__":
     app()

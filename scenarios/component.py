@@ -22,6 +22,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from scenarios.port_map import Scale
+
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
 
@@ -93,12 +95,16 @@ LOGGER = fmi2CallbackLoggerTYPE(take_message)
 
 
 class Component:
-    """An instance of an FMU; a context manager that frees it and the folder it was unpacked to."""
+    """An instance of an FMU; a context manager that frees it and the folder it was unpacked to.
 
-    def __init__(self, name: str, path: Path, description: ModelDescription):
+    `scales` converts the variables, by name, that the FMU does not count in SI units.
+    """
+
+    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale] | None = None):
         self.name = name
         self.path = path
         self.description = description
+        self.scales = scales or {}
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
         self.messages: list[str] = []
         self.fatal = False
@@ -178,7 +184,8 @@ class Component:
         buffers = self.buffers([self.variable(name) for name in start])
         for buffer in buffers:
             for i, name in enumerate(buffer.names):
-                buffer.values[i] = type(buffer.values[i])(start[name])
+                value = self.scales[name].to_own(start[name]) if name in self.scales else start[name]
+                buffer.values[i] = type(buffer.values[i])(value)
         try:
             instance.setupExperiment(startTime=start_time, stopTime=stop_time)
             for buffer in buffers:

@@ -1,7 +1,7 @@
 """A scenario made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fmpy.model_description import ModelDescription
@@ -10,8 +10,11 @@ from scenarios.component import ComponentError, read_description
 from scenarios.errors import ScenarioError, nearest
 from scenarios.master import Master, Participant, Progress, Recording, RunFailed, whole_steps
 from scenarios.port_check import check_names
+from scenarios.port_map import PortMap, apply
 from scenarios.quantity import number_or_text
+from scenarios.replacement import Replacement, fit, known_ports, require_essential
 from scenarios.scenario import Fmu, Scenario, StartValue, read_start_value
+from scenarios.wiring import Order
 
 FAILURES = (ScenarioError, ComponentError, RunFailed, ValueError, OSError)   # what users can put right
 
@@ -29,12 +32,21 @@ class Experiment:
         Communication step, s.
     left_out : tuple of str
         Start values of the scenario, `fmu.variable`, for which the FMU that was put in has no variable.
+    order : str
+        "sequential" or "jacobi", see `wire`.
+    ports : dict of str to PortMap
+        What the FMUs that were put in call their ports, by participant.
+    notes : tuple of str
+        Sentences about what these FMUs lack or leave open.
     """
 
     scenario: Scenario
     files: dict[str, Path]
     step: float
     left_out: tuple[str, ...] = ()
+    order: Order = "sequential"
+    ports: dict[str, PortMap] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the scenario against the FMUs; returns their model descriptions.
@@ -45,6 +57,9 @@ class Experiment:
             If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the scenario names.
         """
         descriptions = {name: read_description(name, path) for name, path in self.files.items()}
+        for name, ports in self.ports.items():
+            apply(ports, descriptions[name])
+        require_essential(self.scenario, {name: self.files[name] for name in self.ports}, descriptions)
         check_names(self.scenario, {name: {v.name: v for v in description.modelVariables}
                                     for name, description in descriptions.items()})
         return descriptions
@@ -77,10 +92,10 @@ class Experiment:
         """Run the co-simulation."""
         descriptions = self.check()
         participants = [Participant(name, path, {variable: start.value for variable, start
-                                                 in self.scenario.fmus[name].start.items()})
+                                                 in self.scenario.fmus[name].start.items()}, self.ports.get(name))
                         for name, path in self.files.items()]
         connections = [(source, target) for source, target in self.scenario.connections]
-        with Master(participants, connections, self.step) as master:
+        with Master(participants, connections, self.step, self.order) as master:
             return master.run(self.scenario.stop_time, self.drives(descriptions), progress)
 
     def output_every(self) -> int:
@@ -88,8 +103,8 @@ class Experiment:
         return max(1, round(self.scenario.output_interval / self.step))
 
 
-def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings: Iterable[str],
-            step: float | None = None) -> Experiment:
+def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Iterable[str],
+            step: float | None = None, order: Order = "sequential") -> Experiment:
     """Experiment of a scenario.
 
     Parameters
@@ -97,20 +112,27 @@ def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings:
     scenario : Scenario
     fmus : Path
         Folder with the FMUs of this project.
-    replaced : dict of str to Path
-        FMU files that take the place of the scenario's, by participant.
+    replaced : mapping of str to Replacement
+        FMUs that take the place of the scenario's, by participant.
     settings : iterable of str
         Start values that go before the scenario's, `fmu.variable=value`, the value with or without a unit.
     step : float, optional
         Communication step that takes the place of the scenario's, s.
+    order : str
+        "sequential" or "jacobi", see `wire`.
 
     Raises
     ------
     ScenarioError, ComponentError
         If a replaced participant or a setting does not exist or cannot be read.
     """
-    for name in replaced:
+    known = {}
+    for name, replacement in replaced.items():
         known_participant(scenario, f"--{name}", name)
+        known[name] = known_ports(scenario, name, fmu_file(scenario.fmus[name], fmus))
+        replacement.ports.require_known(known[name])
+    replaced = {name: Replacement(replacement.path, replace(replacement.ports, units=known[name]))
+                for name, replacement in replaced.items()}
     start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
     settings = list(settings)
     for setting in settings:
@@ -118,20 +140,23 @@ def prepare(scenario: Scenario, fmus: Path, replaced: dict[str, Path], settings:
         known_participant(scenario, f"--set {setting}", name)
         start[name][variable] = value
     asked = {setting.partition("=")[0].strip() for setting in settings}
-    left_out = [full for name, path in replaced.items() for full in unknown_starts(name, path, start[name])
-                if full not in asked]
+    left_out = [full for name, replacement in replaced.items()
+                for full in unknown_starts(name, replacement, start[name]) if full not in asked]
     for full in left_out:
         name, _, variable = full.partition(".")
         del start[name][variable]
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name]}) for name, fmu in scenario.fmus.items()}
     changed = scenario.model_copy(update={"fmus": scenario_fmus})
-    files = {name: replaced.get(name) or fmu_file(fmu, fmus) for name, fmu in scenario.fmus.items()}
-    return Experiment(changed, files, scenario.step if step is None else step, tuple(left_out))
+    files = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus)
+             for name, fmu in scenario.fmus.items()}
+    fitted = fit(changed, replaced, known)
+    return Experiment(fitted.scenario, files, scenario.step if step is None else step, tuple(left_out), order,
+                      {name: replacement.ports for name, replacement in replaced.items()}, fitted.notes)
 
 
-def unknown_starts(name: str, path: Path, start: Mapping[str, StartValue]) -> list[str]:
+def unknown_starts(name: str, replacement: Replacement, start: Mapping[str, StartValue]) -> list[str]:
     """Start values, `fmu.variable`, that an FMU put in by the user has no variable for: its parameters are its own."""
-    known = {v.name for v in read_description(name, path).modelVariables}
+    known = {v.name for v in replacement.description(name).modelVariables}
     return [f"{name}.{variable}" for variable in start if variable not in known]
 
 

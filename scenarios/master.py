@@ -7,6 +7,7 @@ already see. With the controller first and the plant second this is the sampled 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.component import WARNING, Component, ComponentError, read_description
-from scenarios.wiring import Order, Track, wire
+from scenarios.port_map import PortMap, apply
+from scenarios.wiring import Order, Rate, Track, wire
 
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
@@ -23,11 +25,12 @@ Progress = Callable[[int, int], None]   # steps done, steps in all
 
 @dataclass(frozen=True)
 class Participant:
-    """An FMU of a co-simulation: its name in it, its file and its start values."""
+    """An FMU of a co-simulation: its name in it, its file and its start values; names and units of a foreign one."""
 
     name: str
     path: Path
     start: Mapping[str, float | bool] = field(default_factory=dict)
+    ports: PortMap | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,8 @@ class Master:
         described = [(p, read_description(p.name, p.path)) for p in participants]
         try:
             for participant, description in described:
-                component = Component(participant.name, participant.path, description)
+                scales = {} if participant.ports is None else apply(participant.ports, description)
+                component = Component(participant.name, participant.path, description, scales)
                 self.components[participant.name] = self.stack.enter_context(component)
         except BaseException:
             self.stack.close()
@@ -125,17 +129,20 @@ class Master:
             if len(values) != steps + 1:
                 raise ComponentError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
                                      "one for each communication point")
-        initial, calls, tracks = wire(self.components, self.connections, drives, steps + 1, self.step, self.order)
+        rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.participants
+                 if p.ports is not None and p.ports.step is not None}
+        initial, phases, tracks = wire(self.components, self.connections, drives, steps + 1, self.step, self.order,
+                                       rates)
         for participant in self.participants:
             self.components[participant.name].initialise(participant.start, 0.0, stop_time)
         done = 0
         try:
             for call in initial:
                 call.at(0)
-            prepared = [(*call[:5], call) for call in calls]
+            turning = cycle([[(*call[:5], call) for call in calls] for calls in phases])
             while done < steps:
                 last = min(done + PROGRESS_STEPS, steps)
-                for k in range(done, last):
+                for k, prepared in zip(range(done, last), turning):   # noqa: B905 - the phases have no end
                     done = k
                     for moving, base, stride, function, arguments, call in prepared:
                         moving.value = base + k * stride
@@ -160,6 +167,18 @@ def whole_steps(stop_time: float, step: float) -> int:
     if steps < 1 or abs(steps * step - stop_time) > 1e-6 * step:
         raise ComponentError(f"stop time = {stop_time} s, expected a whole number of communication steps of {step} s")
     return steps
+
+
+def rate(name: str, own: float, step: float, steps: int) -> Rate:
+    """Steps of an FMU that wants steps of its own (s) among communication steps (s); ComponentError if they misfit."""
+    found = Rate(every=round(own / step)) if own > step else Rate(parts=round(step / own))
+    if abs(found.every * step - found.parts * own) > 1e-9 * step:
+        raise ComponentError(f"{name} is to be stepped with {own} s, expected a multiple of the communication step of "
+                             f"{step} s, or a whole fraction of it")
+    if steps % found.every:
+        raise ComponentError(f"{name} is to be stepped with {own} s, expected a part of the stop time of "
+                             f"{steps * step:.9g} s")
+    return found
 
 
 def recording(tracks: Sequence[Track], step: float, rows: int) -> Recording:

@@ -1,12 +1,18 @@
 """Options that commands of the command line share."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from identification.model_file import model_settings
 from scenarios.errors import ScenarioError
+from scenarios.port_map import PortMap, read_port_maps
 from scenarios.quantity import number_or_text, parse_quantity
+from scenarios.replacement import Replacement
+from scenarios.scenario import Scenario
+from scenarios.wiring import Order
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
@@ -17,19 +23,47 @@ Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the p
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
     "be repeated.", show_default=False)]
-Plant = Annotated[Path | None, typer.Option(help="Another plant FMU with the same ports.", show_default=False)]
-Controller = Annotated[Path | None, typer.Option(help="Another controller FMU with the same ports.",
+Model = Annotated[Path | None, typer.Option("--model", metavar="TOML", help="Constants of plant and controller, as "
+                                            "`maglev identify` writes them; --set goes before them.",
+                                            show_default=False)]
+Plant = Annotated[Path | None, typer.Option(help="Another plant FMU, with the same ports or a map.",
+                                            show_default=False)]
+Controller = Annotated[Path | None, typer.Option(help="Another controller FMU, with the same ports or a map.",
                                                  show_default=False)]
+PortsFile = Annotated[Path | None, typer.Option("--map", metavar="TOML", help="What the other FMUs call their ports, "
+                                                "their units and steps (docs/importing.md).", show_default=False)]
 Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.", show_default=False)]
+Ordering = Annotated[Order, typer.Option(
+    "--order", help="Order of the FMUs in a step: one after the other (sequential), or all with what the step before "
+    "gave (jacobi), which delays the loop by a step.")]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 Jobs = Annotated[int | None, typer.Option(
     min=1, help="Runs at a time, each in a process of its own; as many as processors if not given.",
     show_default=False)]
 
+RIG_OF_AXIS = {"v": "2dof", "y": "3dof"}   # the vertical axes
 
-def replacements(plant: Path | None, controller: Path | None) -> dict[str, Path]:
-    """FMU files that take the place of a scenario's, by participant."""
-    return {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+
+def replacements(plant: Path | None, controller: Path | None, ports: Path | None) -> dict[str, Replacement]:
+    """FMUs that take the place of a scenario's, by participant, with their maps."""
+    given = {name: path for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+    maps = {} if ports is None else read_port_maps(ports)
+    for name in maps:
+        if name not in given:
+            raise ScenarioError(f"{ports}: [{name}]: expected --{name} with it")
+    if ports is not None and not maps:
+        raise ScenarioError(f"--map {ports}: expected a table [controller] or [plant] in it")
+    return {name: Replacement(path, maps.get(name, PortMap())) for name, path in given.items()}
+
+
+def given_settings(settings: Settings, model: Model, runs: Sequence[Scenario]) -> list[str]:
+    """Start values of the options --model and --set, in the order in which they go over each other."""
+    if model is None:
+        return settings or []
+    rigs = {rig for run in runs for axis, rig in RIG_OF_AXIS.items() if axis in run.axes}
+    if len(rigs) != 1:
+        raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
+    return [*model_settings(model, rigs.pop()), *(settings or [])]
 
 
 def chosen_folder(fmus: Path, native: bool) -> Path:

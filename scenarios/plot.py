@@ -46,7 +46,8 @@ def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -
             for variable in names:
                 panel.plot(time, columns[variable], linewidth=0.8, label=variable.rpartition(".")[2])
             panel.set_ylabel(f"{name} {what} (A)")
-            panel.legend(loc="upper right", fontsize="small", ncols=3)
+            if names:
+                panel.legend(loc="upper right", fontsize="small", ncols=3)
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
     path.parent.mkdir(parents=True, exist_ok=True)

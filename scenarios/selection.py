@@ -1,11 +1,13 @@
 """Which runs a command line means, and the runs that their claims compare with."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from scenarios.errors import ScenarioError
 from scenarios.experiment import Experiment, prepare
+from scenarios.replacement import Replacement
 from scenarios.scenario import Scenario, load_runs, packaged_scenarios
+from scenarios.wiring import Order
 
 
 def select(names: Iterable[str], everything: bool) -> list[Scenario]:
@@ -43,7 +45,7 @@ def compared(runs: Sequence[Scenario]) -> list[Scenario]:
     return found + [other for name in missing for other in load_runs(name)]
 
 
-def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: dict[str, Path], settings: Sequence[str],
-                step: float | None = None) -> list[Experiment]:
+def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+                step: float | None = None, order: Order = "sequential") -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`."""
-    return [prepare(run, fmus, replaced, settings, step) for run in runs]
+    return [prepare(run, fmus, replaced, settings, step, order) for run in runs]

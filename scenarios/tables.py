@@ -42,7 +42,9 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
     for name in ("motor", "phase current (A)", "command (A)"):
         table.add_column(name, justify="right")
     for motor in metrics.motors:
-        table.add_row(motor.motor, f"{motor.peak_current:.2f}", f"{motor.peak_command:.2f}")
+        names = scenario.motors[motor.motor]
+        table.add_row(motor.motor, f"{motor.peak_current:.2f}" if names.currents else "not recorded",
+                      f"{motor.peak_command:.2f}" if names.commands else "not recorded")
     tables.append(table)
     return tables
 

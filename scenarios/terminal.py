@@ -1,7 +1,7 @@
 """What the command line prints: errors, progress and tables."""
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import StringIO
 
@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskID, TimeRemainingColumn
 
 from scenarios.errors import in_one_line
-from scenarios.experiment import FAILURES
+from scenarios.experiment import FAILURES, Experiment
 from scenarios.processes import Watcher
 from scenarios.study import RunResult
 from scenarios.tables import claim_table, metric_tables, outcome
@@ -78,9 +78,10 @@ def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     return text.getvalue()
 
 
-def note_left_out(left_out: Mapping[str, Sequence[str]]) -> None:
-    """Say which start values of the runs a replaced FMU does not take, by run."""
-    for names in dict.fromkeys(tuple(names) for names in left_out.values()):
-        if names:
-            typer.echo(f"maglev: the FMU that was put in has no {', '.join(names)}: the scenario's start values are "
-                       "left out", err=True)
+def note(experiments: Sequence[Experiment]) -> None:
+    """Say, once, what FMUs that were put in do not take, lack or leave open."""
+    sentences = [f"the FMU that was put in has no {', '.join(experiment.left_out)}: the scenario's start values are "
+                 "left out" for experiment in experiments if experiment.left_out]
+    sentences += [sentence for experiment in experiments for sentence in experiment.notes]
+    for sentence in dict.fromkeys(sentences):
+        typer.echo(f"maglev: {sentence}", err=True)

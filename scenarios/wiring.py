@@ -1,17 +1,20 @@
 """Calls of a communication step, prepared so that stepping only moves pointers and calls.
 
 Every output is read straight into the row of its recording, and every input is set straight from the row of the output
-or signal that feeds it. So a step copies nothing and looks nothing up.
+or signal that feeds it. So a step copies nothing and looks nothing up. Only an FMU with units of its own has buffers of
+its own, and calls that convert between these and the rows.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from ctypes import c_double, c_int, c_size_t, c_uint32, c_void_p
+from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
+from math import lcm
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
 
 from scenarios.component import WARNING, Component, ComponentError
+from scenarios.port_map import Scale
 
 KINDS = ("Real", "Integer", "Boolean")
 
@@ -32,10 +35,10 @@ class Track:
 class Call(NamedTuple):
     """A call of an FMU's function at every communication point k: its moving argument is base + k stride.
 
-    That is the address of a row, or the time of the point, s.
+    That is the address of a row, the time of the point (s), or, of a conversion, the number of a row.
     """
 
-    moving: Any        # c_void_p or c_double, one of the arguments
+    moving: Any        # c_void_p, c_double or c_int64, one of the arguments
     base: float
     stride: float
     function: Any
@@ -56,11 +59,21 @@ class Call(NamedTuple):
 
 
 class Wiring(NamedTuple):
-    """A co-simulation made ready: the calls before the first step, those of each step, and what they record."""
+    """A co-simulation made ready: the calls before the first step, those of each step, and what they record.
+
+    Communication step k makes the calls of phase k modulo the number of phases: one, unless an FMU has longer steps.
+    """
 
     initial: list[Call]
-    step: list[Call]
+    phases: list[list[Call]]
     tracks: list[Track]
+
+
+class Rate(NamedTuple):
+    """Steps of an FMU: one in `every` communication steps, or `parts` in one."""
+
+    every: int = 1
+    parts: int = 1
 
 
 class Place(NamedTuple):
@@ -72,7 +85,8 @@ class Place(NamedTuple):
 
 
 def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
-         drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential") -> Wiring:
+         drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential",
+         rates: Mapping[str, Rate] | None = None) -> Wiring:
     """Prepare a co-simulation of the components in their order, with a communication step (s).
 
     Parameters
@@ -89,6 +103,10 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
     order : str
         "sequential": an FMU gets what those before it in the order have given in this step (Gauss-Seidel). "jacobi":
         all get what was given in the step before.
+    rates : mapping of str to Rate, optional
+        Steps of FMUs whose steps are not the communication steps, by name. Of several communication steps, the first
+        FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
+        holds, and they give at their end what they have come to.
 
     Raises
     ------
@@ -103,7 +121,7 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
         gets.append([])
         for track, variables in output_tracks(name, component, sources, rows):
             places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
-            gets[-1].append(value_call(component, "Get", variables, track, 0, 1))
+            gets[-1] += value_calls(component, "Get", variables, track, 0, 1)
     for name in components:
         driven = [target for target in drives if target.partition(".")[0] == name]
         if driven:
@@ -112,15 +130,25 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, component) in enumerate(components.items()):
         sets.append(list(input_calls(number, name, component, sources, places, order)))
-    steps = [step_call(component, step) for component in components.values()]
-    if order == "jacobi":
-        calls = [*(call for each in sets for call in each), *steps, *(call for each in gets for call in each)]
-    else:
-        calls = [call for setting, stepping, getting in zip(sets, steps, gets, strict=True)
-                 for call in (*setting, stepping, *getting)]
+    every = {name: rates[name].every if rates and name in rates else 1 for name in components}
+    phases = []
+    for phase in range(lcm(*every.values())):
+        stepping = [(phase if number == 0 else phase + 1) % length == 0 for number, length in enumerate(every.values())]
+        setting = [calls if now else [] for calls, now in zip(sets, stepping, strict=True)]
+        steps = [list(step_calls(component, step, number, (rates or {}).get(name, Rate()))) if stepping[number] else []
+                 for number, (name, component) in enumerate(components.items())]
+        phases.append(ordered(setting, steps, gets, order))
     # A step reads the outputs at its end, the initial calls those of the first point: one row before.
     initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
-    return Wiring(initial, calls, list({id(place.track): place.track for place in places.values()}.values()))
+    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()))
+
+
+def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Sequence[list[Call]],
+            order: Order) -> list[Call]:
+    """Calls of a step in their order; arguments by FMU."""
+    if order == "jacobi":
+        return [call for calls in (*sets, *steps, *gets) for call in calls]
+    return [call for calls in zip(sets, steps, gets, strict=True) for each in calls for call in each]
 
 
 def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
@@ -161,19 +189,46 @@ def input_calls(number: int, name: str, component: Component, sources: Mapping[s
     run: list[tuple[ScalarVariable, Place]] = []
     for item in fed:
         if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
-            yield set_call(component, run, number, order)
+            yield from set_calls(component, run, number, order)
             run = []
         run.append(item)
     if run:
-        yield set_call(component, run, number, order)
+        yield from set_calls(component, run, number, order)
 
 
-def set_call(component: Component, run: Sequence[tuple[ScalarVariable, Place]], number: int, order: Order) -> Call:
-    """Call that sets inputs from values side by side in a track."""
+def set_calls(component: Component, run: Sequence[tuple[ScalarVariable, Place]], number: int,
+              order: Order) -> Iterator[Call]:
+    """Calls that set inputs from values side by side in a track."""
     _, (track, column, source) = run[0]
     # What FMUs before this one have given in this step is in the next row already.
     ahead = 1 if order == "sequential" and 0 <= source < number else 0
-    return value_call(component, "Set", [variable for variable, _ in run], track, column, ahead)
+    yield from value_calls(component, "Set", [variable for variable, _ in run], track, column, ahead)
+
+
+def value_calls(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+                ahead: int) -> Iterator[Call]:
+    """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units."""
+    call = value_call(component, verb, variables, track, column, ahead)
+    if not any(v.name in component.scales for v in variables):
+        yield call
+        return
+    own = np.zeros(len(variables))   # in the FMU's units
+    rows = track.array[:, column:column + len(variables)]
+    scales = [component.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
+    up, down = np.array([scale.up for scale in scales]), np.array([scale.down for scale in scales])
+    row = c_int64()
+
+    def to_si(at: c_int64) -> int:
+        rows[at.value] = own * down / up
+        return 0
+
+    def to_own(at: c_int64) -> int:
+        own[:] = rows[at.value] * up / down
+        return 0
+
+    call = call._replace(base=own.ctypes.data, stride=0)
+    conversion = Call(row, ahead, 1, to_si if verb == "Get" else to_own, (row,), (component, "a conversion of units"))
+    yield from (call, conversion) if verb == "Get" else (conversion, call)
 
 
 def value_call(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
@@ -189,11 +244,15 @@ def value_call(component: Component, verb: str, variables: Sequence[ScalarVariab
                 arguments, (component, what))
 
 
-def step_call(component: Component, step: float) -> Call:
-    """Call that steps an FMU from communication point k."""
-    time = c_double()
-    return Call(time, 0.0, step, component.do_step, (component.handle(), time, c_double(step), c_int(1)),
-                (component, "fmi2DoStep"))
+def step_calls(component: Component, step: float, number: int, rate: Rate) -> Iterator[Call]:
+    """Calls that step an FMU, which is at a place in the order, in one communication step (s) from point k."""
+    # A long step of an FMU after the first is made at its end.
+    behind = rate.every - 1 if number > 0 else 0
+    own = step * rate.every / rate.parts
+    for part in range(rate.parts):
+        time = c_double()
+        yield Call(time, part * own - behind * step, step, component.do_step,
+                   (component.handle(), time, c_double(own), c_int(1)), (component, "fmi2DoStep"))
 
 
 def kind_of(variable: ScalarVariable) -> str:

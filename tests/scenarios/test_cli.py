@@ -50,6 +50,18 @@ def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path
     assert (out / "short.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_order_reaches_the_master(fmus: Path, short: Path, tmp_path: Path) -> None:
+    """In Jacobi order the stage's first step is one without current."""
+    first = {}
+    for order in ("sequential", "jacobi"):
+        result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / order, "--order", order)
+        assert result.exit_code == 0, result.output
+        with (tmp_path / order / "short.csv").open() as file:
+            first[order] = float(list(csv.DictReader(file))[1]["plant.y.velocity"])
+    assert first["jacobi"] > first["sequential"] + 1e-4   # m/s, downwards
+    assert maglev("run", short, "--fmus", fmus, "--order", "parallel").exit_code == 2
+
+
 def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     for mass, folder in (("6.9", "a"), ("9 kg", "b")):
         result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / folder, "--set", f"plant.y.mass={mass}",

@@ -1,79 +1,36 @@
 """The master: the sampled loop bit for bit, third-party FMUs, and refusals that lose nothing."""
 
 import math
-from array import array
-from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from sampled_loop import AXES, MOTORS, PHASES, sampled_loop
 
-from scenarios.catalogue import definition
 from scenarios.component import ComponentError
 from scenarios.experiment import prepare
 from scenarios.master import Master, Participant, RunFailed
 from scenarios.scenario import load_scenario
-
-AXES = {"2dof": ("v", "h"), "3dof": ("y", "x", "z")}
-MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
-PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
-
-
-def set_path(block: Any, name: str, value: float | bool) -> None:
-    """Set an attribute path of a block."""
-    path, _, attribute = name.rpartition(".")
-    setattr(attrgetter(path)(block) if path else block, attribute, value)
-
-
-def direct_loop(rig: str, models: dict[str, str], starts: dict[str, dict[str, float | bool]],
-                drives: dict[str, list[float]], names: list[str], dt: float) -> dict[str, array]:
-    """The blocks called directly; values of `fmu.variable` names at each communication point."""
-    controller, plant = (definition(models[fmu]).new_block() for fmu in ("controller", "plant"))
-    blocks = {"controller": controller, "plant": plant}
-    for fmu, values in starts.items():
-        for name, value in values.items():
-            set_path(blocks[fmu], name, value)
-    controller.start()
-    plant.start()
-    getters = {name: attrgetter(name.partition(".")[2]) for name in names}
-    rows = {name: array("d") for name in names}
-    steps = len(next(iter(drives.values()))) - 1
-    for k in range(steps + 1):
-        for name in names:
-            rows[name].append(getters[name](blocks[name.partition(".")[0]]))
-        if k == steps:
-            break
-        for target, values in drives.items():
-            set_path(controller, target.partition(".")[2], values[k])
-        for axis in AXES[rig]:
-            getattr(controller, axis).measured = getattr(plant, axis).encoder
-        controller.step(k * dt, dt)
-        for motor in MOTORS[rig]:
-            for phase in PHASES:
-                setattr(getattr(plant, motor), phase, getattr(getattr(controller, motor), phase))
-        plant.step(k * dt, dt)
-    return rows
+from scenarios.wiring import Order
 
 
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
                                   "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved",
                                   "3dof-tracking-nonlinear", "3dof-smooth-linear", "3dof-smooth-scheduled",
                                   "3dof-tracking-pid"])
-def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str) -> None:
+@pytest.mark.parametrize("order", ["sequential", "jacobi"])
+def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str, order: Order) -> None:
     """1.5 s under every controller, the first step of the set-points included."""
     scenario = load_scenario(name).model_copy(update={"stop_time": 1.5})
-    experiment = prepare(scenario, fmus, {}, [])
+    experiment = prepare(scenario, fmus, {}, [], order=order)
     recording = experiment.run()
-    starts = {fmu: {n: s.value for n, s in table.start.items()} for fmu, table in scenario.fmus.items()}
-    models = {fmu: str(table.model) for fmu, table in scenario.fmus.items()}
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]
     assert len(names) == len(list(recording.columns)) - len(drives)
-    direct = direct_loop(name.partition("-")[0], models, starts, drives, names, scenario.step)
+    times = [k * scenario.step for k in range(scenario.steps)]
+    direct = sampled_loop(scenario, drives, names, times, [scenario.step] * len(times), order)
     for n in names:
-        expected = np.frombuffer(direct[n])
-        assert np.array_equal(recording.columns[n].astype(float).view(np.int64), expected.view(np.int64)), n
+        assert np.array_equal(recording.columns[n].astype(float).view(np.int64), direct[n].view(np.int64)), n
     position = recording.columns[next(n for n in names if n.endswith(".position"))]
     assert np.ptp(position) > 1e-4, "something has to move for this to mean anything"
 

@@ -1,0 +1,143 @@
+"""The ways to run a pair of blocks or FMUs that the benchmark compares; each gives the time of one step, s.
+
+All of them set references, pass measurements and currents, and record every output at every step.
+"""
+
+from array import array
+from operator import attrgetter
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+
+from fmi_export.definition import FmuDefinition
+from scenarios.catalogue import definition
+from scenarios.component import unpacking_folder
+from scenarios.master import Master, Participant
+
+PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
+
+
+class Pair(NamedTuple):
+    """A controller and a plant, and how they are connected."""
+
+    stage: str
+    controller: str
+    plant: str
+    container: str
+    axes: tuple[str, ...]
+    motors: tuple[str, ...]
+    dt: float   # s, communication step
+
+    @property
+    def starts(self) -> list[float]:
+        """Start positions, which are the references, m."""
+        block = definition(self.plant).new_block()
+        return [getattr(block, axis).position_start for axis in self.axes]
+
+    @property
+    def connections(self) -> list[tuple[str, str]]:
+        """From outputs to inputs."""
+        measured = [(f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.axes]
+        return measured + [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}")
+                           for motor in self.motors for phase in PHASES]
+
+
+PAIRS = (Pair("2-DOF", "Regulator2DOF", "Plant2DOF", "ClosedLoop2DOF", ("v", "h"), ("motor",), 0.5e-3),
+         Pair("3-DOF", "Regulator3DOF", "Plant3DOF", "ClosedLoop3DOF", ("y", "x", "z"), ("alpha", "beta"), 0.2e-3))
+
+
+def outputs(fmu: FmuDefinition) -> list[str]:
+    """Names of every output of an FMU."""
+    return [v.name for v in fmu.variables if v.causality == "output"]
+
+
+def bare_loop(pair: Pair, steps: int) -> float:
+    """The blocks called directly in Python: no layer between them."""
+    controller, plant = definition(pair.controller).new_block(), definition(pair.plant).new_block()
+    controller.start()
+    plant.start()
+    measured = [(getattr(controller, axis), getattr(plant, axis)) for axis in pair.axes]
+    commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.motors]
+    references = [axis for axis, _ in measured]
+    row = array("d", [axis.reference for axis in references])
+    controller_outputs = attrgetter(*outputs(definition(pair.controller)))
+    plant_outputs = attrgetter(*outputs(definition(pair.plant)))
+    record = array("d")
+    dt = pair.dt
+    begin = perf_counter()
+    for k in range(steps):
+        for axis, reference in zip(references, row, strict=True):
+            axis.reference = reference
+            axis.reference_rate = 0.0
+        for to, source in measured:
+            to.measured = source.encoder
+        controller.step(k * dt, dt)
+        record.extend(controller_outputs(controller))
+        for to, source in commands:
+            to.i_a_cmd = source.i_a_cmd
+            to.i_b_cmd = source.i_b_cmd
+            to.i_c_cmd = source.i_c_cmd
+        plant.step(k * dt, dt)
+        record.extend(plant_outputs(plant))
+        record.extend(row)
+    return (perf_counter() - begin) / steps
+
+
+def master_loop(pair: Pair, folder: Path, steps: int) -> float:
+    """The FMUs of a folder under our master."""
+    drives = {}
+    for axis, start in zip(pair.axes, pair.starts, strict=True):
+        drives[f"controller.{axis}.reference"] = [start] * (steps + 1)
+        drives[f"controller.{axis}.reference_rate"] = [0.0] * (steps + 1)
+    marks: list[tuple[int, float]] = []
+    with Master([Participant("controller", folder / f"{pair.controller}.fmu"),
+                 Participant("plant", folder / f"{pair.plant}.fmu")], pair.connections, pair.dt) as master:
+        # From the first report to the last: loading, wiring and initialization are no part of a step.
+        master.run(steps * pair.dt, drives, lambda done, _: marks.append((done, perf_counter())))
+    (first, begin), (last, end) = marks[0], marks[-1]
+    return (end - begin) / (last - first)
+
+
+class OpenContainer:
+    """A closed-loop container FMU, initialised with its references; a context manager."""
+
+    def __init__(self, pair: Pair, path: Path):
+        self.folder = unpacking_folder()
+        description = fmpy.read_model_description(str(path))
+        fmpy.extract(str(path), str(self.folder))
+        self.slave = FMU2Slave(guid=description.guid, unzipDirectory=str(self.folder), instanceName="loop",
+                               modelIdentifier=description.coSimulation.modelIdentifier)
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        references = {v.name: v.valueReference for v in description.modelVariables}
+        for axis, start in zip(pair.axes, pair.starts, strict=True):
+            self.slave.setReal([references[f"{axis}.reference"]], [start])
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+        self.time = 0.0
+
+    def __enter__(self) -> "OpenContainer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.slave.terminate()
+        self.slave.freeInstance()
+
+    def seconds(self, count: int) -> None:
+        """Step over so many seconds, one call each."""
+        for _ in range(count):
+            self.slave.doStep(self.time, 1.0)
+            self.time += 1.0
+
+
+def container_loop(pair: Pair, path: Path, seconds: int) -> float:
+    """The closed-loop container, one call for each second."""
+    with OpenContainer(pair, path) as container:
+        container.seconds(1)
+        begin = perf_counter()
+        container.seconds(seconds)
+        return (perf_counter() - begin) / seconds * pair.dt
+

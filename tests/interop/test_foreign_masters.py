@@ -1,0 +1,87 @@
+"""Plant and controller under masters that are not ours: the same numbers, bit for bit, once the order is the same.
+
+docs/interop.md has what was measured, with versions. The container of fmu-manipulation-toolbox, which is sequential, is
+tested in tests/fmi_export/test_container.py.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
+from native_builds import built_once
+
+from scenarios.catalogue import SYSTEMS, build_systems
+
+KINDS = {"native": ("native_fmus", 5.0), "python": ("fmus", 0.5)}   # FMUs, and how long they run, s
+SMOOTH = {"plant.encoder.resolution": 0.0}
+JACOBI_ROUNDING = 1e-12   # m
+
+
+@pytest.fixture(params=KINDS)
+def pair(request: pytest.FixtureRequest) -> tuple[Path, float]:
+    """Folder with the FMUs of a kind, and how long to run them (s): those in Python are slow."""
+    fixture, stop_time = KINDS[request.param]
+    return request.getfixturevalue(fixture), stop_time
+
+
+@pytest.fixture(scope="session")
+def systems(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the systems of native FMUs."""
+    return built_once(tmp_path_factory, "systems", lambda folder: build_systems(SYSTEMS, native_fmus, folder))
+
+
+def assert_moves(rows: np.ndarray) -> None:
+    assert np.ptp(rows, axis=0).min() > 1e-6, "something has to move for this to mean anything"
+
+
+def test_ecos_is_our_jacobi_order(pair: tuple[Path, float], tmp_path: Path) -> None:
+    fmus, stop_time = pair
+    scenario = loop("Stage3DOF", stop_time)
+    rows = foreign("ecos", scenario, fmus, tmp_path)
+    assert_moves(rows)
+    assert np.array_equal(rows, ours(scenario, fmus, "jacobi"))
+
+
+def test_libcosim_is_our_jacobi_order_with_its_clock(pair: tuple[Path, float], tmp_path: Path) -> None:
+    fmus, stop_time = pair
+    scenario = loop("Stage3DOF", stop_time)
+    rows = foreign("libcosim", scenario, fmus, tmp_path)
+    assert_moves(rows)
+    assert np.array_equal(rows, ours_in_nanoseconds(scenario, fmus))
+
+
+def test_libcosim_without_encoder_steps_is_our_jacobi_order(native_fmus: Path, tmp_path: Path) -> None:
+    """Its steps differ from ours in the last digit, and no encoder makes a count of that."""
+    scenario = with_start(loop("Stage3DOF", 5.0), SMOOTH)
+    rows = foreign("libcosim", scenario, native_fmus, tmp_path, start=SMOOTH)
+    assert_moves(rows)
+    assert np.abs(rows - ours(scenario, native_fmus, "jacobi")).max() <= JACOBI_ROUNDING
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize("tool", ["ecos", "libcosim"])
+def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, tool: str, system: str) -> None:
+    scenario = loop(system, 1.5)
+    rows = foreign(tool, scenario, native_fmus, tmp_path, systems / f"{system}NoPorts.ssp")
+    assert_moves(rows)
+    same = ours(scenario, native_fmus, "jacobi") if tool == "ecos" else ours_in_nanoseconds(scenario, native_fmus)
+    assert np.array_equal(rows, same)
+
+
+@pytest.mark.parametrize(("system", "stop_time"), [("Stage2DOF", 1.5), ("Stage3DOF", 5.0)])
+def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path, tmp_path: Path, system: str,
+                                                stop_time: float) -> None:
+    """fmpy exchanges nothing before the first step: the controller waits for a measurement."""
+    scenario = loop(system, stop_time)
+    rows = foreign("fmpy.ssp", scenario, native_fmus, tmp_path, systems / f"{system}.ssp")
+    assert_moves(rows)
+    assert np.array_equal(rows, ours_from_zero(scenario, native_fmus))
+
+
+def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
+    scenario = loop("Stage3DOF", 0.5)
+    build_systems(["Stage3DOF"], fmus, tmp_path)
+    rows = foreign("fmpy.ssp", scenario, fmus, tmp_path, tmp_path / "Stage3DOF.ssp")
+    assert_moves(rows)
+    assert np.array_equal(rows, ours_from_zero(scenario, fmus))

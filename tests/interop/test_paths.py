@@ -1,0 +1,80 @@
+"""FMUs and systems in a folder whose name has spaces and letters that are not ASCII."""
+
+import shutil
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from command_line import maglev
+from fmpy.ssp.simulation import simulate_ssp
+
+from scenarios.catalogue import CONTAINERS, DEFINITIONS, build_containers, build_systems
+from scenarios.component import Component, read_description
+from scenarios.experiment import prepare
+from scenarios.scenario import load_scenario
+
+FOLDER = "mit Leerzeichen ünïcödé"
+KINDS = {"python": "fmus", "native": "native_fmus"}
+
+
+@pytest.fixture(params=KINDS)
+def originals(request: pytest.FixtureRequest) -> Path:
+    """Folder with the FMUs of a kind."""
+    folder: Path = request.getfixturevalue(KINDS[request.param])
+    return folder
+
+
+@pytest.fixture
+def elsewhere(originals: Path, tmp_path: Path) -> Path:
+    """Copies of them in a folder with an unusual name."""
+    return Path(shutil.copytree(originals, tmp_path / FOLDER))
+
+
+def test_every_fmu(elsewhere: Path) -> None:
+    """In our master and in fmpy's simulation."""
+    for name in DEFINITIONS:
+        path = elsewhere / f"{name}.fmu"
+        description = read_description(name, path)
+        with Component(name, path, description) as component:
+            component.initialise({}, 0.0, 1.0)
+        step = float(description.defaultExperiment.stepSize)
+        result = fmpy.simulate_fmu(str(path), stop_time=0.01, step_size=step, output_interval=step)
+        assert result["time"][-1] == pytest.approx(0.01)
+
+
+def test_containers(native_fmus: Path, tmp_path: Path) -> None:
+    """Built in such a folder, and run from it."""
+    pytest.importorskip("fmu_manipulation_toolbox", reason="it is not installed (extra `native`)")
+    folder = Path(shutil.copytree(native_fmus, tmp_path / FOLDER))
+    for path in build_containers(CONTAINERS, folder, folder):
+        step = float(read_description("loop", path).defaultExperiment.stepSize)
+        result = fmpy.simulate_fmu(str(path), stop_time=0.01, step_size=step, output_interval=step)
+        assert result["time"][-1] == pytest.approx(0.01)
+
+
+def test_our_master(originals: Path, elsewhere: Path) -> None:
+    """Also the same numbers."""
+    scenario = load_scenario("3dof-setpoints").model_copy(update={"stop_time": 0.1})
+    runs = [prepare(scenario, folder, {}, []).run().columns for folder in (originals, elsewhere)]
+    for name, column in runs[0].items():
+        assert np.array_equal(column, runs[1][name]), name
+
+
+def test_replacement_and_results(elsewhere: Path) -> None:
+    """Options with such paths, and results in such a folder."""
+    scenario = elsewhere / "kürzer.toml"
+    scenario.write_text('extends = "2dof-setpoints.toml"\nname = "kurz"\nstop_time = "10 ms"\nclaims = []\n')
+    shutil.copy(load_scenario("2dof-setpoints").path, elsewhere)
+    for folder in ("loops", "gains", "references"):
+        shutil.copytree(load_scenario("2dof-setpoints").path.parent / folder, elsewhere / folder)
+    done = maglev("run", scenario, "--fmus", elsewhere, "--controller", elsewhere / "PID2DOF.fmu",
+                  "--out", elsewhere / "résultats")
+    assert done.exit_code == 0, done.output
+    assert (elsewhere / "résultats" / "kurz.csv").is_file()
+
+
+def test_system(elsewhere: Path) -> None:
+    build_systems(["Stage2DOF"], elsewhere, elsewhere)
+    result = simulate_ssp(str(elsewhere / "Stage2DOF.ssp"), stop_time=0.01, step_size=5e-4)
+    assert np.isfinite(result["plant.v.position"]).all() and result["plant.v.position"][-1] > 0.015

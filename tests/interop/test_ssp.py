@@ -1,0 +1,111 @@
+"""The system structure files: valid, complete, and with the start values that the FMUs have anyway."""
+
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from xml.etree.ElementTree import Element, fromstring
+
+import fmpy
+import fmpy.ssp.ssd
+import pytest
+from command_line import maglev
+from lxml import etree
+
+from fmi_export.ssp import SSC, SSD, SSV, write_ssp
+from scenarios.catalogue import SYSTEMS, build_systems, definition
+from scenarios.scenario import load_scenario
+
+SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
+FILES = [f"{system}{ports}.ssp" for system in SYSTEMS for ports in ("", "NoPorts")]
+
+
+@pytest.fixture(scope="module")
+def systems(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the systems of FMUs in Python."""
+    folder = tmp_path_factory.mktemp("systems")
+    build_systems(SYSTEMS, fmus, folder)
+    return folder
+
+
+def structure(path: Path) -> Element:
+    """System in an SSP file."""
+    with zipfile.ZipFile(path) as archive:
+        system = fromstring(archive.read("SystemStructure.ssd")).find(f"{{{SSD}}}System")
+    assert system is not None
+    return system
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_schema(systems: Path, file: str) -> None:
+    with zipfile.ZipFile(systems / file) as archive:
+        document = etree.fromstring(archive.read("SystemStructure.ssd"))
+    etree.XMLSchema(etree.parse(str(SCHEMA))).assertValid(document)
+    assert len(fmpy.ssp.ssd.read_ssd(str(systems / file)).system.elements) == 2
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_connections_are_those_of_the_scenario(systems: Path, file: str) -> None:
+    system = structure(systems / file)
+    ends = [[connection.get(key) for key in ("startElement", "startConnector", "endElement", "endConnector")]
+            for connection in system.iter(f"{{{SSD}}}Connection")]
+    inner = [(f"{a}.{b}", f"{c}.{d}") for a, b, c, d in ends if a is not None and c is not None]
+    scenario = load_scenario(SYSTEMS[file.removesuffix(".ssp").removesuffix("NoPorts")])
+    assert inner == [tuple(each) for each in scenario.connections]
+    ports = {connector.get("name") for connector in system.findall(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
+    assert ports == {b if a is None else d for a, b, c, d in ends if a is None or c is None}
+    assert bool(ports) == ("NoPorts" not in file)
+    assert not ports or {f"{axis}.{port}" for axis in scenario.axes for port in ("reference", "position")} <= ports
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_components_say_what_their_fmus_say(systems: Path, fmus: Path, file: str) -> None:
+    """Units and start values in the file are those in the model descriptions."""
+    for component in structure(systems / file).iter(f"{{{SSD}}}Component"):
+        source = component.get("source", "")
+        description = fmpy.read_model_description(str(fmus / source.removeprefix("resources/")))
+        with zipfile.ZipFile(systems / file) as archive:
+            assert archive.read(source) == (fmus / source.removeprefix("resources/")).read_bytes()
+        connectors = {c.get("name"): c for c in component.iter(f"{{{SSD}}}Connector")}
+        parameters = {p.get("name"): p[0] for p in component.iter(f"{{{SSV}}}Parameter")}
+        assert set(connectors) == {v.name for v in description.modelVariables}
+        for v in description.modelVariables:
+            typed = connectors[v.name][0]
+            assert connectors[v.name].get("kind") == v.causality
+            assert typed.tag == f"{{{SSC}}}{v.type}" and typed.get("unit") == v.unit
+            if v.causality == "output":
+                assert v.name not in parameters
+            else:
+                assert parameters[v.name].get("value") == v.start and parameters[v.name].get("unit") == v.unit
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_start_values_are_those_of_the_scenario_and_of_the_fmus(system: str) -> None:
+    """A tool that leaves out the start values of the file runs the same: the references start where the stage is."""
+    scenario = load_scenario(SYSTEMS[system])
+    blocks = {name: definition(str(fmu.model)) for name, fmu in scenario.fmus.items()}
+    starts = {f"{name}.{v.name}": fmu.start_value(v) for name, fmu in blocks.items() for v in fmu.variables}
+    for name, fmu in scenario.fmus.items():
+        for variable, start in fmu.start.items():
+            assert starts[f"{name}.{variable}"] == start.value, variable
+    for axis in scenario.axes:
+        at = starts[f"plant.{axis}.position_start"]
+        assert starts[f"controller.{axis}.reference"] == starts[f"controller.{axis}.measured"] == at
+        assert next(s for s in scenario.signals if s.to == f"controller.{axis}.reference").value(0.0) == at
+
+
+def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
+    plant = (definition("Plant2DOF"), fmus / "Plant2DOF.fmu")
+    twin = (replace(plant[0], name="Twin"), plant[1])
+    with pytest.raises(ValueError, match=r"plant and twin both have an open port motor\.i_a_cmd"):
+        write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
+
+
+def test_build_command(tmp_path: Path) -> None:
+    """A system is built with its FMUs, and the same bytes again."""
+    def build(folder: Path) -> dict[str, bytes]:
+        assert maglev("build", "Stage2DOF", "--fmus", folder).exit_code == 0
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    first = build(tmp_path / "a")
+    assert set(first) == {"Plant2DOF.fmu", "Regulator2DOF.fmu", "Stage2DOF.ssp", "Stage2DOFNoPorts.ssp"}
+    assert first == build(tmp_path / "b")
