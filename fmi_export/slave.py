@@ -57,6 +57,7 @@ class BlockSlave(Fmi2Slave):
         self.stale = True                    # values of a block that has not started are not computed yet
         self.suspect = False                 # a value out of range was set
         self.next_time: float | None = None  # s, where the next communication step has to start
+        self.stop_time = inf                 # s, beyond which no step may go, if the importer says so
 
     def refused(self, message: str) -> Refused:
         """Error to raise for a request that is not carried out.
@@ -70,11 +71,12 @@ class BlockSlave(Fmi2Slave):
 
     # Initialization
 
-    def setup_experiment(self, start_time: float, *_: Any) -> None:
-        """Take in the start time (s)."""
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
+        """Take in the start time and, where it is defined, the stop time (s)."""
         if not -inf < start_time < inf:
             raise self.refused(f"start time = {start_time} s, expected a finite time")
         self.next_time = start_time
+        self.stop_time = inf if stop_time is None else stop_time
 
     def exit_initialization_mode(self) -> None:
         """Check every parameter and input, and start the block."""
@@ -92,16 +94,19 @@ class BlockSlave(Fmi2Slave):
             self.check_ranges()
         if not 0.0 < step_size < inf:
             raise self.refused(f"communication step = {step_size} s, expected a positive, finite step")
-        if self.next_time is not None and not (
-                abs(current_time - self.next_time) <= CONTINUITY * step_size + 1e-12 * abs(self.next_time)):
+        tolerance = CONTINUITY * step_size + 1e-12 * abs(self.next_time or 0.0)
+        if self.next_time is not None and not abs(current_time - self.next_time) <= tolerance:
             raise self.refused(f"communication point = {current_time} s, expected {self.next_time} s, "
                           "where the step before ended")
+        end = current_time + step_size
+        if end > self.stop_time + tolerance:   # FMI 2.0.4, fmi2SetupExperiment: an error
+            raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
         if not self.running:
             raise self.refused("doStep before the end of the initialization, expected exitInitializationMode first")
         status = self.block.step(current_time, step_size)
         if status:
             self.refuse(status, current_time, step_size)
-        self.next_time = current_time + step_size
+        self.next_time = end
         return True
 
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
@@ -234,14 +239,14 @@ class BlockSlave(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         return {"model": type(self).__module__,
                 "block": [getattr(owner, name) for owner, name in self.state_slots],
-                "slave": [self.running, self.stale, self.suspect, self.next_time]}
+                "slave": [self.running, self.stale, self.suspect, self.next_time, self.stop_time]}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
             raise self.refused(f"state of model: {state.get('model')}, expected {type(self).__module__}")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
             setattr(owner, name, value)
-        self.running, self.stale, self.suspect, self.next_time = state["slave"]
+        self.running, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
         self.setters.clear()
 
     @staticmethod

@@ -107,10 +107,11 @@ def in_order(texts: Mapping[str, str]) -> list[str]:
 
 def run_pyccel(root: Path, paths: Iterable[str]) -> None:
     """Translate files below a folder, in their order."""
-    # pyccel names its output folder after the worker of a parallel test run.
+    # pyccel names its output folder after the worker of a parallel test run, and writes some things in the order of a
+    # set, which depends on the hash seed.
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_XDIST_WORKER"}
     done = subprocess.run([sys.executable, "-c", TRANSLATE, *paths], cwd=root, capture_output=True, text=True,
-                          env={**environment, "PYTHONPATH": str(root)})
+                          env={**environment, "PYTHONPATH": str(root), "PYTHONHASHSEED": "0"})
     if done.returncode != 0:
         raise ValueError(f"pyccel cannot translate: {' '.join((done.stdout + done.stderr).split())[-1000:]}")
 

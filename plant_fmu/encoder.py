@@ -2,6 +2,8 @@
 
 from math import floor
 
+MOST_COUNTS = 1.0e15   # beyond, a double has no room for the fraction that an encoder drops
+
 
 class Encoder:
     """Rounds a position to its resolution; without noise, being digital. A resolution of 0 measures exactly."""
@@ -13,4 +15,7 @@ class Encoder:
         """Measured position (m) of a true position (m)."""
         if self.resolution <= 0.0:
             return position
-        return floor(position / self.resolution + 0.5) * self.resolution
+        counts = position / self.resolution + 0.5
+        if not -MOST_COUNTS < counts < MOST_COUNTS:
+            return position
+        return floor(counts) * self.resolution

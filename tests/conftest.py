@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from native_builds import built_once, require_native_tools
 
-from scenarios.catalogue import DEFINITIONS, build
+from scenarios.catalogue import DEFINITIONS, build, build_native
 from scenarios.component import Component, read_description
 
 NAMES = tuple(DEFINITIONS)
@@ -26,16 +27,44 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def load(fmus: Path) -> Iterator[Callable[[str], Component]]:
-    """Function that instantiates an FMU by its name; instances are freed after the test."""
+@pytest.fixture(scope="session")
+def native_fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with every FMU as C, for this machine alone."""
+    require_native_tools()
+    return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True))
+
+
+Load = Callable[[str], Component]
+
+
+def loader(folder: Path) -> Iterator[Load]:
+    """Function that instantiates an FMU of a folder by its name; instances are freed after the test."""
     components: list[Component] = []
 
     def instantiate(name: str) -> Component:
-        path = fmus / f"{name}.fmu"
+        path = folder / f"{name}.fmu"
         components.append(Component(name, path, read_description(name, path)))
         return components[-1]
 
     yield instantiate
     for component in components:
         component.close()
+
+
+@pytest.fixture
+def load(fmus: Path) -> Iterator[Load]:
+    """Function that instantiates an FMU by its name."""
+    yield from loader(fmus)
+
+
+@pytest.fixture
+def load_native(native_fmus: Path) -> Iterator[Load]:
+    """The same for a native FMU."""
+    yield from loader(native_fmus)
+
+
+@pytest.fixture(params=["load", "load_native"], ids=["python", "native"])
+def load_either(request: pytest.FixtureRequest) -> Load:
+    """The same, once for each kind of FMU."""
+    function: Load = request.getfixturevalue(request.param)
+    return function

@@ -9,17 +9,23 @@
 /* Share of a communication step by which the importer's clock may miss the end of the one before. */
 #define CONTINUITY 1.0e-3
 
+/* One of the importer's functions alone is no use: memory has to go back to where it came from. */
+static bool manages_memory(const fmi2CallbackFunctions *callbacks)
+{
+    return callbacks->allocateMemory && callbacks->freeMemory;
+}
+
 void *allocate(const fmi2CallbackFunctions *callbacks, size_t size)
 {
-    return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
+    return manages_memory(callbacks) ? callbacks->allocateMemory(1, size) : calloc(1, size);
 }
 
 void release(const fmi2CallbackFunctions *callbacks, void *memory)
 {
-    if (memory && callbacks->freeMemory) {
-        callbacks->freeMemory(memory);
-    } else if (!callbacks->allocateMemory) {
+    if (!manages_memory(callbacks)) {
         free(memory);
+    } else if (memory) {
+        callbacks->freeMemory(memory);
     }
 }
 
@@ -37,7 +43,7 @@ static void construct(struct Instance *instance)
 {
     memset(instance->block, 0, MODEL.block_size);   /* padding too, so that equal states are equal bytes */
     MODEL.construct(instance->block);
-    instance->progress = (struct Progress){.phase = INSTANTIATED, .stale = true};
+    instance->progress = (struct Progress){.phase = INSTANTIATED, .stale = true, .stop_time = INFINITY};
 }
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
@@ -51,7 +57,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     const char *name = instanceName ? instanceName : "";
     /* Until there is an instance, this one does the talking; a refusal is said whether logging is on or not. */
-    struct Instance nobody = {.callbacks = *functions, .name = (char *)name, .logging = {true, true}};
+    struct Instance nobody = {.callbacks = *functions, .name = (char *)name, .logging = true};
     if (!*name) {
         refuse(&nobody, "instance name = '', expected one");
         return NULL;
@@ -77,7 +83,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     instance->callbacks = *functions;
     instance->name = strcpy(kept_name, name);
-    instance->logging[LOG_ERROR] = instance->logging[LOG_WARNING] = loggingOn != fmi2False;
+    instance->logging = loggingOn != fmi2False;
     instance->block = block;
     construct(instance);
     return instance;
@@ -102,24 +108,18 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
     if (!instance) {
         return fmi2Error;
     }
-    bool chosen[CATEGORIES] = {nCategories == 0, nCategories == 0};
+    bool errors = nCategories == 0;
     for (size_t i = 0; i < nCategories; ++i) {
         const char *category = categories && categories[i] ? categories[i] : "(none)";
-        bool all = strcmp(category, "logAll") == 0;
-        bool error = strcmp(category, "logStatusError") == 0;
-        bool warning = strcmp(category, "logStatusWarning") == 0;
-        /* Two more of those that the model description lists: nothing is ever said in them. */
-        bool silent = strcmp(category, "logStatusDiscard") == 0 || strcmp(category, "logStatusFatal") == 0;
-        if (!(all || error || warning || silent)) {
+        if (strcmp(category, "logAll") == 0 || strcmp(category, ERROR_CATEGORY) == 0) {
+            errors = true;
+        } else if (strcmp(category, "logStatusWarning") != 0 && strcmp(category, "logStatusDiscard") != 0
+                   && strcmp(category, "logStatusFatal") != 0) {
             return refuse(instance, "log category = %s, expected one of the model description", category);
         }
-        chosen[LOG_ERROR] = chosen[LOG_ERROR] || all || error;
-        chosen[LOG_WARNING] = chosen[LOG_WARNING] || all || warning;
     }
-    for (int i = 0; i < CATEGORIES; ++i) {
-        /* Switching on and off is about the chosen categories; the others stay off or stay as they are. */
-        instance->logging[i] = loggingOn ? chosen[i] : instance->logging[i] && !chosen[i];
-    }
+    /* Errors are all that is ever said. On is: errors, if they are among the categories; off leaves other ones alone. */
+    instance->logging = loggingOn ? errors : instance->logging && !errors;
     return fmi2OK;
 }
 
@@ -130,8 +130,6 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     char text[NUMBER_LENGTH];
     (void)toleranceDefined;
     (void)tolerance;
-    (void)stopTimeDefined;
-    (void)stopTime;
     if (!allowed(instance, "fmi2SetupExperiment", INSTANTIATED)) {
         return fmi2Error;
     }
@@ -140,6 +138,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     }
     instance->progress.timed = true;
     instance->progress.next_time = startTime;
+    instance->progress.stop_time = stopTimeDefined ? stopTime : INFINITY;
     return fmi2OK;
 }
 
@@ -222,6 +221,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     struct Instance *instance = c;
     char text[NUMBER_LENGTH], expected[NUMBER_LENGTH];
+    double end = currentCommunicationPoint + communicationStepSize;
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!allowed(instance, "fmi2DoStep", RUNNING)) {
         return fmi2Error;
@@ -235,10 +235,15 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
                number(communicationStepSize, text));
         return fail(instance);
     }
-    if (progress->timed && !(fabs(currentCommunicationPoint - progress->next_time)
-                             <= CONTINUITY * communicationStepSize + 1e-12 * fabs(progress->next_time))) {
+    double tolerance = CONTINUITY * communicationStepSize + 1e-12 * fabs(progress->next_time);
+    if (progress->timed && !(fabs(currentCommunicationPoint - progress->next_time) <= tolerance)) {
         refuse(instance, "communication point = %s s, expected %s s, where the step before ended",
                number(currentCommunicationPoint, text), number(progress->next_time, expected));
+        return fail(instance);
+    }
+    if (end > progress->stop_time + tolerance) {   /* FMI 2.0.4, fmi2SetupExperiment: an error */
+        refuse(instance, "communication step to %s s, expected none beyond the stop time, %s s", number(end, text),
+               number(progress->stop_time, expected));
         return fail(instance);
     }
     int64_t status = MODEL.step(instance->block, currentCommunicationPoint, communicationStepSize);
@@ -247,7 +252,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
         return fail(instance);
     }
     progress->timed = true;
-    progress->next_time = currentCommunicationPoint + communicationStepSize;
+    progress->next_time = end;
     return fmi2OK;
 }
 

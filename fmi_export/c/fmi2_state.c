@@ -44,6 +44,7 @@ static void save(const struct Instance *instance, struct State *state)
     state->progress.suspect = instance->progress.suspect;
     state->progress.timed = instance->progress.timed;
     state->progress.next_time = instance->progress.next_time;
+    state->progress.stop_time = instance->progress.stop_time;
     memcpy(state->block, instance->block, MODEL.block_size);
 }
 
@@ -90,7 +91,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
 {
-    if (!FMUstate || !size) {
+    if (!c || !FMUstate || !size) {
         return refuse(c, "fmi2SerializedFMUstateSize with a null pointer, expected a state and a place for its size");
     }
     *size = serialized_size();
@@ -99,7 +100,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
 {
-    if (!FMUstate || !serializedState) {
+    if (!c || !FMUstate || !serializedState) {
         return refuse(c, "fmi2SerializeFMUstate with a null pointer, expected a state and a place for its bytes");
     }
     if (size < serialized_size()) {

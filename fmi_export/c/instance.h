@@ -22,21 +22,20 @@ struct Progress {
     bool suspect;        /* a value out of range was set */
     bool timed;          /* the start time is known */
     double next_time;    /* s, where the next communication step has to start */
+    double stop_time;    /* s, infinite if the importer has defined none */
 };
-
-enum { CATEGORIES = 2 };   /* of log messages; "logAll" switches both */
 
 struct Instance {
     fmi2CallbackFunctions callbacks;
     char *name;
-    bool logging[CATEGORIES];
+    bool logging;        /* of errors: nothing else is ever said */
     struct Progress progress;
     void *block;
 };
 
-enum Category { LOG_ERROR, LOG_WARNING };
+#define ERROR_CATEGORY "logStatusError"
 
-/* Memory by the importer's functions, or the library's if it gives none; zeroed. */
+/* Memory by the importer's functions, or the C library's if it gives none; zeroed. */
 void *allocate(const fmi2CallbackFunctions *callbacks, size_t size);
 void release(const fmi2CallbackFunctions *callbacks, void *memory);
 

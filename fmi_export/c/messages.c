@@ -10,28 +10,19 @@
 
 enum { LONGEST_MESSAGE = 2000 };
 
-static const char *const CATEGORY_NAMES[CATEGORIES] = {"logStatusError", "logStatusWarning"};
-
-static void say(const struct Instance *instance, fmi2Status status, enum Category category, const char *message)
-{
-    if (instance->logging[category] && instance->callbacks.logger) {
-        /* The message is no format: it may have a per cent sign in it. */
-        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status,
-                                   CATEGORY_NAMES[category], "%s", message);
-    }
-}
-
 fmi2Status refuse(const struct Instance *instance, const char *format, ...)
 {
     char message[LONGEST_MESSAGE];
     va_list arguments;
-    if (!instance) {
+    if (!instance || !instance->logging || !instance->callbacks.logger) {
         return fmi2Error;
     }
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    say(instance, fmi2Error, LOG_ERROR, message);
+    /* The message is no format: it may have a per cent sign in it. */
+    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error, ERROR_CATEGORY,
+                               "%s", message);
     return fmi2Error;
 }
 

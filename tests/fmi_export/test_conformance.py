@@ -20,6 +20,8 @@ from scenarios.catalogue import build, definition
 BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import DEFINITIONS, build; "
          "build(DEFINITIONS, Path(sys.argv[1]))")
 
+RATIOS = ("attraction_modulation", "gamma", "convergence.tolerance")   # without a unit
+
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fmpy_validates(fmus: Path, name: str) -> None:
@@ -45,8 +47,7 @@ def test_description_is_complete(fmus: Path, name: str) -> None:
         assert v.description, v.name
         if v.type == "Real":
             assert v.nominal is not None, v.name
-            # attraction_modulation is a ratio
-            assert v.unit in units or v.name == "attraction_modulation", v.name
+            assert v.unit in units or v.name in RATIOS, v.name
             if v.causality != "output":
                 assert float(v.min) <= float(v.start) <= float(v.max), v.name
     controller = not name.startswith("Plant")
@@ -56,8 +57,8 @@ def test_description_is_complete(fmus: Path, name: str) -> None:
     if controller:
         assert fixed >= {"sample_time", "observer.time1", "observer.time2"}
         assert fixed & {v.name for v in description.modelVariables if v.name.endswith((".kp", ".k1", ".ec1"))} == set()
-        commands = [u for u in description.outputs if u.variable.name.endswith("_cmd")]
-        assert commands and all(u.dependencies for u in commands)
+        computed = [u for u in description.outputs if u.variable.name.endswith(("_cmd", "_converged"))]
+        assert computed and all(u.dependencies for u in computed)
     else:
         assert all(u.dependencies == [] for u in description.outputs), "a state separates outputs from inputs"
 

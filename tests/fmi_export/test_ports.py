@@ -6,7 +6,7 @@ from scenarios.catalogue import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
-              "stop.upper", "stop.stiffness", "stop.damping", "position_start")
+              "stop.upper", "stop.stiffness", "stop.damping", "position_start", "locked")
 
 
 def each(owners: tuple[str, ...], *names: str) -> set[str]:
@@ -32,7 +32,7 @@ def test_plant_ports(stage: str) -> None:
         | (each(("y.ripple",), "amplitude", "period") if stage == "3DOF" else set()))
 
 
-@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("Plant")])
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith(("Plant", "Estimator"))])
 def test_controller_ports(name: str) -> None:
     axes, motors, constants = STAGES[name[-4:]]
     assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")
@@ -46,6 +46,19 @@ def test_controller_ports(name: str) -> None:
         own = {"omega0"} | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3", "friction_compensation")
         own |= {"setpoint"} if name.startswith("Linear") else set()
     assert ports(name, "parameter") == of_all | own
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_estimator_ports(stage: str) -> None:
+    axes, motors, constants = STAGES[stage]
+    name, estimates = f"Estimator{stage}", tuple(f"C{i}" for i in range(1, constants + 1))
+    assert ports(name, "input") == each(axes, "measured") | each(motors, "i_d", "i_q")
+    assert ports(name, "output") == ({*estimates} | {f"{c}_converged" for c in estimates}
+                                     | each(axes, "velocity", "residual"))
+    assert ports(name, "parameter") == (
+        {f"{c}_{what}" for c in estimates for what in ("start", "weight")}
+        | {"epsilon", "gamma", "forgetting", "matched_filter", "sample_time"}
+        | each(("observer",), "time1", "time2") | each(("convergence",), "tolerance", "time"))
 
 
 def test_inputs_start_at_mid_range() -> None:

@@ -11,6 +11,12 @@ from scenarios.component import Component
 Load = Callable[[str], Component]
 
 
+@pytest.fixture
+def load(load_either: Load) -> Load:
+    """Both kinds of FMUs refuse in the same words."""
+    return load_either
+
+
 def started(load: Load, name: str) -> Component:
     component = load(name)
     component.initialise({}, 0.0, 10.0)

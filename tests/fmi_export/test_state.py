@@ -31,7 +31,11 @@ def excite(component: Component) -> Callable[[int, float], None]:
 @pytest.mark.parametrize(("name", "size"), [("Plant2DOF", 5e-4), ("Plant3DOF", 2e-4),
                                             ("Regulator2DOF", 2.5e-4), ("Regulator3DOF", 2e-4)])
 class TestState:
-    """Every FMU; a communication step of half the sample time on one of the controllers."""
+    """Every FMU of both kinds; a communication step of half the sample time on one of the controllers."""
+
+    @pytest.fixture
+    def load(self, load_either: Load) -> Load:
+        return load_either
 
     def test_restored_state_replays_bit_for_bit(self, load: Load, name: str, size: float) -> None:
         component = started(load, name)

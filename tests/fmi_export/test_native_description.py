@@ -1,0 +1,102 @@
+"""Native FMUs as files: the descriptions of the pythonfmu FMUs but for what differs, and complete contents."""
+
+import hashlib
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import pytest
+from conftest import NAMES
+from fmpy.validation import validate_fmu
+
+from scenarios.catalogue import definition
+
+BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import build_native; "
+         "build_native(['PID2DOF'], Path(sys.argv[1]), host_only=True)")
+
+# What may differ between the two kinds.
+TOOL = {"guid", "generationTool"}
+CAPABILITIES = {"needsExecutionTool": ("true", "false"), "canNotUseMemoryManagementFunctions": ("true", "false")}
+
+
+def description_of(fmu: Path) -> ElementTree.Element:
+    """Root of an FMU's model description."""
+    with zipfile.ZipFile(fmu) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_description_is_that_of_the_python_fmu(fmus: Path, native_fmus: Path, name: str) -> None:
+    """Names, value references, units, causalities, starts, dependencies: everything."""
+    python, native = (description_of(folder / f"{name}.fmu") for folder in (fmus, native_fmus))
+    for attribute in TOOL:
+        assert python.attrib.pop(attribute) != native.attrib.pop(attribute)
+    for attribute, (of_python, of_native) in CAPABILITIES.items():
+        simulations = [root.find("CoSimulation") for root in (python, native)]
+        assert [s.attrib.pop(attribute) for s in simulations if s is not None] == [of_python, of_native]
+    simulation = native.find("CoSimulation")
+    assert simulation is not None
+    files = simulation.find("SourceFiles")
+    assert files is not None
+    simulation.remove(files)
+    texts = [ElementTree.canonicalize(ElementTree.tostring(root), strip_text=True) for root in (python, native)]
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_validates(native_fmus: Path, name: str) -> None:
+    assert validate_fmu(str(native_fmus / f"{name}.fmu")) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) -> None:
+    result = fmpy.simulate_fmu(str(native_fmus / f"{name}.fmu"))
+    experiment = definition(name).experiment
+    assert result["time"][-1] == pytest.approx(experiment.stop_time)
+    assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_files_inside(native_fmus: Path, name: str) -> None:
+    with zipfile.ZipFile(native_fmus / f"{name}.fmu") as archive:
+        files = archive.namelist()
+        texts = {file: archive.read(file).decode() for file in files if file.endswith((".c", ".h", ".txt", ".xml"))}
+        png, page = archive.read("model.png"), archive.read("documentation/index.html").decode()
+    assert files == sorted(files)
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    assert all(f"<td>{v.name}</td>" in page for v in definition(name).variables)
+    assert texts["documentation/licenses/license.txt"].startswith("MIT License")
+    assert all(word in texts["documentation/licenses/fmi.txt"] for word in ("Modelica Association", "2-Clause BSD"))
+    assert not any(file.startswith("resources/") for file in files), "nothing of Python is in it"
+    # The sources are complete: all that is listed is there, all that is there is listed, all that is included is there.
+    sources = {Path(file).name for file in files if file.startswith("sources/")}
+    root = ElementTree.fromstring(texts["modelDescription.xml"])
+    listed = [element.attrib["name"] for element in root.iterfind("CoSimulation/SourceFiles/File")]
+    assert listed == sorted(source for source in sources if source.endswith(".c"))
+    for file, text in texts.items():
+        if file.startswith("sources/"):
+            assert set(re.findall(r'^#include "(.*)"', text, re.MULTILINE)) <= sources, file
+    assert f'"{root.attrib["guid"]}"' in texts["sources/model.c"]
+
+
+def test_guids_tell_the_fmus_apart(fmus: Path, native_fmus: Path) -> None:
+    guids = [description_of(folder / f"{name}.fmu").attrib["guid"] for folder in (fmus, native_fmus) for name in NAMES]
+    assert len(set(guids)) == 2 * len(NAMES)
+
+
+def test_builds_are_reproducible(native_fmus: Path, tmp_path: Path) -> None:
+    """Other folder, other working directory, other time zone, hash seed and temporary folder: the same bytes."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    environment = {**os.environ, "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "7", "TMPDIR": str(temporary)}
+    environment.pop("SOURCE_DATE_EPOCH", None)
+    out = tmp_path / "elsewhere"
+    subprocess.run([sys.executable, "-c", BUILD, str(out)], check=True, cwd=tmp_path, env=environment)
+    digests = [hashlib.sha256((folder / "PID2DOF.fmu").read_bytes()).hexdigest() for folder in (native_fmus, out)]
+    assert digests[0] == digests[1]
+    assert list(temporary.iterdir()) == [], "nothing is left behind"

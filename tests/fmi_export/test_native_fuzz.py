@@ -1,0 +1,64 @@
+"""The C layer under sanitizers and valgrind: random FMI calls in random order (`c/fuzz.c`)."""
+
+import random
+import struct
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from native_builds import HERE, built_once, compiled, require_command, unpacked_sources
+
+FUZZED = ("Plant3DOF", "ScheduledRegulator3DOF", "PID2DOF")
+SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-O1", "-g")
+
+
+@pytest.fixture(scope="session")
+def sanitized(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the driver for every FMU that is tried, with sanitizers."""
+    require_command("gcc")
+
+    def make(folder: Path) -> None:
+        for name in FUZZED:
+            sources = unpacked_sources(native_fmus / f"{name}.fmu", folder / f"{name}_sources")
+            compiled(sources, folder / name, *SANITIZERS, extra=(HERE / "fuzz.c",))
+
+    return built_once(tmp_path_factory, "native_fuzz", make)
+
+
+def carry_out(command: Sequence[str | Path], programs: Sequence[bytes], folder: Path) -> str:
+    """What the driver says of programs; fails the test if it, a sanitizer or valgrind objects."""
+    path = folder / "programs"
+    path.write_bytes(b"".join(struct.pack("<H", len(each)) + each for each in programs))
+    done = subprocess.run([*command, path], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, f"{done.stdout[-500:]}{done.stderr[-3000:]}"
+    return done.stdout
+
+
+def random_programs(count: int, seed: int) -> list[bytes]:
+    """Programs of all lengths up to a few hundred calls."""
+    source = random.Random(seed)
+    return [source.randbytes(source.randrange(1, 600)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("name", FUZZED)
+def test_many_random_programs(sanitized: Path, tmp_path: Path, name: str) -> None:
+    said = carry_out([sanitized / name], random_programs(3000, 1), tmp_path)
+    count, refusals = (int(word) for word in said.split() if word.isdigit())
+    assert count == 3000 and refusals > 10000
+
+
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@given(programs=st.lists(st.binary(max_size=300), min_size=1, max_size=30))
+def test_programs_that_hypothesis_finds(sanitized: Path, tmp_path: Path, programs: list[bytes]) -> None:
+    carry_out([sanitized / "Plant3DOF"], programs, tmp_path)
+
+
+def test_programs_under_valgrind(native_fmus: Path, tmp_path: Path) -> None:
+    """Reads of memory that was never written, which the sanitizers do not see."""
+    valgrind = require_command("valgrind")
+    sources = unpacked_sources(native_fmus / "Plant2DOF.fmu", tmp_path)
+    tool = compiled(sources, tmp_path / "fuzz", "-O1", "-g", extra=(HERE / "fuzz.c",))
+    carry_out([valgrind, "--quiet", "--error-exitcode=9", "--leak-check=full", tool], random_programs(60, 2), tmp_path)

@@ -1,0 +1,169 @@
+"""Instances of native FMUs: phases, messages, states, threads, and builds without the tools."""
+
+import ctypes
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from command_line import error_line, maglev
+from fmu_access import bits, outputs, put, read, refusal, step
+
+import fmi_export.compiler
+import fmi_export.translation
+from scenarios.component import Component
+
+Load = Callable[[str], Component]
+
+
+def started(load: Load, name: str) -> Component:
+    component = load(name)
+    component.initialise({}, 0.0, 10.0)
+    return component
+
+
+def test_calls_outside_their_phase(load_native: Load) -> None:
+    """FMI 2.0.4, figure 11 and the table below it; pythonfmu's binary lets these through."""
+    component = load_native("Plant3DOF")
+    instance = component.instance
+    first = "before fmi2EnterInitializationMode"
+    said = refusal(component, lambda: read(component, "y.position"))
+    assert said == f"fmi2GetReal {first}, expected in the initialization or after the initialization or after " \
+                   "fmi2Terminate or after an error"
+    assert first in refusal(component, instance.exitInitializationMode)
+    assert first in refusal(component, instance.terminate)
+    instance.enterInitializationMode()
+    assert "in the initialization" in refusal(component, instance.setupExperiment)
+    assert "in the initialization" in refusal(component, instance.enterInitializationMode)
+    instance.exitInitializationMode()
+    assert "after the initialization" in refusal(component, instance.exitInitializationMode)
+    instance.doStep(0.0, 2e-4)
+    instance.terminate()
+    assert outputs(component)
+    assert "after fmi2Terminate" in refusal(component, lambda: instance.doStep(2e-4, 2e-4))
+    assert "after fmi2Terminate" in refusal(component, lambda: put(component, {"z.force": 1.0}))
+    instance.reset()
+    component.initialise({}, 0.0, 1.0)
+    instance.doStep(0.0, 2e-4)
+
+
+def test_after_a_refused_step(load_native: Load) -> None:
+    """An error ends the run; a state from before it, or a reset, starts another one."""
+    component = started(load_native, "Plant3DOF")
+    state = component.instance.getFMUState()
+    refusal(component, lambda: component.instance.doStep(0.0, -1.0))
+    assert "after an error" in refusal(component, lambda: component.instance.doStep(0.0, 2e-4))
+    assert outputs(component), "for debugging"
+    component.instance.setFMUState(state)
+    component.instance.doStep(0.0, 2e-4)
+    component.instance.freeFMUState(state)
+
+
+def test_step_beyond_the_stop_time(load_either: Load) -> None:
+    component = load_either("Plant3DOF")
+    component.initialise({}, 0.0, 1e-3)
+    step(component, 0, 5, 2e-4)
+    said = refusal(component, lambda: component.instance.doStep(1e-3, 2e-4))
+    assert said == f"communication step to {1e-3 + 2e-4} s, expected none beyond the stop time, 0.001 s"
+
+
+def test_step_to_the_stop_time_with_a_rounded_clock(load_either: Load) -> None:
+    component = load_either("Plant3DOF")
+    component.initialise({}, 0.0, 0.3)
+    for k in range(3):
+        component.instance.doStep(k * 0.1, 0.1 + 1e-17)
+
+
+def test_serialized_state_that_is_not_its_own(load_native: Load) -> None:
+    plant, other = started(load_native, "Plant2DOF"), started(load_native, "Plant3DOF")
+    data = plant.instance.serializeFMUstate(plant.instance.getFMUState())
+    for wrong in (b"", b"\x00garbage", data[:-1], data[:-1] + bytes([data[-1] ^ 1])):
+        assert f"serialized state of {len(wrong)} bytes, expected {len(data)} bytes that this FMU has written" \
+            == refusal(plant, lambda wrong=wrong: plant.instance.deSerializeFMUstate(wrong))
+    assert "that this FMU has written" in refusal(other, lambda: other.instance.deSerializeFMUstate(data))
+
+
+@pytest.mark.parametrize(("on", "categories", "speaks"), [
+    (True, [], True), (True, ["logAll"], True), (True, ["logStatusError"], True), (True, ["logStatusWarning"], False),
+    (False, [], False), (False, ["logStatusError"], False), (False, ["logStatusFatal"], True)])
+def test_log_categories(load_native: Load, on: bool, categories: list[str], speaks: bool) -> None:
+    component = started(load_native, "Plant3DOF")
+    texts = (ctypes.c_char_p * len(categories))(*(category.encode() for category in categories))
+    assert component.instance.dll["fmi2SetDebugLogging"](component.handle(), int(on),
+                                                         ctypes.c_size_t(len(categories)), texts) == 0
+    with pytest.raises(Exception, match="fmi2DoStep"):
+        component.instance.doStep(0.0, 0.0)
+    assert bool(component.messages) is speaks
+
+
+@pytest.mark.parametrize(("name", "size"), [("Plant3DOF", 2e-4), ("ScheduledRegulator3DOF", 2e-4)])
+def test_instances_in_threads(load_native: Load, name: str, size: float) -> None:
+    """Two instances of one library, stepped at the same time, do what each does alone; ctypes lets them run at once."""
+    inputs = [v.name for v in load_native(name).description.modelVariables
+              if v.causality == "input" and v.unit in ("m/s", "A")]
+
+    def run(component: Component, sign: float, rows: list[dict[str, float]]) -> None:
+        for k in range(400):
+            put(component, dict.fromkeys(inputs, sign * (k // 50 % 5 - 2) * 0.1))
+            for part in range(5):
+                component.instance.doStep((5 * k + part) * size, size)
+            rows.append(outputs(component))
+
+    results: list[list[list[dict[str, float]]]] = []
+    for parallel in (False, True):
+        rows: list[list[dict[str, float]]] = [[], []]
+        threads = [threading.Thread(target=run, args=(started(load_native, name), sign, kept))
+                   for sign, kept in zip((1.0, -1.0), rows, strict=True)]
+        for thread in threads:
+            thread.start()
+            if not parallel:
+                thread.join()
+        for thread in threads:
+            thread.join()
+        results.append(rows)
+    assert [len(rows) for rows in results[1]] == [400, 400]
+    assert [bits(rows) for rows in results[0]] == [bits(rows) for rows in results[1]]
+    assert bits(results[0][0]) != bits(results[0][1])
+
+
+@pytest.mark.parametrize("missing", ["pyccel", "ziglang"])
+def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str) -> None:
+    def find_spec(name: str) -> object | None:
+        return None if name == missing else object()
+
+    monkeypatch.setattr(fmi_export.translation, "find_spec", find_spec)
+    monkeypatch.setattr(fmi_export.compiler, "find_spec", find_spec)
+    said = error_line(maglev("build", "--native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
+    assert missing in said and "pip install 'maglev-fmus[native]'" in said
+    assert list(tmp_path.rglob("*.fmu*")) == []
+
+
+@pytest.mark.parametrize("arguments", [("--native", "--target", "linux"), ("--target", "host")])
+def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    said = error_line(maglev("build", *arguments, "PID2DOF", "--fmus", tmp_path))
+    assert f"--target {arguments[-1]}: expected all or host" in said
+
+
+def test_compiler_that_refuses() -> None:
+    pytest.importorskip("ziglang")
+    with pytest.raises(ValueError, match="the C compiler refuses the sources"):
+        fmi_export.compiler.library({"broken.c": "int f("}, "broken", fmi_export.compiler.PLATFORMS["linux64"])
+
+
+def test_machine_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    from fmi_export.native import host_platform
+    monkeypatch.setattr("platform.system", lambda: "Plan9")
+    with pytest.raises(ValueError, match="system = 'Plan9', expected Linux, Windows or Darwin"):
+        host_platform()
+
+
+def test_modules_of_a_native_run_need_no_python_of_the_project(native_fmus: Path) -> None:
+    """Nothing is imported by the FMU."""
+    before = set(sys.modules)
+    path = native_fmus / "PID2DOF.fmu"
+    from scenarios.component import read_description
+    with Component("PID2DOF", path, read_description("PID2DOF", path)) as component:
+        component.initialise({}, 0.0, 1.0)
+        step(component, 0, 3, 5e-4)
+    assert not any(name.startswith("pid2dof_") for name in set(sys.modules) - before)

@@ -1,0 +1,47 @@
+"""The C in the FMUs: strict compilers have nothing to say, and no instance shares anything with another."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import NAMES
+from native_builds import GENERATED, STRICT, require_command, unpacked_sources
+
+# Sections; constant tables of addresses are in .data.rel.ro.
+WRITABLE = re.compile(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sources_alone_compile_without_a_warning_and_without_global_variables(
+        native_fmus: Path, tmp_path: Path, name: str) -> None:
+    sources = unpacked_sources(native_fmus / f"{name}.fmu", tmp_path)
+    files = sorted(path.name for path in sources.glob("*.c"))
+    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, "-pedantic", "-fPIC", "-c", *files],
+                          cwd=sources, capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
+    objects = sorted(path.name for path in sources.glob("*.o"))
+    assert len(objects) == len(files)
+    listing = subprocess.run([require_command("objdump"), "-w", "-h", *objects], cwd=sources, check=True,
+                             capture_output=True, text=True).stdout
+    sections = [(row[1], int(row[2], 16)) for row in map(str.split, listing.splitlines()) if row and row[0].isdigit()]
+    assert any(section.startswith(".data.rel.ro") and size for section, size in sections), "the table of variables"
+    assert [section for section, size in sections if WRITABLE.match(section) and size] == []
+
+
+def test_our_own_files_compile_without_exceptions(native_fmus: Path, tmp_path: Path) -> None:
+    """What people have written: also nothing set but unused, nothing shadowed."""
+    sources = unpacked_sources(native_fmus / "Plant3DOF.fmu", tmp_path)
+    files = [*sources.glob("fmi2_*.c"), sources / "messages.c", sources / "model.c"]
+    done = subprocess.run([require_command("gcc"), *STRICT, "-pedantic", "-Wshadow", "-Wstrict-prototypes",
+                           "-Wwrite-strings", "-Wformat=2", "-Wno-format-nonliteral", "-fsyntax-only", *files],
+                          capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
+
+
+@pytest.mark.parametrize("standard", ["-std=c11", "-std=gnu17"])
+def test_newer_standards(native_fmus: Path, tmp_path: Path, standard: str) -> None:
+    sources = unpacked_sources(native_fmus / "ScheduledRegulator3DOF.fmu", tmp_path)
+    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, standard, "-fsyntax-only",
+                           *sources.glob("*.c")], capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
