@@ -7,15 +7,15 @@ already see. With the controller first and the plant second this is the sampled 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.component import WARNING, Component, ComponentError, read_description
+from scenarios.component import Component, ComponentError, read_description
 from scenarios.port_map import PortMap, apply
+from scenarios.stepping import Phase, StepFailed, step_over
 from scenarios.wiring import Order, Rate, Track, wire
 
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
@@ -139,20 +139,16 @@ class Master:
         try:
             for call in initial:
                 call.at(0)
-            turning = cycle([[(*call[:5], call) for call in calls] for calls in phases])
+            bound = [Phase(calls) for calls in phases]
             while done < steps:
                 last = min(done + PROGRESS_STEPS, steps)
-                for k, prepared in zip(range(done, last), turning):   # noqa: B905 - the phases have no end
-                    done = k
-                    for moving, base, stride, function, arguments, call in prepared:
-                        moving.value = base + k * stride
-                        status = function(*arguments)
-                        if status > WARNING:
-                            raise call.failed(status)
+                step_over(bound, done, last)
                 done = last
                 if progress is not None:
                     progress(done, steps)
-        except ComponentError as error:
+        except (ComponentError, StepFailed) as error:
+            if isinstance(error, StepFailed):
+                done = error.step
             raise RunFailed(f"at t = {done * self.step:.9g} s: {error}",
                             recording(tracks, self.step, done + 1)) from error
         except KeyboardInterrupt as error:
