@@ -88,9 +88,11 @@ def build_container(container: Container, natives: Path, version: str, licence: 
                   for v in fromstring(contents.pop("modelDescription.xml")).iter("ScalarVariable")}
     contents["model.png"] = contents["resources/00/model.png"]
     contents["documentation/index.html"] = documentation(container, exposed, version).encode("utf-8")
-    contents["documentation/licenses/license.txt"] = licence.encode("utf-8")
-    contents["documentation/licenses/fmi.txt"] = contents["resources/00/documentation/licenses/fmi.txt"]
-    contents[f"documentation/licenses/{TOOLBOX}.txt"] = toolbox_licence().encode("utf-8")
+    licences = "documentation/licenses/"
+    contents |= {name.removeprefix("resources/00/"): text for name, text in contents.items()
+                 if name.startswith(f"resources/00/{licences}")}
+    contents[f"{licences}license.txt"] = licence.encode("utf-8")
+    contents[f"{licences}{TOOLBOX}.txt"] = toolbox_licence().encode("utf-8")
     without_guid = container_description(container, described, exposed, references, "", version)
     hashes = [part for name in sorted(contents) for part in (name, hashlib.sha256(contents[name]).hexdigest())]
     guid = f"{{{digest([without_guid.decode('utf-8'), *hashes])[:32]}}}"
@@ -185,7 +187,9 @@ def container_description(container: Container, described: Mapping[str, Element]
     })
     SubElement(root, "CoSimulation", {
         "modelIdentifier": container.name,
-        "needsExecutionTool": "false",
+        "needsExecutionTool": "true" if any(
+            element.get("needsExecutionTool") == "true" for each in described.values()
+            for element in each.iter("CoSimulation")) else "false",
         # The container does whole internal steps only: of another step it leaves out what is no whole step.
         "canHandleVariableCommunicationStepSize": "false",
         "canInterpolateInputs": "false",

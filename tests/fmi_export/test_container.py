@@ -177,3 +177,14 @@ def test_without_the_toolbox(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_a_container_is_no_python_fmu(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="ClosedLoop2DOF is made of native FMUs, expected --native with it"):
         build(["ClosedLoop2DOF"], tmp_path)
+
+
+def test_a_container_of_fmus_in_python_is_the_same(containers: Path, fmus: Path, tmp_path: Path) -> None:
+    """It steps the other kind of FMU in the importer's Python."""
+    build_containers(["ClosedLoop3DOF"], fmus, tmp_path)
+    results = [fmpy.simulate_fmu(str(folder / "ClosedLoop3DOF.fmu"), input=read_csv(str(INPUT_FILE["ClosedLoop3DOF"])),
+                                 output_interval=2e-4, stop_time=5.0) for folder in (containers, tmp_path)]
+    assert len(results[0]) == 25001
+    for name in results[0].dtype.names:
+        assert np.array_equal(results[0][name], results[1][name]), name
+    assert fmpy.read_model_description(str(tmp_path / "ClosedLoop3DOF.fmu")).coSimulation.needsExecutionTool

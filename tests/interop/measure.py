@@ -54,7 +54,7 @@ def main(fmus: Path) -> None:
         scenario = loop(SYSTEM, 5.0)
         row(f"container (fmu-manipulation-toolbox {version('fmu-manipulation-toolbox')})", "native", scenario,
             container(scenario, fmus, natives), natives, ours(scenario, natives, "sequential"), "")
-        for kind, files, stop_time in (("native", natives, 5.0), ("Python", fmus, 1.0)):
+        for kind, files, stop_time in (("native", natives, 5.0), ("Python", fmus, 5.0)):
             scenario = loop(SYSTEM, stop_time)
             ssp, closed = files / f"{SYSTEM}.ssp", files / f"{SYSTEM}NoPorts.ssp"
             row(tools["fmpy.ssp"], kind, scenario, foreign("fmpy.ssp", scenario, files, folder, ssp), files,

@@ -13,16 +13,17 @@ from native_builds import built_once
 
 from scenarios.catalogue import SYSTEMS, build_systems
 
-KINDS = {"native": ("native_fmus", 5.0), "python": ("fmus", 0.5)}   # FMUs, and how long they run, s
+KINDS = {"native": "native_fmus", "python": "fmus"}
+STOP_TIME = 5.0   # s
 SMOOTH = {"plant.encoder.resolution": 0.0}
 JACOBI_ROUNDING = 1e-12   # m
 
 
 @pytest.fixture(params=KINDS)
-def pair(request: pytest.FixtureRequest) -> tuple[Path, float]:
-    """Folder with the FMUs of a kind, and how long to run them (s): those in Python are slow."""
-    fixture, stop_time = KINDS[request.param]
-    return request.getfixturevalue(fixture), stop_time
+def pair(request: pytest.FixtureRequest) -> Path:
+    """Folder with the FMUs of a kind."""
+    folder: Path = request.getfixturevalue(KINDS[request.param])
+    return folder
 
 
 @pytest.fixture(scope="session")
@@ -35,25 +36,23 @@ def assert_moves(rows: np.ndarray) -> None:
     assert np.ptp(rows, axis=0).min() > 1e-6, "something has to move for this to mean anything"
 
 
-def test_ecos_is_our_jacobi_order(pair: tuple[Path, float], tmp_path: Path) -> None:
-    fmus, stop_time = pair
-    scenario = loop("Stage3DOF", stop_time)
-    rows = foreign("ecos", scenario, fmus, tmp_path)
+def test_ecos_is_our_jacobi_order(pair: Path, tmp_path: Path) -> None:
+    scenario = loop("Stage3DOF", STOP_TIME)
+    rows = foreign("ecos", scenario, pair, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours(scenario, fmus, "jacobi"))
+    assert np.array_equal(rows, ours(scenario, pair, "jacobi"))
 
 
-def test_libcosim_is_our_jacobi_order_with_its_clock(pair: tuple[Path, float], tmp_path: Path) -> None:
-    fmus, stop_time = pair
-    scenario = loop("Stage3DOF", stop_time)
-    rows = foreign("libcosim", scenario, fmus, tmp_path)
+def test_libcosim_is_our_jacobi_order_with_its_clock(pair: Path, tmp_path: Path) -> None:
+    scenario = loop("Stage3DOF", STOP_TIME)
+    rows = foreign("libcosim", scenario, pair, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours_in_nanoseconds(scenario, fmus))
+    assert np.array_equal(rows, ours_in_nanoseconds(scenario, pair))
 
 
 def test_libcosim_without_encoder_steps_is_our_jacobi_order(native_fmus: Path, tmp_path: Path) -> None:
     """Its steps differ from ours in the last digit, and no encoder makes a count of that."""
-    scenario = with_start(loop("Stage3DOF", 5.0), SMOOTH)
+    scenario = with_start(loop("Stage3DOF", STOP_TIME), SMOOTH)
     rows = foreign("libcosim", scenario, native_fmus, tmp_path, start=SMOOTH)
     assert_moves(rows)
     assert np.abs(rows - ours(scenario, native_fmus, "jacobi")).max() <= JACOBI_ROUNDING
@@ -69,7 +68,7 @@ def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, 
     assert np.array_equal(rows, same)
 
 
-@pytest.mark.parametrize(("system", "stop_time"), [("Stage2DOF", 1.5), ("Stage3DOF", 5.0)])
+@pytest.mark.parametrize(("system", "stop_time"), [("Stage2DOF", 1.5), ("Stage3DOF", STOP_TIME)])
 def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path, tmp_path: Path, system: str,
                                                 stop_time: float) -> None:
     """fmpy exchanges nothing before the first step: the controller waits for a measurement."""
@@ -80,7 +79,7 @@ def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path
 
 
 def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
-    scenario = loop("Stage3DOF", 0.5)
+    scenario = loop("Stage3DOF", STOP_TIME)
     build_systems(["Stage3DOF"], fmus, tmp_path)
     rows = foreign("fmpy.ssp", scenario, fmus, tmp_path, tmp_path / "Stage3DOF.ssp")
     assert_moves(rows)
