@@ -65,8 +65,9 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
 
 def compiled(root: Path, arguments: list[str]) -> None:
     """Run zig's C compiler in a folder."""
-    # zig keeps what it has compiled of the C libraries below the home folder, which not every service has.
-    place = {"ZIG_GLOBAL_CACHE_DIR": str(Path(tempfile.gettempdir()) / "maglev_zig")} if "HOME" not in os.environ else {}
+    place = {}
+    if "HOME" not in os.environ:   # where zig keeps what it has compiled of the C libraries; not every service has one
+        place["ZIG_GLOBAL_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "maglev_zig")
     done = subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], cwd=root, capture_output=True, text=True,
                           env={**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
     if done.returncode != 0:
