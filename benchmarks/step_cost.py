@@ -19,8 +19,8 @@ from rich.table import Table
 
 from scenarios.catalogue import build, build_containers, build_native, definition
 
-# Largest ratios to the loop that each refers to. Under the master calls from Python count, which cost twice as much in one
-# version of Python as in another: 4.5 C loops with 3.11, 6.5 with 3.13.
+# Largest ratios to the loop that each refers to. Calls from Python count under the master:
+# 4.5 C loops with Python 3.11, 6.5 with 3.13.
 GATES = {"FMUs, master": 1.7, "native, master": 9.0, "container": 2.0}
 STEPS = 5000
 C_STEPS = 200_000
