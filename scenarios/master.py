@@ -151,8 +151,8 @@ class Master:
                 done = error.step
             raise RunFailed(f"at t = {done * self.step:.9g} s: {error}",
                             recording(tracks, self.step, done + 1)) from error
-        except KeyboardInterrupt as error:
-            raise RunFailed(f"interrupted at t = {done * self.step:.9g} s",
+        except KeyboardInterrupt as error:   # between steps
+            raise RunFailed(f"at t = {done * self.step:.9g} s: interrupted",
                             recording(tracks, self.step, done + 1)) from error
         return recording(tracks, self.step, steps + 1)
 

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.component import WARNING, ComponentError
+from scenarios.component import WARNING
 from scenarios.wiring import Call
 
 SLOT = 8   # bytes of a moving argument: an address, a row number, or a time
 
 
 class StepFailed(Exception):
-    """A step that an FMU refused, and its number."""
+    """A step that an FMU refused or the user interrupted, and its number."""
 
-    def __init__(self, step: int, error: ComponentError):
-        super().__init__(str(error))
+    def __init__(self, step: int, message: object):
+        super().__init__(str(message))
         self.step = step
 
 
@@ -54,17 +54,21 @@ def step_over(phases: Sequence[Phase], first: int, last: int) -> None:
     Raises
     ------
     StepFailed
-        If an FMU refuses a call.
+        If an FMU refuses a call, or the user interrupts.
     """
+    row = 0
     turn = first % len(phases)
     turning = [(phase.slots, phase.positions(first, last), len(phase.calls), phase.prepared)
                for phase in (*phases[turn:], *phases[:turn])]
-    for row, (slots, table, width, prepared) in zip(range(last - first), cycle(turning)):   # noqa: B905 - no end
-        slots[:] = table[row * width:(row + 1) * width]
-        for function, arguments in prepared:
-            status = function(*arguments)
-            if status > WARNING:
-                phase = phases[(first + row) % len(phases)]
-                call = next(call for call, bound in zip(phase.calls, phase.prepared, strict=True)
-                            if bound[1] is arguments)
-                raise StepFailed(first + row, call.failed(status))
+    try:
+        for row, (slots, table, width, prepared) in zip(range(last - first), cycle(turning)):   # noqa: B905 - no end
+            slots[:] = table[row * width:(row + 1) * width]
+            for function, arguments in prepared:
+                status = function(*arguments)
+                if status > WARNING:
+                    phase = phases[(first + row) % len(phases)]
+                    call = next(call for call, bound in zip(phase.calls, phase.prepared, strict=True)
+                                if bound[1] is arguments)
+                    raise StepFailed(first + row, call.failed(status))
+    except KeyboardInterrupt:
+        raise StepFailed(first + row, "interrupted") from None

@@ -83,6 +83,25 @@ def test_refused_step_keeps_the_recording(fmus: Path) -> None:
     assert recording.columns["plant.y.position"][-1] != 0.0
 
 
+def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
+    """Between two reports of progress as well."""
+    calls = 0
+
+    def interrupt(*_: object) -> int:
+        nonlocal calls
+        calls += 1
+        if calls == 124:
+            raise KeyboardInterrupt
+        return 0
+
+    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master:
+        master.components["controller"].do_step = interrupt
+        with pytest.raises(RunFailed, match=r"at t = 0\.0246 s: interrupted") as failure:
+            master.run(0.1)
+    assert len(failure.value.recording.time) == 124
+    assert failure.value.recording.columns["plant.y.position"][-1] != 0.0
+
+
 @pytest.mark.parametrize(("connections", "drives", "message"), [
     ([("plant.y.encoder", "controller.y.measurd")], {}, "no variable y.measurd; nearest is y.measured"),
     ([("plnt.y.encoder", "controller.y.measured")], {}, "there is no FMU plnt"),
