@@ -1,6 +1,7 @@
 """Symmetric positive definite matrix of three rows, such as the Σ of a row with three constants."""
 
 SMALLEST_PIVOT = 1.0e-13   # of the diagonal element; below, rounding has left nothing of it
+LEAST_PIVOT = 1.0e-250      # below, its inverse could overflow
 
 
 class Symmetric3:
@@ -76,6 +77,6 @@ class Symmetric3:
 
 def inverse_pivot(pivot: float, diagonal: float) -> float:
     """1 / pivot; 0 where the pivot is nothing but rounding of the diagonal element."""
-    if pivot <= SMALLEST_PIVOT * diagonal or diagonal <= 0.0:
+    if pivot <= SMALLEST_PIVOT * diagonal or pivot <= LEAST_PIVOT:
         return 0.0
     return 1.0 / pivot

@@ -2,8 +2,11 @@
 
 import ast
 import re
+import threading
 from importlib.util import find_spec
 from pathlib import Path
+
+PARSING = threading.Lock()   # builds run side by side, and CPython's parser counts its depth for all threads together
 
 
 def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
@@ -30,8 +33,10 @@ def module_path(module: str) -> Path:
 
 def imported_modules(module: str, text: str) -> list[str]:
     """Modules that a module's text imports with `from … import`, relative ones resolved."""
+    with PARSING:
+        tree = ast.parse(text)
     imported = []
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             parent = module.split(".")[:-node.level] if node.level else []
             imported.append(".".join([*parent, node.module]))
