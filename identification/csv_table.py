@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from identification.errors import IdentificationError
 from identification.rigs import Array
-from scenarios.errors import ScenarioError
-from scenarios.signals import nearest_file
+from messages.wording import nearest_file
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class CsvTable:
 
         Raises
         ------
-        ScenarioError
+        IdentificationError
             If a field is missing or no finite number.
         """
         if name not in self.columns:
@@ -41,7 +41,7 @@ class CsvTable:
             self.columns[name] = values
         return self.columns[name]
 
-    def first_bad(self, index: int) -> ScenarioError:
+    def first_bad(self, index: int) -> IdentificationError:
         """Refusal of the first field of a column that is no finite number."""
         with self.path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
@@ -52,13 +52,14 @@ class CsvTable:
                 except ValueError:
                     good = not row
                 if not good:
-                    return ScenarioError(f"{self.path}: row {reader.line_num}, column {self.names[index]} is {text!r}, "
-                                         "expected a finite number")
-        return ScenarioError(f"{self.path}: column {self.names[index]}: expected finite numbers")
+                    return IdentificationError(f"{self.path}: row {reader.line_num}, column {self.names[index]} is "
+                                               f"{text!r}, expected a finite number")
+        return IdentificationError(f"{self.path}: column {self.names[index]}: expected finite numbers")
 
-    def refusal(self, name: str, k: int, expectation: str) -> ScenarioError:
+    def refusal(self, name: str, k: int, expectation: str) -> IdentificationError:
         """Refusal of the k-th number of a column; the header is row 1 of the file."""
-        return ScenarioError(f"{self.path}: row {k + 2}, column {name} is {self.columns[name][k]:.9g}, {expectation}")
+        return IdentificationError(f"{self.path}: row {k + 2}, column {name} is {self.columns[name][k]:.9g}, "
+                                   f"{expectation}")
 
 
 def read_csv(path: Path) -> CsvTable:
@@ -66,7 +67,7 @@ def read_csv(path: Path) -> CsvTable:
 
     Raises
     ------
-    ScenarioError
+    IdentificationError
         If it is missing, no CSV text, or has no header or no rows.
     """
     try:
@@ -79,24 +80,26 @@ def read_csv(path: Path) -> CsvTable:
             header = [name.strip() for name in next(reader, [])]
             rows = any(row for row in reader)
     except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: no text, expected a CSV file with a header and columns separated by commas: "
-                            "export the data as CSV") from None
+        raise IdentificationError(f"{path}: no text, expected a CSV file with a header and columns separated by "
+                                  "commas: export the data as CSV") from None
     except csv.Error as error:
-        raise ScenarioError(f"{path}: {error}, expected a CSV file") from None
+        raise IdentificationError(f"{path}: {error}, expected a CSV file") from None
     except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        raise IdentificationError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     if len(header) < 2:
         separator = next((mark for mark in (";", "\t") if header and mark in header[0]), None)
         found = "is empty" if not header else "has one column" if separator is None else (
             f"has columns separated by {separator!r}")
-        raise ScenarioError(f"{path}: {found}, expected a CSV file with a header and columns separated by commas")
+        raise IdentificationError(f"{path}: {found}, expected a CSV file with a header and columns separated by commas")
     if all(is_number(name) for name in header):
-        raise ScenarioError(f"{path}: row 1 is numbers, expected the names of the columns, such as time,v,h,i_d,i_q")
+        raise IdentificationError(f"{path}: row 1 is numbers, expected the names of the columns, such as "
+                                  "time,v,h,i_d,i_q")
     for name in header:
         if header.count(name) > 1:
-            raise ScenarioError(f"{path}: row 1 has the column {name!r} {header.count(name)} times, expected it once")
+            raise IdentificationError(f"{path}: row 1 has the column {name!r} {header.count(name)} times, expected it "
+                                      "once")
     if not rows:
-        raise ScenarioError(f"{path}: has a header only, expected rows of numbers")
+        raise IdentificationError(f"{path}: has a header only, expected rows of numbers")
     return CsvTable(path, header)
 
 

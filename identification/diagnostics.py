@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
-from identification.estimators import Estimate
+from identification.estimators import Estimate, behind_lag
 from identification.rigs import Array, RowData
 
 SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder counts says nothing
@@ -51,18 +50,14 @@ class RowDiagnostics:
 
 
 def filtered_row(data: RowData, dt: float, epsilon: float) -> tuple[Array, Array, Array]:
-    """A, velocity' − b and the friction terms between the samples, behind the lag ε that (3.8) puts before them.
+    """A, velocity' − b and the friction terms behind a lag of ε, at all samples but the first.
 
-    Differences of a velocity are noise; behind the lag they are what the reduced estimator compares.
+    Differences of a velocity are noise; behind the lag they are what the estimators compare.
     """
-    decay = np.exp(-dt / epsilon)
-
-    def lagged(signal: Array) -> Array:
-        return np.asarray(lfilter([1.0 - decay], [1.0, -decay], signal, axis=0))
-
     friction = np.stack([data.velocity, np.tanh(data.velocity / CREEP)], axis=1)
-    return (lagged(between(data.a)), lagged(np.diff(data.velocity) / dt - between(data.b)),
-            lagged(between(friction)))
+    a, c, terms = (behind_lag(held, dt, epsilon)[1:] for held in (
+        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(friction)))
+    return a, c, terms
 
 
 def between(signal: Array) -> Array:

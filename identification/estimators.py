@@ -1,8 +1,9 @@
 """The estimators of chapter 3: FSDI (3.3), NPFSI of full order (3.6), (3.7) and of reduced order (3.8).
 
 The rows of A decouple, so each velocity row has an estimator of its own. Between two samples the regressor is held at
-their mean and the velocity runs straight; what is left is integrated exactly (FSDI) or with the gain at the middle of
-the sample (NPFSI), which is of second order and stable for any ε. docs/identification.md has the derivation.
+their mean and the velocity runs straight; what is left is integrated exactly (FSDI, of the mean behind its lag) or with
+the gain at the middle of the sample (NPFSI), which is of second order and stable for any ε. docs/identification.md has
+the derivation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,9 +13,10 @@ from operator import mul
 import numpy as np
 from scipy.signal import lfilter
 
+from identification.errors import IdentificationError
 from identification.rigs import Array, RowData
 from identification.settings import EPSILON, GAMMA, METHODS
-from scenarios.errors import ScenarioError, nearest
+from messages.wording import nearest
 
 TINY_Q0 = 1e-3     # ε diag(max AᵀA), for (3.3) and (3.8)
 FULL_Q0 = 8.0      # ε diag(max AᵀA), for (3.7): below about this Σ does not stay positive definite
@@ -62,7 +64,8 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
     guess : mapping of str to float
         Initial value of every constant.
     epsilon : float
-        Confidence level ε of the measurement, here a time (s); FSDI has none and uses it for the scale of Q0 only.
+        Confidence level ε of the measurement, here a time (s). (3.3) has none: for FSDI it is the lag that both sides
+        of v' = a θ + b are put behind.
     gamma : float
         Attenuation γ > 1.
     q0 : float, optional
@@ -70,16 +73,16 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
 
     Raises
     ------
-    ScenarioError
+    IdentificationError
         If the method is unknown, ε or γ is out of range, or Σ of (3.7) loses its definiteness.
     """
     if method not in METHODS:
-        raise ScenarioError(f"method {method}: expected one of {', '.join(METHODS)}; "
-                            f"nearest is {nearest(method, METHODS)}")
+        raise IdentificationError(f"method {method}: expected one of {', '.join(METHODS)}; "
+                                  f"nearest is {nearest(method, METHODS)}")
     if not (np.isfinite(epsilon) and epsilon > 0.0):
-        raise ScenarioError(f"epsilon = {epsilon}: expected a time above 0 s, such as {EPSILON}")
+        raise IdentificationError(f"epsilon = {epsilon}: expected a time above 0 s, such as {EPSILON}")
     if not (np.isfinite(gamma) and gamma > 1.0):
-        raise ScenarioError(f"gamma = {gamma}: expected more than 1, such as {GAMMA}")
+        raise IdentificationError(f"gamma = {gamma}: expected more than 1, such as {GAMMA}")
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     scale = FULL_Q0 if method == "full" else TINY_Q0
     columns: dict[str, Array] = {}
@@ -89,7 +92,7 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
                        np.diff(data.velocity) / dt - 0.5 * (data.b[1:] + data.b[:-1]), dt)
         sigma0 = (scale if q0 is None else q0) * epsilon * np.diag(largest_squares(data.a))
         if method == "fsdi":
-            path = fsdi(mean, theta0, sigma0, gamma)
+            path = fsdi(mean_behind_lag(mean, epsilon), theta0, sigma0, gamma)
         elif method == "reduced":
             path = npfsi_reduced(mean, theta0, sigma0, gamma, epsilon)
         else:
@@ -137,6 +140,30 @@ def running_sum(parts: Array) -> Array:
 def solve(sigma: Array, a: Array) -> Array:
     """Σ⁻¹ aᵀ of n matrices (n, p, p) and vectors (n, p)."""
     return np.asarray(np.linalg.solve(sigma, a[:, :, None])[:, :, 0])
+
+
+def behind_lag(held: Array, dt: float, epsilon: float) -> Array:
+    """First-order lag of ε (s) that starts at 0, at the samples.
+
+    Exact for what is held between samples: shape (n − 1,) or (n − 1, p) in, one row more out.
+    """
+    decay = np.exp(-dt / epsilon)
+    return np.concatenate([np.zeros_like(held[:1]), lfilter([1.0 - decay], [1.0, -decay], held, axis=0)])
+
+
+def mean_behind_lag(samples: Samples, epsilon: float) -> Samples:
+    """Both sides of v' − b = a θ behind a lag of ε (s), as their means between samples.
+
+    (3.3) takes v' as available, which no sensor of the rigs measures. Assumed: a lag in front, which leaves θ as it is,
+    since it is linear, and makes v' known: lag(v)' = lag(v') = (v − lag(v))/ε with lag(v)(0) = v(0). Bare differences
+    of an observed velocity are the noise of the encoders, and so are in part the currents that the controller answers
+    with: together they bias the estimate.
+    """
+    dt = samples.dt
+    # Over a sample the distance of the lag from what is held decays: this is its mean.
+    left = -np.expm1(-dt / epsilon) * epsilon / dt
+    a, c = (held + (behind_lag(held, dt, epsilon)[:-1] - held) * left for held in (samples.a, samples.c))
+    return Samples(a, c, dt)
 
 
 def fsdi(samples: Samples, theta0: Array, sigma0: Array, gamma: float) -> Array:
@@ -194,9 +221,7 @@ def npfsi_full(samples: Samples, theta0: Array, sigma0: Array, gamma: float, eps
     e' = c − a θ − (ε⁻¹ + af p) e with p = M⁻¹ afᵀ.
     """
     a, dt = samples.a, samples.dt
-    decay = np.exp(-dt / epsilon)
-    filtered = np.concatenate([np.zeros_like(a[:1]), lfilter([1.0 - decay], [1.0, -decay], a, axis=0)[:-1]])
-    offset = filtered - a   # at the start of each sample; decays during it
+    offset = behind_lag(a, dt, epsilon)[:-1] - a   # at the start of each sample; decays during it
 
     def growth(t: float) -> Array:
         """Growth of M from the start of each sample to t (s) later."""
@@ -209,9 +234,9 @@ def npfsi_full(samples: Samples, theta0: Array, sigma0: Array, gamma: float, eps
     unit = 1.0 / np.sqrt(np.diag(sigma0))
     smallest = np.linalg.eigvalsh(m * np.outer(unit, unit))[:, 0]
     if smallest.min() <= 0.0:
-        raise ScenarioError(f"axis {axis}: Σ of (3.7) is not positive definite after "
-                            f"{dt * int(np.argmax(smallest <= 0.0)):.4g} s, expected a larger Q0, a larger γ or a "
-                            "smaller ε; the reduced estimator has no such limit")
+        raise IdentificationError(f"axis {axis}: Σ of (3.7) is not positive definite after "
+                                  f"{dt * int(np.argmax(smallest <= 0.0)):.4g} s, expected a larger Q0, a larger γ or "
+                                  "a smaller ε; the reduced estimator has no such limit")
     middle = np.asarray(a + offset * np.exp(-0.5 * dt / epsilon))
     p = solve(m, middle)
     return integrate(a, samples.c, p, 1.0 / epsilon + np.sum(middle * p, axis=1), np.full(len(a), dt), epsilon, theta0)

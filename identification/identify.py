@@ -8,13 +8,13 @@ import numpy as np
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
 from identification.diagnostics import RowDiagnostics, diagnose, warnings_of
+from identification.errors import IdentificationError
 from identification.estimators import Estimate, estimate
 from identification.recording import Recording
 from identification.replay import replay
 from identification.rigs import Array, Rig, regressors
 from identification.settings import EPSILON, GAMMA
 from identification.velocity import matched, observed
-from scenarios.errors import ScenarioError
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
 
     Raises
     ------
-    ScenarioError
+    IdentificationError
         If no axis is excited, or see `estimate`.
     """
     rig, dt = recording.rig, recording.dt
@@ -90,8 +90,8 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
                    for data, way in zip(rows, travel, strict=True)}
     if not any(found.excited for found in diagnostics.values()):
         ways = ", ".join(f"{axis} {1e3 * way:.3g} mm" for axis, way in zip(rig.axes, travel, strict=True))
-        raise ScenarioError(f"no axis is excited: they move over {ways}, expected motion on all axes, as with the "
-                            "excitation of sections 4.3.1 and 5.3, and currents that change")
+        raise IdentificationError(f"no axis is excited: they move over {ways}, expected motion on all axes, as with "
+                                  "the excitation of sections 4.3.1 and 5.3, and currents that change")
     errors: dict[str, float] = {}
     friction: dict[str, float] = {}
     warnings = []

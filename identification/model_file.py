@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from identification.errors import IdentificationError
 from identification.identify import Identification
 from identification.rigs import RIGS
-from scenarios.errors import ScenarioError, in_one_line, nearest
-from scenarios.signals import nearest_file
+from messages.wording import in_one_line, nearest, nearest_file
 
 PARTICIPANTS = ("plant", "controller")
 CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
@@ -45,16 +45,16 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
 
     Raises
     ------
-    ScenarioError
+    IdentificationError
         If the file cannot be read, or has an unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
     named = table.pop("rig", None)
     if named is not None and named not in RIGS:
-        raise ScenarioError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "
-                            f"nearest is {nearest(str(named), RIGS)}")
+        raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "
+                                  f"nearest is {nearest(str(named), RIGS)}")
     if named is not None and rig is not None and named != rig:
-        raise ScenarioError(f"{path}: rig = {named!r}: expected constants of the rig {rig}, the scenario's")
+        raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig}, the scenario's")
     rig = named or rig
     valid = RIGS[rig].constants if rig in RIGS else CONSTANTS
     tables = {name: table.pop(name, {}) for name in PARTICIPANTS}
@@ -62,11 +62,11 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
     settings = []
     for participant, own in tables.items():
         if not isinstance(own, dict):
-            raise ScenarioError(f"{path}: {participant} = {own!r}: expected a table [{participant}]")
+            raise IdentificationError(f"{path}: {participant} = {own!r}: expected a table [{participant}]")
         values = {**both, **checked(path, f"{participant}.", own, valid, valid)}
         settings += [f"{participant}.{name}={values[name]!r}" for name in sorted(values)]
     if not settings:
-        raise ScenarioError(f"{path}: has no constants, expected C1 = … in [plant], in [controller] or for both")
+        raise IdentificationError(f"{path}: has no constants, expected C1 = … in [plant], in [controller] or for both")
     return settings
 
 
@@ -75,11 +75,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        raise IdentificationError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: no text, expected a TOML file with constants") from None
+        raise IdentificationError(f"{path}: no text, expected a TOML file with constants") from None
     except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: no TOML: {in_one_line(error)}") from None
+        raise IdentificationError(f"{path}: no TOML: {in_one_line(error)}") from None
 
 
 def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, ...], keys: tuple[str, ...]
@@ -88,9 +88,9 @@ def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, 
     constants = {}
     for key, value in table.items():
         if key not in valid:
-            raise ScenarioError(f"{path}: {above}{key}: unknown key, nearest valid key is {nearest(key, keys)}")
+            raise IdentificationError(f"{path}: {above}{key}: unknown key, nearest valid key is {nearest(key, keys)}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not (
                 math.isfinite(value) and value >= SMALLEST):
-            raise ScenarioError(f"{path}: {above}{key} = {value!r}: expected a number above 0")
+            raise IdentificationError(f"{path}: {above}{key} = {value!r}: expected a number above 0")
         constants[key] = float(value)
     return constants

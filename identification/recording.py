@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from identification.csv_table import CsvTable, read_csv
+from identification.errors import IdentificationError
 from identification.rigs import RIGS, Array, Rig
+from messages.wording import nearest
 from pmlsm.dq_transform import clarke, park
 from pmlsm.gap_functions import LARGEST_GAP, SMALLEST_GAP
-from scenarios.errors import ScenarioError, nearest
 
 SHORTEST = 1.0            # s
 SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms
@@ -56,7 +57,7 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
 
     Raises
     ------
-    ScenarioError
+    IdentificationError
         One line with file, column, row, value and what was expected.
     """
     table = read_csv(path)
@@ -89,17 +90,18 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
         if rig_name not in RIGS:
-            raise ScenarioError(f"--rig {rig_name}: expected one of {', '.join(RIGS)}; "
-                                f"nearest is {nearest(rig_name, RIGS)}")
+            raise IdentificationError(f"--rig {rig_name}: expected one of {', '.join(RIGS)}; "
+                                      f"nearest is {nearest(rig_name, RIGS)}")
         return RIGS[rig_name]
     present = {rig.name: sum(found(table, axis_names(axis)) is not None for axis in rig.axes) for rig in RIGS.values()}
     best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
     whole = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
     if len(whole) == 2:
-        raise ScenarioError(f"{table.path}: has the positions of both rigs, expected --rig 2dof or --rig 3dof with it")
+        raise IdentificationError(f"{table.path}: has the positions of both rigs, expected --rig 2dof or --rig 3dof "
+                                  "with it")
     if present[best] == 0:
-        raise ScenarioError(f"{table.path}: no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); "
-                            f"its columns are {few(table.names)}")
+        raise IdentificationError(f"{table.path}: no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); "
+                                  f"its columns are {few(table.names)}")
     return RIGS[best]
 
 
@@ -109,11 +111,11 @@ def found(table: CsvTable, names: Sequence[str]) -> str | None:
 
 
 def find(table: CsvTable, names: Sequence[str]) -> str:
-    """First of the names that is a column; ScenarioError if none is."""
+    """First of the names that is a column; IdentificationError if none is."""
     name = found(table, names)
     if name is None:
-        raise ScenarioError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
-                            f"nearest is {nearest(names[0], table.names)}")
+        raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
+                                  f"nearest is {nearest(names[0], table.names)}")
     return name
 
 
@@ -133,8 +135,8 @@ def even_part(table: CsvTable, time: Array) -> int:
     dt = float(np.median(step)) if len(step) else 0.0
     if dt > SLOWEST:
         in_ms = ", looks like ms" if 0.05 <= dt <= 1e3 * SLOWEST else ""
-        raise ScenarioError(f"{table.path}: column time has a sample every {dt:.6g} s, expected every {SLOWEST} s or "
-                            f"more often{in_ms}")
+        raise IdentificationError(f"{table.path}: column time has a sample every {dt:.6g} s, expected every {SLOWEST} "
+                                  f"s or more often{in_ms}")
     kept = len(time)
     if len(step) > 1 and step[-1] < (1.0 - UNEVEN) * dt:
         kept -= 1
@@ -145,8 +147,8 @@ def even_part(table: CsvTable, time: Array) -> int:
                                        "resample to even times")
     length = float(time[kept - 1] - time[0]) if kept else 0.0
     if length < SHORTEST - 0.5 * dt:
-        raise ScenarioError(f"{table.path}: {length:.6g} s of data in {len(time)} rows, expected {SHORTEST} s or more; "
-                            "20 to 40 s are good")
+        raise IdentificationError(f"{table.path}: {length:.6g} s of data in {len(time)} rows, expected {SHORTEST} s or "
+                                  "more; 20 to 40 s are good")
     return kept
 
 
@@ -173,8 +175,8 @@ def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -
         missing = "i_q" if direct[0] is not None else "i_d" if phases == [None] * 3 else (
             "i_a", "i_b", "i_c")[phases.index(None)]
         names = current_names(rig, motor, missing)
-        raise ScenarioError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of motor "
-                            f"{motor}; nearest is {nearest(names[0], table.names)}")
+        raise IdentificationError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of "
+                                  f"motor {motor}; nearest is {nearest(names[0], table.names)}")
     used = [name for name in (phases if None in direct else direct) if name is not None]
     currents = [table.column(name)[:kept] for name in used]
     for name, current in zip(used, currents, strict=True):

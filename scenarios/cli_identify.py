@@ -7,8 +7,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from identification.errors import IdentificationError
 from identification.settings import EPSILON, GAMMA
-from scenarios.errors import ScenarioError, nearest
+from messages.wording import nearest
 from scenarios.options import Debug, Out
 from scenarios.quantity import number_or_text, parse_quantity
 from scenarios.terminal import one_line_errors, report_console
@@ -53,12 +54,12 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
         try:
             seconds = parse_quantity(number_or_text(epsilon), "s")
         except ValueError as error:
-            raise ScenarioError(f"--epsilon {epsilon}: {error}") from None
+            raise IdentificationError(f"--epsilon {epsilon}: {error}") from None
         start = read_guesses(guess or [], recording.rig)
         try:
             found = identified(recording, method, seconds, gamma, start, matched)
-        except ScenarioError as error:
-            raise ScenarioError(f"{data}: {error}") from None
+        except IdentificationError as error:
+            raise IdentificationError(f"{data}: {error}") from None
         out.mkdir(parents=True, exist_ok=True)
         model, convergence = out / f"{data.stem}.identified.toml", out / f"{data.stem}.convergence.csv"
         write_model(model, found, data)
@@ -75,12 +76,12 @@ def read_guesses(texts: list[str], rig: "Rig") -> dict[str, float]:
         name, equals, value = text.partition("=")
         name = name.strip()
         if not equals or name not in rig.constants:
-            raise ScenarioError(f"--guess {text}: expected one of {', '.join(rig.constants)} and a value, such as "
-                                f"C1=10; nearest is {nearest(name, rig.constants)}")
+            raise IdentificationError(f"--guess {text}: expected one of {', '.join(rig.constants)} and a value, such "
+                                      f"as C1=10; nearest is {nearest(name, rig.constants)}")
         try:
             guesses[name] = parse_quantity(number_or_text(value.strip()), "1")
         except ValueError as error:
-            raise ScenarioError(f"--guess {text}: {error}") from None
+            raise IdentificationError(f"--guess {text}: {error}") from None
     return guesses
 
 

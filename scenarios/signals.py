@@ -6,14 +6,13 @@ Only `math` is used, so that a signal is the same on every machine with the same
 import csv
 import math
 from bisect import bisect_right
-from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from scenarios.errors import nearest
+from messages.wording import nearest, nearest_file
 from scenarios.quantity import parse_quantity, read_quantity, si_unit
 from scenarios.toml_table import Seconds, Table, key_refused
 
@@ -253,11 +252,3 @@ def entry_to_si(value: object, unit: str | None, *keys: str | int) -> float:
         return parse_quantity(value, unit)
     except ValueError as error:
         raise key_refused(keys[-1], value, str(error), *keys[:-1]) from None
-
-
-def nearest_file(path: Path) -> str:
-    """Say which file beside a missing one has the most similar name."""
-    if path.exists() or not path.parent.is_dir():
-        return ""
-    files: Iterable[str] = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
-    return f", nearest is {nearest(path.name, files)}"

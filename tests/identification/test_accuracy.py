@@ -1,11 +1,10 @@
 """Constants found from the excitation of sections 4.3.1 and 5.3, 40 s from half of the truth."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pytest
-from offline_data import Data, flight, simulate
+from identification_data import Data, flight, record
 
 from identification.identify import Identification, identify
 from identification.recording import Recording
@@ -51,7 +50,7 @@ def test_ideal_stage(rig: str, method: str) -> None:
 
 
 @pytest.mark.parametrize("rig", RIGS)
-@pytest.mark.parametrize("method", ["reduced", "full"])
+@pytest.mark.parametrize("method", METHODS)
 def test_encoders_and_observer(rig: str, method: str) -> None:
     data = flight(rig, "encoder")
     plain = errors(identify(data.recording, method, guess=half(data)).estimate.final, data.truth)
@@ -63,13 +62,8 @@ def test_encoders_and_observer(rig: str, method: str) -> None:
 
 @pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("2dof", 2), ("3dof", 3)])
 def test_constants_of_another_rig(rig: str, seed: int) -> None:
-    scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5)
-
-    def change(stage: Any) -> None:
-        for k, name in enumerate(("C1", "C2", "C3", "C4", "C5")[:4 if rig == "2dof" else 5]):
-            setattr(stage, name, float(scale[k]) * getattr(stage, name))
-
-    data = simulate(rig, 15.0, 0.5e-3, change)
+    scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5).tolist()
+    data = record(rig, 15.0, 0.5e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})
     found = identify(data.recording, velocities=data.velocity)
     # In 15 s the last constant, coils on iron, is the slowest.
     assert max(errors(found.estimate.final, data.truth).values()) < 0.02

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
-from offline_data import flight
+from identification_data import flight
 
+from identification.errors import IdentificationError
 from identification.model_file import model_settings
-from scenarios.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -88,12 +88,12 @@ def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
     ('rig = "2dof"\nC1 = 1.0\n', "rig = '2dof': expected constants of the rig 3dof")])
 def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
     path = model(tmp_path, text)
-    with pytest.raises(ScenarioError) as refused:
+    with pytest.raises(IdentificationError) as refused:
         model_settings(path, "3dof" if "rig 3dof" in message else None)
     assert str(refused.value).startswith(f"{path}: {message}")
 
 
 def test_missing_model(tmp_path: Path) -> None:
     model(tmp_path, "C1 = 1.0\n")
-    with pytest.raises(ScenarioError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
+    with pytest.raises(IdentificationError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
         model_settings(tmp_path / "modle.toml")

@@ -1,12 +1,11 @@
 """The rows of A and b against the stages, and the estimators' velocity against the controllers'."""
 
-from typing import Any
-
 import numpy as np
 import pytest
+from direct_loop import idealise
 from hypothesis import given
 from hypothesis import strategies as st
-from offline_data import STAGES, set_ideal
+from identification_data import new_blocks
 
 from identification.rigs import RIGS, accelerations, regressors, shape_functions
 from identification.velocity import matched, observed
@@ -17,11 +16,10 @@ from sampling.velocity_observer import ObserverFilter, VelocityObserver
 @given(st.sampled_from(["2dof", "3dof"]), st.floats(9e-3, 31e-3),
        st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4))
 def test_rows_are_the_stage(rig: str, gap: float, currents: list[float]) -> None:
-    stage: Any = STAGES[rig].Stage2DOF() if rig == "2dof" else STAGES[rig].Stage3DOF()
-    set_ideal(stage, rig)
     axes, motors = RIGS[rig].axes, RIGS[rig].motors
+    stage, pid = new_blocks(len(axes))
+    idealise(len(axes), stage, pid)
     getattr(stage, axes[0]).position = gap
-    getattr(stage, axes[0]).stop.stiffness = getattr(stage, axes[0]).stop.damping = 0.0
     for k, motor in enumerate(motors):
         getattr(stage, motor).i_d, getattr(stage, motor).i_q = currents[2 * k], currents[2 * k + 1]
     stage.add_slope(0.0, 0.0)
