@@ -15,7 +15,29 @@ def axis_inputs(axis: str, meaning: str) -> tuple[Variable, ...]:
     """Inputs of one controlled axis; `meaning` says what its position is."""
     return (real_input(f"{axis}.reference", "m", f"reference of the {meaning}", 10.0, 0.01),
             real_input(f"{axis}.reference_rate", "m/s", f"rate of the reference of the {meaning}", 1000.0, 0.1),
-            real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01))
+            measured_axis(axis, meaning))
+
+
+def measured_axis(axis: str, meaning: str) -> Variable:
+    """Measurement of one axis; `meaning` says what its position is."""
+    return real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01)
+
+
+def current_references(motor: str) -> tuple[Variable, ...]:
+    """Currents that a motor is to be commanded."""
+    return (real_input(f"{motor}.i_d_reference", "A", "direct current that is asked for", 1000.0, 1.0),
+            real_input(f"{motor}.i_q_reference", "A", "quadrature current that is asked for", 1000.0, 1.0))
+
+
+def commutated_outputs(motor: str, displacement: str) -> tuple[Variable, ...]:
+    """Commands to a motor whose references are inputs."""
+    return motor_outputs(motor, (f"{motor}.i_d_reference",), (f"{motor}.i_q_reference",), displacement)
+
+
+def reference_limited(*motors: str) -> Variable:
+    """Whether the limit holds back a reference of a motor."""
+    return flag("saturated", "a reference is beyond current_limit",
+                tuple(f"{motor}.i_{component}_reference" for motor in motors for component in ("d", "q")))
 
 
 def input_names(*axes: str) -> tuple[str, ...]:
@@ -105,17 +127,22 @@ def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
 
 
 def loop_parameters(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
-    """Parameters that every controller has."""
-    return (parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
-                      1e-6, 1.0, 1e-3, fixed=True),
-            parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
-                      0.0, 1000.0, 1.0),
+    """Parameters that every controller with a law has."""
+    return (*sampling_and_limit(sample_time_source, limit_source),
             parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
                       "assumed: the thesis has a trip (section 4.3) and prints no threshold", 0.0, 1.0, 1e-3))
+
+
+def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
+    """Parameters of what samples and commands currents."""
+    return (parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
+                      1e-6, 1.0, 1e-3, fixed=True),
+            parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
+                      0.0, 1000.0, 1.0))
 
 
 def internal_model_parameters(antiwindup_source: str) -> tuple[Variable, ...]:

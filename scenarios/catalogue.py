@@ -13,8 +13,9 @@ from fmi_export.container import Container, build_container, require_toolbox
 from fmi_export.definition import FmuDefinition
 from fmi_export.native import build_native_fmu, host_platform
 from fmi_export.ssp import write_ssp
+from scenarios.loading import load_scenario
 from scenarios.processes import processors
-from scenarios.scenario import Scenario, load_scenario
+from scenarios.scenario import Scenario
 
 PACKAGES = ("pmlsm", "sampling", "plant_fmu", "controller_fmu", "estimator_fmu")
 
@@ -28,6 +29,8 @@ DEFINITIONS = {
     "ScheduledRegulator3DOF": ("controller_fmu.regulator_3dof_fmu", "SCHEDULED_REGULATOR_3DOF"),
     "PID2DOF": ("controller_fmu.pid_2dof_fmu", "PID_2DOF"),
     "PID3DOF": ("controller_fmu.pid_3dof_fmu", "PID_3DOF"),
+    "Commutation2DOF": ("controller_fmu.commutation_2dof_fmu", "COMMUTATION_2DOF"),
+    "Commutation3DOF": ("controller_fmu.commutation_3dof_fmu", "COMMUTATION_3DOF"),
     "Estimator2DOF": ("estimator_fmu.estimator_2dof_fmu", "ESTIMATOR_2DOF"),
     "Estimator3DOF": ("estimator_fmu.estimator_3dof_fmu", "ESTIMATOR_3DOF"),
 }
@@ -115,7 +118,7 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
         components = {part: (definition(model), fmus / f"{model}.fmu") for part, model in models(scenario).items()}
         for ports in (True, False):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
-            written.append(write_ssp(path, components, scenario.connections, scenario.stop_time, ports))
+            written.append(write_ssp(path, components, list(scenario.wires.values()), scenario.stop_time, ports))
     return written
 
 
@@ -133,7 +136,7 @@ def container(name: str) -> Container:
     scenario = load_scenario(CONTAINERS[name])
     parts = models(scenario)
     description = f"Closed loop of {parts['plant']} and {parts['controller']}, stepped in sequence, controller first"
-    return Container(name, description, parts, tuple(scenario.connections), scenario.step, scenario.stop_time)
+    return Container(name, description, parts, tuple(scenario.wires.values()), scenario.step, scenario.stop_time)
 
 
 def project() -> tuple[str, str]:

@@ -20,8 +20,8 @@ from fmi_export.container import Container, build_container
 from scenarios.catalogue import CONTAINERS, build, build_containers, container
 from scenarios.component import Component, ComponentError, read_description
 from scenarios.experiment import prepare
+from scenarios.loading import PACKAGED, load_scenario
 from scenarios.results import write_csv
-from scenarios.scenario import PACKAGED, load_scenario
 
 INPUTS = PACKAGED / "inputs"
 INPUT_FILE = {"ClosedLoop2DOF": INPUTS / "2dof-setpoints.csv", "ClosedLoop3DOF": INPUTS / "3dof-setpoints.csv"}

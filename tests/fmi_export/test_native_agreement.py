@@ -109,7 +109,8 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
     """Far from rest: stops, trips, saturation, and regions of a schedule are all passed through."""
     pair = Pair(load(name), load_native(name))
     inputs = [v for v in variables(pair.both[0], "input") if v.type == "Real"]
-    limit = {"current_limit": 0.5} if name == "PID3DOF" else {}   # it asks for little
+    # They have no limit by default, and the PID asks for little.
+    limit = {"current_limit": 0.5} if name in ("PID3DOF", "Commutation2DOF", "Commutation3DOF") else {}
     for component in pair.both:
         component.initialise(limit, 0.0, 10.0)
     size = 5e-4 if "2DOF" in name else 2e-4

@@ -32,7 +32,8 @@ def test_plant_ports(stage: str) -> None:
         | (each(("y.ripple",), "amplitude", "period") if stage == "3DOF" else set()))
 
 
-@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith(("Plant", "Estimator"))])
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS
+                                  if not name.startswith(("Plant", "Estimator", "Commutation"))])
 def test_controller_ports(name: str) -> None:
     axes, motors, constants = STAGES[name[-4:]]
     assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")
@@ -46,6 +47,15 @@ def test_controller_ports(name: str) -> None:
         own = {"omega0"} | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3", "friction_compensation")
         own |= {"setpoint"} if name.startswith("Linear") else set()
     assert ports(name, "parameter") == of_all | own
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_commutation_ports(stage: str) -> None:
+    axes, motors, _ = STAGES[stage]
+    name = f"Commutation{stage}"
+    assert ports(name, "input") == each(axes[1:], "measured") | each(motors, "i_d_reference", "i_q_reference")
+    assert ports(name, "output") == each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd", "i_d_cmd", "i_q_cmd") | {"saturated"}
+    assert ports(name, "parameter") == {"sample_time", "current_limit"}
 
 
 @pytest.mark.parametrize("stage", STAGES)

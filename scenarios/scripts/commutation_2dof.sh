@@ -1,0 +1,7 @@
+#!/bin/sh
+# The 2DOF commutation alone, under the current of the parabola experiment (Fig. 4.8), with the mover pushed past the
+# stator at a constant speed. Run from the folder that holds fmus; FMUS names another folder, OUT another file for the
+# result.
+here=$(dirname "$0")
+fmpy simulate "${FMUS:-fmus}/Commutation2DOF.fmu" --input-file "$here/commutation_2dof_inputs.csv" \
+    --stop-time 0.25 --output-interval 0.0005 --output-file "${OUT:-commutation_2dof.csv}"
