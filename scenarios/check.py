@@ -16,11 +16,12 @@ from scenarios.baseline import (
     read_baseline,
     write_baseline,
 )
+from scenarios.chain import Ends, ends_of, in_order, started
 from scenarios.deviation import Deviation, WorstDifference, changes, first_deviation, worst
 from scenarios.errors import in_one_line
 from scenarios.experiment import FAILURES, Experiment, prepare
 from scenarios.master import Progress
-from scenarios.processes import Watcher, side_by_side
+from scenarios.processes import Task, Watcher
 from scenarios.replacement import Replacement
 from scenarios.scenario import Scenario
 
@@ -45,6 +46,8 @@ class CheckResult:
         Wall time, s.
     units : dict of str to str
         Of each signal, empty text where the FMU gives none.
+    ends : mapping of str to float
+        Every output at the end, for the runs that start from there; empty if the run was not run to its end.
     """
 
     name: str
@@ -54,6 +57,7 @@ class CheckResult:
     worst: dict[str, WorstDifference]
     elapsed: float
     units: dict[str, str] = field(default_factory=dict)
+    ends: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,8 @@ class UpdateResult:
         Largest change of each signal that the old baseline had too.
     elapsed : float
         Wall time, s.
+    ends : mapping of str to float
+        Every output at the end; empty after an error.
     """
 
     name: str
@@ -80,10 +86,11 @@ class UpdateResult:
     message: str
     moved: dict[str, WorstDifference]
     elapsed: float
+    ends: Mapping[str, float] = field(default_factory=dict)
 
 
 def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-              baselines: Path, progress: Progress | None = None) -> CheckResult:
+              baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
     """Run a scenario to the end of its baseline, and compare.
 
     Parameters
@@ -97,6 +104,8 @@ def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement
         Start values that go before the scenario's, `fmu.variable=value`.
     baselines : Path
         Folder with the baselines.
+    ends : mapping of str to mapping of str to float
+        Of the runs that the scenario starts from.
     progress : callable, optional
         Called now and then with the steps done and the steps in all.
 
@@ -107,7 +116,7 @@ def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, scenario.name)
         require_fit(scenario, baseline, baselines)
-        shortened = scenario.model_copy(update={"stop_time": baseline.stop_time})
+        shortened = started(scenario, ends).model_copy(update={"stop_time": baseline.stop_time})
         experiment = prepare(shortened, fmus, replaced, settings)
         lacking = [name for name in shortened.check.signals if name not in experiment.scenario.check.signals]
         baseline = without(baseline, lacking)
@@ -118,18 +127,20 @@ def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement
     except FAILURES as error:
         return CheckResult(scenario.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
+    # A run that was cut short has not come to the results that others start from.
+    reached = ends_of(recording) if shortened.stop_time == scenario.stop_time else {}
     if deviation is not None:
         return CheckResult(scenario.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
-                           differences, elapsed, units)
+                           differences, elapsed, units, reached)
     same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
                + ("equal the baseline" if same else "are within their tolerances")
                + (f"; not compared, for the FMU has no such signals: {', '.join(lacking)}" if lacking else ""))
-    return CheckResult(scenario.name, "passed", message, None, differences, elapsed, units)
+    return CheckResult(scenario.name, "passed", message, None, differences, elapsed, units, reached)
 
 
 def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-               baselines: Path, progress: Progress | None = None) -> UpdateResult:
+               baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
     """Run a whole scenario, write its baseline with the scenario's tolerances, and say what moved against the old one.
 
     Parameters as of `check_run`. After an error the old baseline stands.
@@ -137,42 +148,54 @@ def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacemen
     begin = time.perf_counter()
     try:
         old, unreadable = old_baseline(baselines, scenario.name)
-        experiment = prepare(scenario, fmus, replaced, settings)
+        experiment = prepare(started(scenario, ends), fmus, replaced, settings)
         units = units_of(experiment, scenario.check.signals)
-        new = from_recording(scenario, experiment.step, experiment.run(progress))
+        recording = experiment.run(progress)
+        new, reached = from_recording(scenario, experiment.step, recording), ends_of(recording)
         write_baseline(baselines, new)
     except FAILURES as error:
         return UpdateResult(scenario.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     extent = f"{len(new.columns)} signals at {len(new.time)} samples to t = {new.stop_time:.9g} s"
     if unreadable is not None:
-        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; the old one: {unreadable}", {}, elapsed)
+        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; the old one: {unreadable}", {}, elapsed,
+                            reached)
     if old is None:
-        return UpdateResult(scenario.name, "new", f"new, {extent}", {}, elapsed)
+        return UpdateResult(scenario.name, "new", f"new, {extent}", {}, elapsed, reached)
     try:
         moved = changes(old, new)
     except BaselineError as error:
-        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; nothing to compare: {error}", {}, elapsed)
+        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; nothing to compare: {error}", {}, elapsed,
+                            reached)
     notes = change_notes(old, new, moved, units)
     if not notes:
-        return UpdateResult(scenario.name, "unchanged", f"unchanged, {extent}", moved, elapsed)
-    return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed)
+        return UpdateResult(scenario.name, "unchanged", f"unchanged, {extent}", moved, elapsed, reached)
+    return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed, reached)
 
 
 def check_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
     """Check runs, each in a process of its own, at most `jobs` at a time; other parameters as of `check_run`."""
-    tasks = {run.name: partial(check_run, run, fmus, replaced, settings, baselines) for run in runs}
-    return list(side_by_side(tasks, jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0),
-                             watch).values())
+    by_name = {run.name: run for run in runs}
+
+    def task(name: str, ends: Ends) -> Task[CheckResult]:
+        return partial(check_run, by_name[name], fmus, replaced, settings, baselines, ends)
+
+    return list(in_order({run.name: run.needs for run in runs}, task,
+                         jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0),
+                         watch).values())
 
 
 def update_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
     """Update the baselines of runs; parameters as of `check_all`."""
-    tasks = {run.name: partial(update_run, run, fmus, replaced, settings, baselines) for run in runs}
-    return list(side_by_side(tasks, jobs, lambda name, message: UpdateResult(name, "error", message, {}, 0.0),
-                             watch).values())
+    by_name = {run.name: run for run in runs}
+
+    def task(name: str, ends: Ends) -> Task[UpdateResult]:
+        return partial(update_run, by_name[name], fmus, replaced, settings, baselines, ends)
+
+    return list(in_order({run.name: run.needs for run in runs}, task,
+                         jobs, lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch).values())
 
 
 def describe(result: CheckResult | UpdateResult) -> str:

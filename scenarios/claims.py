@@ -22,46 +22,58 @@ PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "A": "A"}
 UNITS = {**STEP_METRICS, **TRACKING_METRICS, **MOTOR_METRICS, **RUN_METRICS}
 
 
-class Claim(Table):
-    """One claim: that a metric has a relation to a target, or to the same metric elsewhere.
+class Statement(Table):
+    """What every claim has: words, where they stand, and a relation between what is measured and what is claimed.
 
     "<" and ">" compare with the target. "is" compares a yes-or-no metric. "about" means that the
     measured value rounds to the figure as printed: it differs from the target by at most half a unit of the
     last of its `digits` significant digits.
-
-    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with `factor` times what was
-    measured there: on the same axis (or that other one) at the same step, or by motor.
     """
 
     text: str
     source: str
-    metric: MetricName | None = None
-    axes: list[str] | None = None
-    motors: list[str] | None = None
-    band: Metres | None = None
     relation: Literal["<", ">", "is", "about"] | None = None
-    target: StrictBool | float | None = None
     digits: int | None = Field(default=None, ge=1)
-    than: str | None = None
-    than_axis: str | None = None
     factor: float = Field(default=1.0, gt=0.0)
     over: Literal["all", "any", "mean"] = "all"
     reason: str | None = None
     not_testable: str | None = None
 
+    @property
+    def comparative(self) -> bool:
+        """Whether the claim compares two measured values."""
+        raise NotImplementedError
+
+    def printed(self, value: float | bool | None) -> str:
+        """Print a measured value with its unit."""
+        raise NotImplementedError
+
+    @property
+    def criterion(self) -> str:
+        """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
+        raise NotImplementedError
+
+
+class Claim(Statement):
+    """One claim about a run: that a metric has a relation to a target, or to the same metric elsewhere.
+
+    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with `factor` times what was
+    measured there: on the same axis (or that other one) at the same step, or by motor.
+    """
+
+    metric: MetricName | None = None
+    axes: list[str] | None = None
+    motors: list[str] | None = None
+    band: Metres | None = None
+    target: StrictBool | float | None = None
+    than: str | None = None
+    than_axis: str | None = None
+
     @model_validator(mode="before")
     @classmethod
     def single_names(cls, table: Any) -> Any:
         """Accept `axis` and `motor` for one name."""
-        if not isinstance(table, dict):
-            return table
-        table = dict(table)
-        for one, several in (("axis", "axes"), ("motor", "motors")):
-            if one in table:
-                if several in table:
-                    raise key_refused(one, table[one], f"expected {one} or {several}, got both")
-                table[several] = [table.pop(one)]
-        return table
+        return listed(table, axis="axes", motor="motors")
 
     @field_validator("target", mode="before")
     @classmethod
@@ -138,3 +150,16 @@ class Claim(Table):
         factor = "" if self.factor == 1.0 else f"{self.factor:g} × "
         place = " of ".join(([self.than_axis] if self.than_axis else []) + ([self.than] if self.than else []))
         return f"{subject} {factor}{place}"
+
+
+def listed(table: Any, **plurals: str) -> Any:
+    """Table of a claim with lists in place of single names, given as singular=plural; both are refused."""
+    if not isinstance(table, dict):
+        return table
+    table = dict(table)
+    for one, several in plurals.items():
+        if one in table:
+            if several in table:
+                raise key_refused(one, table[one], f"expected {one} or {several}, got both")
+            table[several] = [table.pop(one)]
+    return table

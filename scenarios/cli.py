@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from scenarios.check import CheckResult, UpdateResult, check_all, describe, exit_code, update_all
 from scenarios.cli_identify import identify
 from scenarios.errors import ScenarioError
 from scenarios.junit import write_junit
+from scenarios.loading import PACKAGED, load_runs, packaged_scenarios
 from scenarios.master import Recording
 from scenarios.options import (
     Controller,
@@ -36,11 +36,15 @@ from scenarios.options import (
 )
 from scenarios.plot import plot as write_plot
 from scenarios.plot import require_matplotlib
+from scenarios.procedures.evaluate import evaluate_all
+from scenarios.procedures.judging import judge_procedure
+from scenarios.procedures.outcome import Outcome
+from scenarios.procedures.printing import show_outcome, write_outcomes
 from scenarios.processes import processors
 from scenarios.replacement import Replacement
 from scenarios.report.page import require_plotly, write_report
-from scenarios.scenario import PACKAGED, Scenario, load_runs, packaged_scenarios
-from scenarios.selection import compared, prepare_all, select
+from scenarios.scenario import Scenario
+from scenarios.selection import compared, needed, prepare_all, select
 from scenarios.study import RunResult, execute, execute_all, judge_all
 from scenarios.tables import claims_markdown, study_table
 from scenarios.terminal import note, one_line_errors, progress_of, report_console, show, text_of
@@ -58,7 +62,7 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
     maglev check                          # does every experiment still give what it gave?
 """)
 
-MOST_NAMED = 8   # files that are listed by name
+MOST_NAMED = 7   # files, or variants of a scenario, that are listed one by one
 
 
 @app.command()
@@ -91,7 +95,7 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
     """List the FMUs and the scenarios."""
     from scenarios import catalogue
 
-    console = Console()
+    console = report_console()
     with one_line_errors(debug):
         table = Table("FMU", "built", "what it is")
         for name in catalogue.DEFINITIONS:
@@ -103,9 +107,13 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
                 built = "yes" if (fmus / f"{name}.{ending}").is_file() else "no"
                 table.add_row(name, built, what.format(scenario))
         console.print(table)
-        table = Table("run", "figures", "what it is")
+        table = Table(Column("run", no_wrap=True), "figures", "what it is")
         for name in packaged_scenarios():
-            for run in load_runs(name):
+            runs = load_runs(name)
+            if len(runs) > MOST_NAMED:
+                table.add_row(f"{name}-…", "", f"{len(runs)} variants: {runs[0].title}, …")
+                continue
+            for run in runs:
                 table.add_row(run.name, ", ".join(run.figures), run.title)
         console.print(table)
 
@@ -128,6 +136,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     The results are `NAME.csv` (time first, then `fmu.variable`), `NAME.txt` and, of all runs, `claims.md`. A run that
     an FMU ends early leaves what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
+    What a procedure of several runs finds is in `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
     """
     with one_line_errors(debug):
         # What would fail after the runs fails before them.
@@ -136,9 +145,10 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         runs = select(names or [], everything)
         results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
                           read_step(step), chosen_folder(fmus, native), out, jobs, order)
-        verdicts = judge_all(results)
-        files = write_results(results, verdicts, out, plot)
-        finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out)])
+        outcomes = evaluate_all(results)
+        verdicts = judge_everything(results, outcomes)
+        files = write_results(results, verdicts, out, plot) + write_outcomes(outcomes, verdicts, out)
+        finish(results, outcomes, verdicts, len(runs), [*files, write_claims(results, outcomes, verdicts, out)])
 
 
 @app.command()
@@ -157,11 +167,12 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
         runs = select(names or [], not names)
         results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
                           read_step(step), chosen_folder(fmus, native), out, jobs)
-        verdicts = judge_all(results)
-        files = write_results(results, verdicts, out, False)
+        outcomes = evaluate_all(results)
+        verdicts = judge_everything(results, outcomes)
+        files = write_results(results, verdicts, out, False) + write_outcomes(outcomes, verdicts, out)
         page = out / "report.html"
-        write_report(page, results, verdicts)
-        finish(results, verdicts, len(runs), [*files, write_claims(results, verdicts, out), page])
+        write_report(page, results, verdicts, outcomes)
+        finish(results, outcomes, verdicts, len(runs), [*files, write_claims(results, outcomes, verdicts, out), page])
 
 
 @app.command()
@@ -186,6 +197,7 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
         replaced = replacements(plant, controller, ports)
         folder = chosen_folder(fmus, native)
         runs = select(names or [], not names)
+        runs += needed(runs)
         starts = given_settings(settings, model, runs)
         note(prepare_all(runs, folder, replaced, starts))
         arguments = (runs, folder, replaced, starts, baselines, jobs or processors())
@@ -206,13 +218,19 @@ def run_all(runs: list[Scenario], settings: list[str], replaced: Mapping[str, Re
     """Run what is asked for and, after it, what its claims compare with; a single run here, several in processes."""
     # With another FMU on both sides of a comparison, the claim would be about something else.
     others = [] if replaced else compared(runs)
-    experiments = prepare_all([*runs, *others], fmus, replaced, settings, step, order)
+    everything = [*runs, *others, *needed([*runs, *others])]
+    experiments = prepare_all(everything, fmus, replaced, settings, step, order)
     note(experiments)
     out.mkdir(parents=True, exist_ok=True)
     with progress_of([experiment.scenario.name for experiment in experiments]) as watch:
         if len(experiments) == 1:
             return [execute(experiments[0], out, partial(watch, experiments[0].scenario.name))]
         return execute_all(experiments, out, jobs or processors(), watch)
+
+
+def judge_everything(results: list[RunResult], outcomes: list[Outcome]) -> Judgements:
+    """Judge the claims of every run and of every procedure, by name."""
+    return {**judge_all(results), **{outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}}
 
 
 def write_results(results: list[RunResult], verdicts: Judgements, out: Path, plot: bool) -> list[Path]:
@@ -228,19 +246,25 @@ def write_results(results: list[RunResult], verdicts: Judgements, out: Path, plo
     return files
 
 
-def write_claims(results: list[RunResult], verdicts: Judgements, out: Path) -> Path:
+def write_claims(results: list[RunResult], outcomes: list[Outcome], verdicts: Judgements, out: Path) -> Path:
     """Write the table of the claims."""
     path = out / "claims.md"
-    path.write_text(claims_markdown(results, verdicts), encoding="utf-8")
+    path.write_text(claims_markdown(results, verdicts, outcomes), encoding="utf-8")
     return path
 
 
-def finish(results: list[RunResult], verdicts: Judgements, asked: int, files: list[Path]) -> None:
-    """Print the text of the only run asked for, or a table of all; exit with 2 if a run did not complete."""
+def finish(results: list[RunResult], outcomes: list[Outcome], verdicts: Judgements, asked: int,
+           files: list[Path]) -> None:
+    """Print the text of the only run asked for, or a table of all, and what procedures found.
+
+    Exits with 2 if a run did not complete.
+    """
     if asked == 1:
         show(report_console(), results[0], verdicts[results[0].scenario.name])
     else:
-        report_console().print(study_table(results, verdicts))
+        report_console().print(study_table(results, verdicts, outcomes))
+    for outcome in outcomes:
+        show_outcome(report_console(), outcome, verdicts[outcome.settings.name])
     few = len(files) <= MOST_NAMED
     typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")
     for result in results:

@@ -75,18 +75,30 @@ class Experiment:
             drives[signal.to] = [signal.value(t) for t in times]
             if signal.rate_to is not None:
                 drives[signal.rate_to] = [signal.rate(t) for t in times]
-        fed = {target for _, target in self.scenario.connections} | set(drives)
+        fed = {target for _, target in self.scenario.wires.values()} | set(drives)
         for axis in self.scenario.axes.values():
             if axis.reference not in fed:
                 drives[axis.reference] = [self.start_value(axis.reference, descriptions)] * len(times)
         return drives
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
-        """Start value of an input, `fmu.variable`: the scenario's, or the FMU's."""
+        """Start value of an input or parameter, `fmu.variable`: the scenario's, or the FMU's."""
         fmu, _, variable = name.partition(".")
         if variable in self.scenario.fmus[fmu].start:
             return float(self.scenario.fmus[fmu].start[variable].value)
         return float(next(v.start for v in descriptions[fmu].modelVariables if v.name == variable))
+
+    def parameters(self) -> dict[str, float]:
+        """Start value of every Real parameter, `fmu.variable`: the scenario's, or the FMU's."""
+        descriptions = self.check()
+        return {f"{name}.{variable.name}": self.start_value(f"{name}.{variable.name}", descriptions)
+                for name, description in descriptions.items() for variable in description.modelVariables
+                if variable.causality == "parameter" and variable.type == "Real"}
+
+    def outputs(self) -> list[str]:
+        """Name of every output, `fmu.variable`."""
+        return [f"{name}.{variable.name}" for name, description in self.check().items()
+                for variable in description.modelVariables if variable.causality == "output"]
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Run the co-simulation."""
@@ -94,7 +106,7 @@ class Experiment:
         participants = [Participant(name, path, {variable: start.value for variable, start
                                                  in self.scenario.fmus[name].start.items()}, self.ports.get(name))
                         for name, path in self.files.items()]
-        connections = [(source, target) for source, target in self.scenario.connections]
+        connections = list(self.scenario.wires.values())
         with Master(participants, connections, self.step, self.order) as master:
             return master.run(self.scenario.stop_time, self.drives(descriptions), progress)
 
@@ -134,18 +146,21 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
     replaced = {name: Replacement(replacement.path, replace(replacement.ports, units=known[name]))
                 for name, replacement in replaced.items()}
     start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
+    start_from = {name: dict(fmu.start_from) for name, fmu in scenario.fmus.items()}
     settings = list(settings)
     for setting in settings:
         name, variable, value = read_setting(setting)
         known_participant(scenario, f"--set {setting}", name)
         start[name][variable] = value
+        start_from[name].pop(variable, None)
     asked = {setting.partition("=")[0].strip() for setting in settings}
     left_out = [full for name, replacement in replaced.items()
                 for full in unknown_starts(name, replacement, start[name]) if full not in asked]
     for full in left_out:
         name, _, variable = full.partition(".")
         del start[name][variable]
-    scenario_fmus = {name: fmu.model_copy(update={"start": start[name]}) for name, fmu in scenario.fmus.items()}
+    scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name]})
+                     for name, fmu in scenario.fmus.items()}
     changed = scenario.model_copy(update={"fmus": scenario_fmus})
     files = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus)
              for name, fmu in scenario.fmus.items()}

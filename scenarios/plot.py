@@ -26,8 +26,13 @@ def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -
     time = recording.time[::every]
     columns = {name: values[::every] for name, values in recording.columns.items()}
     rows = len(scenario.axes) + len(scenario.motors)
-    figure = Figure(figsize=(12, 2.3 * rows), layout="constrained")
+    figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
     figure.suptitle(f"{scenario.name}: {scenario.title}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not rows:
+        figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
+        figure.savefig(path, dpi=110)
+        return
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for (name, axis), (left, right) in zip(scenario.axes.items(), panels, strict=False):
         position, reference = 1e3 * columns[axis.position], 1e3 * columns[axis.reference]
@@ -50,5 +55,4 @@ def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -
                 panel.legend(loc="upper right", fontsize="small", ncols=3)
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
-    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)

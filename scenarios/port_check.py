@@ -17,6 +17,7 @@ class Variable(Protocol):
 
     name: str
     causality: str
+    variability: str | None
     type: str
     unit: str | None
 
@@ -56,9 +57,9 @@ class PortCheck:
             raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
         return variable
 
-    def feed(self, key: str, port: str) -> Variable:
-        """Return the input; refuse it if it is fed already."""
-        variable = self.variable(key, port, "input")
+    def feed(self, key: str, port: str, *causalities: str) -> Variable:
+        """Return the input, or a variable of another causality; refuse it if it is fed already."""
+        variable = self.variable(key, port, "input", *causalities)
         if port in self.fed:
             raise self.refuse(key, port, f"the input is fed by {self.fed[port]} already, expected one source")
         self.fed[port] = key
@@ -66,22 +67,26 @@ class PortCheck:
 
     def connections(self) -> None:
         """Check that connections run from outputs to inputs of the same type and unit."""
-        for i, (start, end) in enumerate(self.scenario.connections):
-            output = self.variable(f"connections[{i}][0]", start, "output")
-            target = self.feed(f"connections[{i}][1]", end)
+        for key, (start, end) in self.scenario.wires.items():
+            ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
+            output = self.variable(ends[0], start, "output")
+            target = self.feed(ends[1], end)
             if output.type != target.type:
-                raise self.refuse(f"connections[{i}]", [start, end],
+                raise self.refuse(key, [start, end],
                                   f"connects {output.type} to {target.type}, expected the same type")
             if output.unit and target.unit and output.unit != target.unit:
-                raise self.refuse(f"connections[{i}]", [start, end],
+                raise self.refuse(key, [start, end],
                                   f"connects {output.unit} to {target.unit}, expected the same unit")
 
     def signals(self) -> None:
         """Check that signals feed Real inputs of their dimension."""
         for i, signal in enumerate(self.scenario.signals):
             key = f"signals[{i}].to"
-            target = self.feed(key, signal.to)
+            target = self.feed(key, signal.to, "parameter")
             self.real(key, signal.to, target)
+            if target.causality == "parameter" and target.variability != "tunable":
+                raise self.refuse(key, signal.to, f"{target.name!r} is a {target.variability} parameter, expected an "
+                                                  "input or a tunable parameter")
             if signal.unit is not None:
                 self.dimension(key, signal.to, signal.unit, target)
             if signal.rate_to is not None:
@@ -114,6 +119,9 @@ class PortCheck:
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
                 if start.unit is not None:
                     self.dimension(key, start.written, start.unit, variable)
+            for name, source in entry.start_from.items():
+                key = key_path(["fmus", fmu, "start_from", name])
+                self.real(key, name, self.variable_of(key, source.output, fmu, name, "parameter", "input"))
 
     def recorded(self) -> None:
         """Check the variables that metrics are computed from."""

@@ -52,7 +52,7 @@ def known_ports(scenario: Scenario, name: str, own: Path) -> dict[str, str | Non
 def essential_ports(scenario: Scenario) -> dict[str, str]:
     """Causalities of the ports without which a scenario means nothing, by `fmu.variable`."""
     ports = {}
-    for source, target in scenario.connections:
+    for source, target in scenario.wires.values():
         ports[source], ports[target] = "output", "input"
     ports |= {signal.to: "input" for signal in scenario.signals}
     for axis in scenario.axes.values():
@@ -130,7 +130,7 @@ def fit(scenario: Scenario, replaced: Mapping[str, Replacement], known: Mapping[
 def remarks(scenario: Scenario, name: str, replacement: Replacement, description: ModelDescription,
             known: Mapping[str, object]) -> list[str]:
     """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
-    fed = {target for _, target in scenario.connections} | {signal.to for signal in scenario.signals}
+    fed = {target for _, target in scenario.wires.values()} | {signal.to for signal in scenario.signals}
     extra = [v.name for v in description.modelVariables
              if v.causality == "input" and f"{name}.{v.name}" not in fed and v.name not in known]
     found = []

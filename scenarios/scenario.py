@@ -1,28 +1,16 @@
 """A scenario: which FMUs run together, on which references, and what is measured and claimed."""
 
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
 
 from scenarios.claims import TRACKING_METRICS, Claim
-from scenarios.errors import ScenarioError, nearest
+from scenarios.errors import nearest
+from scenarios.procedures.settings import ProcedureSettings
 from scenarios.quantity import parse_quantity, read_quantity
 from scenarios.signals import Signal
-from scenarios.toml_table import (
-    Layer,
-    Metres,
-    Seconds,
-    Table,
-    extended,
-    key_refused,
-    merged,
-    one_line,
-    read_layers,
-)
-
-PACKAGED = Path(__file__).parent
+from scenarios.toml_table import Metres, Seconds, Table, key_path, key_refused
 
 
 class StartValue(NamedTuple):
@@ -40,12 +28,25 @@ def read_start_value(value: Any) -> StartValue:
     return StartValue(*read_quantity(value), value)
 
 
+class RunOutput(Table):
+    """What an output, `fmu.variable`, of another run is at the end of that run."""
+
+    run: str
+    output: str
+
+
 class Fmu(Table):
-    """One FMU: a model that this project builds, or a file, and its start values by variable name."""
+    """One FMU: a model that this project builds, or a file.
+
+    `start` has its start values by variable name, `start_from` those that are results of other runs, and `inputs` the
+    outputs, `fmu.variable`, that feed its inputs.
+    """
 
     model: str | None = None
     file: str | None = None
     start: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
+    start_from: dict[str, RunOutput] = {}
+    inputs: dict[str, str] = {}
 
     @model_validator(mode="after")
     def one_source(self) -> "Fmu":
@@ -106,7 +107,7 @@ class Scenario(Table):
     step: Annotated[Seconds, Field(gt=0.0)]
     output_interval: Annotated[Seconds, Field(gt=0.0)]
     fmus: dict[str, Fmu] = Field(min_length=1)
-    connections: list[tuple[str, str]] = []   # from an output to an input
+    connections: list[tuple[str, str]] = []   # from an output to an input; see also `wires`
     signals: list[Signal] = []
     axes: dict[str, Axis] = {}
     motors: dict[str, Motor] = {}
@@ -115,6 +116,7 @@ class Scenario(Table):
     metrics: MetricSettings = MetricSettings()
     check: CheckSettings = CheckSettings()
     claims: list[Claim] = []
+    procedure: ProcedureSettings | None = None
     _path: Path = PrivateAttr(default=Path("scenario"))
 
     @model_validator(mode="before")
@@ -153,6 +155,18 @@ class Scenario(Table):
         return self
 
     @property
+    def wires(self) -> dict[str, tuple[str, str]]:
+        """Connections from an output to an input, by their keys in the file: those in `connections` come first."""
+        own = {key_path(["fmus", name, "inputs", variable]): (source, f"{name}.{variable}")
+               for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items()}
+        return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
+
+    @property
+    def needs(self) -> set[str]:
+        """Names of the runs whose results this one starts from."""
+        return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
+
+    @property
     def path(self) -> Path:
         """The file the scenario was read from."""
         return self._path
@@ -166,90 +180,3 @@ class Scenario(Table):
     def output_every(self) -> int:
         """Number of communication steps between two recorded samples."""
         return round(self.output_interval / self.step)
-
-
-def packaged_scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the package."""
-    return sorted(path.stem for path in PACKAGED.glob("*.toml"))
-
-
-@cache
-def packaged_runs() -> dict[str, str]:
-    """Names of all runs that come with the package, one for each variant, and the scenarios that they belong to."""
-    return {run: name for name in packaged_scenarios() for run in runs_in(read_layers(PACKAGED / f"{name}.toml"))}
-
-
-def runs_in(layers: list[Layer]) -> list[str]:
-    """Names of the runs that a scenario file defines."""
-    table = merged(layers)
-    variants = table.get("variants")
-    names = [f"{table.get('name')}-{variant}" for variant in variants] if isinstance(variants, dict) else []
-    return names or [str(table.get("name"))]
-
-
-def load_runs(name_or_path: str | Path) -> list[Scenario]:
-    """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path.
-
-    Returns
-    -------
-    list of Scenario
-        One run for each variant of the scenario, or the one that is named.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such scenario, or something in it is not as expected; one line with file, key, value and
-        what was expected.
-    """
-    path = Path(name_or_path)
-    if path.name == str(name_or_path) and path.suffix != ".toml":
-        names = {name: name for name in packaged_scenarios()} | packaged_runs()
-        if path.name not in names:
-            raise ScenarioError(f"there is no scenario {path.name!r}; nearest is {nearest(path.name, names)}")
-        runs = read_runs(PACKAGED / f"{names[path.name]}.toml")
-        return [run for run in runs if run.name == path.name] or runs
-    return read_runs(path)
-
-
-def load_scenario(name_or_path: str | Path) -> Scenario:
-    """Load a single run; see `load_runs`."""
-    runs = load_runs(name_or_path)
-    if len(runs) != 1:
-        raise ScenarioError(f"{name_or_path} has variants, expected one of {', '.join(run.name for run in runs)}")
-    return runs[0]
-
-
-def read_runs(path: Path) -> list[Scenario]:
-    """Runs of a scenario file: one for each entry of its table `variants`, or the scenario itself.
-
-    A variant is merged over the scenario; its claims come after the scenario's own.
-    """
-    layers = read_layers(path)
-    table = merged(layers)
-    variants = table.get("variants", {})
-    if not isinstance(variants, dict) or not all(isinstance(variant, dict) for variant in variants.values()):
-        raise ScenarioError(f"{path}: variants = {variants!r}: expected tables, one for each variant")
-    base = [Layer(layer.path, {key: value for key, value in layer.table.items() if key != "variants"})
-            for layer in layers]
-    if not variants:
-        return [read_run(path, base, runs_in(layers))]
-    runs = []
-    for name, variant in variants.items():
-        claims = [*table.get("claims", []), *variant.get("claims", [])]
-        over = {**variant, "name": f"{table.get('name')}-{name}", "claims": claims}
-        runs.append(read_run(path, [*base, *extended(Layer(path, over))], runs_in(layers)))
-    return runs
-
-
-def read_run(path: Path, layers: list[Layer], siblings: list[str]) -> Scenario:
-    """Scenario of one run; `siblings` are the runs of its file."""
-    try:
-        scenario = Scenario.model_validate(merged(layers))
-    except ValidationError as error:
-        raise ScenarioError(one_line(error, layers)) from None
-    for claim in scenario.claims:
-        if claim.than is not None and claim.than not in siblings and claim.than not in packaged_runs():
-            raise ScenarioError(f"{path}: claims.than = {claim.than!r}: there is no such run; nearest is "
-                                f"{nearest(claim.than, [*siblings, *packaged_runs()])}")
-    scenario._path = path
-    return scenario

@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from scenarios.errors import ScenarioError
+from scenarios.errors import ScenarioError, nearest
 from scenarios.experiment import Experiment, prepare
+from scenarios.loading import load_runs, load_scenario, packaged_scenarios
 from scenarios.replacement import Replacement
-from scenarios.scenario import Scenario, load_runs, packaged_scenarios
+from scenarios.scenario import Scenario
 from scenarios.wiring import Order
 
 
@@ -45,7 +46,33 @@ def compared(runs: Sequence[Scenario]) -> list[Scenario]:
     return found + [other for name in missing for other in load_runs(name)]
 
 
+def needed(runs: Sequence[Scenario]) -> list[Scenario]:
+    """Runs that the given ones start from, directly or through others, and that are not among them."""
+    known = {run.name: run for run in runs}
+    waiting = list(runs)
+    while waiting:
+        run = waiting.pop()
+        siblings = {sibling.name: sibling for sibling in load_runs(run.path)} if run.needs - known.keys() else {}
+        for name in sorted(run.needs - known.keys()):
+            known[name] = siblings.get(name) or load_scenario(name)
+            waiting.append(known[name])
+    return list(known.values())[len(runs):]
+
+
 def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                 step: float | None = None, order: Order = "sequential") -> list[Experiment]:
-    """Experiments of the runs; arguments and errors as of `prepare`."""
-    return [prepare(run, fmus, replaced, settings, step, order) for run in runs]
+    """Experiments of the runs; arguments and errors as of `prepare`.
+
+    Also refused is a run that starts from an output which the other run, among the given ones, does not have.
+    """
+    experiments = [prepare(run, fmus, replaced, settings, step, order) for run in runs]
+    by_name = {experiment.scenario.name: experiment for experiment in experiments}
+    for experiment in experiments:
+        for fmu, entry in experiment.scenario.fmus.items():
+            for variable, source in entry.start_from.items():
+                outputs = by_name[source.run].outputs()
+                if source.output not in outputs:
+                    raise ScenarioError(f"{experiment.scenario.path}: fmus.{fmu}.start_from.{variable}.output = "
+                                        f"{source.output!r}: {source.run} has no such output; nearest is "
+                                        f"{nearest(source.output, outputs)}")
+    return experiments

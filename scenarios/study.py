@@ -1,7 +1,7 @@
 """Runs, one or many at once, and what each of them gives."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.chain import Ends, ends_of, in_order, started
 from scenarios.errors import in_one_line
 from scenarios.experiment import FAILURES, Experiment
 from scenarios.master import Progress, Recording, RunFailed
 from scenarios.metrics import Metrics, evaluate
-from scenarios.processes import Watcher, side_by_side
+from scenarios.processes import Watcher
 from scenarios.results import write_csv
 from scenarios.scenario import Scenario
 from scenarios.verdicts import Judgements, judge
@@ -34,6 +35,10 @@ class RunResult:
         What was measured; None if the run did not complete.
     failure : str or None
         Why the run did not complete.
+    ends : mapping of str to float
+        Every output at the end; empty if the run did not complete.
+    parameters : mapping of str to float
+        Every Real parameter that the run started with; empty if it did not complete.
     """
 
     scenario: Scenario
@@ -41,6 +46,8 @@ class RunResult:
     columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     metrics: Metrics | None = None
     failure: str | None = None
+    ends: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 def execute(experiment: Experiment, out: Path, progress: Progress | None = None) -> RunResult:
@@ -64,7 +71,8 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     write_csv(out / f"{scenario.name}.csv", recording, every)
     metrics = evaluate(scenario, recording.time, recording.columns)
     thin = thinned(recording, every)
-    return RunResult(scenario, thin.time, thin.columns, metrics)
+    return RunResult(scenario, thin.time, thin.columns, metrics, ends=ends_of(recording),
+                     parameters=experiment.parameters())
 
 
 def thinned(recording: Recording, every: int) -> Recording:
@@ -76,17 +84,19 @@ def thinned(recording: Recording, every: int) -> Recording:
 def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watcher) -> list[RunResult]:
     """Run experiments, each in a process of its own, at most `jobs` at a time.
 
-    A run that fails, or whose process dies, has a result that says why; the others go on.
+    Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
+    the others go on.
     """
     by_name = {experiment.scenario.name: experiment for experiment in experiments}
-    tasks = {name: partial(execute_or_fail, experiment, out) for name, experiment in by_name.items()}
-    return list(side_by_side(tasks, jobs, lambda name, message: failed(by_name[name], message), watch).values())
+    return list(in_order({name: experiment.scenario.needs for name, experiment in by_name.items()},
+                         lambda name, ends: partial(execute_or_fail, by_name[name], out, ends), jobs,
+                         lambda name, message: failed(by_name[name], message), watch).values())
 
 
-def execute_or_fail(experiment: Experiment, out: Path, progress: Progress) -> RunResult:
-    """Run an experiment; what users can put right is a result, too."""
+def execute_or_fail(experiment: Experiment, out: Path, ends: Ends, progress: Progress) -> RunResult:
+    """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
     try:
-        return execute(experiment, out, progress)
+        return execute(replace(experiment, scenario=started(experiment.scenario, ends)), out, progress)
     except FAILURES as error:
         return failed(experiment, in_one_line(error))
 

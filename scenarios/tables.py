@@ -5,12 +5,14 @@ from collections.abc import Sequence
 
 from rich.markup import escape
 from rich.table import Column, Table
+from rich.text import Text
 
 from scenarios.metrics import Metrics
+from scenarios.procedures.outcome import Outcome
 from scenarios.quantity import to_unit
 from scenarios.scenario import Scenario
 from scenarios.study import RunResult
-from scenarios.verdicts import VERDICTS, ClaimResult, Judgements
+from scenarios.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
 
 COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim",
            "not run": "magenta"}
@@ -38,6 +40,8 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
         for tracking in metrics.tracking:
             table.add_row(tracking.axis, length(tracking.mean), length(tracking.peak))
         tables.append(table)
+    if not metrics.motors:
+        return tables
     table = Table(title="Currents: largest absolute values")
     for name in ("motor", "phase current (A)", "command (A)"):
         table.add_column(name, justify="right")
@@ -57,43 +61,61 @@ def claim_table(results: Sequence[ClaimResult]) -> Table:
     for result in results:
         claim = result.claim
         note = f": {result.note}" if result.note else ""
-        table.add_row(claim.text, claim.source, claim.criterion, result.measured_text,
-                      f"[{COLOURS[result.verdict]}]{result.verdict}[/]{note}")
+        table.add_row(*map(Text, (claim.text, claim.source, claim.criterion, result.measured_text)),
+                      Text.assemble((result.verdict, COLOURS[result.verdict]), note))
     return table
 
 
-def study_table(results: Sequence[RunResult], verdicts: Judgements) -> Table:
-    """Table of many runs: how each ended, and how many of its claims have which verdict."""
+def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
+    """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
     table = Table(Column("run", no_wrap=True), "outcome",
                   *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
                   title="Verdicts on the claims")
-    totals = dict.fromkeys(VERDICTS, 0)
     for result in results:
-        name = result.scenario.name
         ended = short_outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
-        counts = {verdict: sum(claim.verdict == verdict for claim in verdicts[name]) for verdict in VERDICTS}
-        for verdict, count in counts.items():
-            totals[verdict] += count
-        cells = [f"[{COLOURS[verdict]}]{count}[/]" if count else "" for verdict, count in counts.items()]
-        table.add_row(name, escape(ended), *(cells if verdicts[name] else ["no claims"]))
+        table.add_row(escape(result.scenario.name), escape(ended), *counted_cells(verdicts[result.scenario.name]))
     table.add_section()
-    table.add_row(f"{len(results)} runs", "", *(str(total) for total in totals.values()))
+    for found in outcomes:
+        table.add_row(escape(found.settings.name), counted(found.values, "value"),
+                      *counted_cells(verdicts[found.settings.name]))
+    table.add_section()
+    every = [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]
+    totals = count_verdicts([claim for name in every for claim in verdicts[name]])
+    procedures = counted(outcomes, "procedure") if outcomes else ""
+    table.add_row(f"{len(results)} runs", procedures, *(str(total) for total in totals.values()))
     return table
 
 
-def claims_markdown(results: Sequence[RunResult], verdicts: Judgements) -> str:
-    """Table of all claims in Markdown: run, claim, source, the thesis's value, ours, verdict."""
+def count_verdicts(claims: Sequence[ClaimResult]) -> dict[Verdict, int]:
+    """Numbers of claims by verdict, also those that are 0."""
+    return {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in VERDICTS}
+
+
+def counted_cells(claims: Sequence[ClaimResult]) -> list[str]:
+    """Cells of the table of many runs with the numbers of claims by verdict."""
+    return [f"[{COLOURS[verdict]}]{count}[/]" if count else ""
+            for verdict, count in count_verdicts(claims).items()] if claims else ["no claims"]
+
+
+def counted(items: Sequence[object], noun: str) -> str:
+    """Number of items with the noun, such as "1 value"."""
+    return f"{len(items)} {noun}" if len(items) == 1 else f"{len(items)} {noun}s"
+
+
+def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
+    """Table of all claims in Markdown: run or procedure, claim, source, the thesis's value, ours, verdict."""
     lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
-    for result in results:
-        for judged in verdicts[result.scenario.name]:
+    for name in [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]:
+        for judged in verdicts[name]:
             claim = judged.claim
             verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
-            cells = (f"`{result.scenario.name}`", claim.text, claim.source, claim.criterion, judged.measured_text,
+            cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text,
                      verdict)
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    counted = [judged.verdict for run in verdicts.values() for judged in run]
-    counts = ", ".join(f"{counted.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in counted)
-    return f"{len(counted)} claims on {len(results)} runs: {counts}.\n\n" + "\n".join(lines) + "\n"
+    every = [judged.verdict for claims in verdicts.values() for judged in claims]
+    counts = ", ".join(f"{every.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in every)
+    subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
+    return f"{len(every)} claims on {subjects}: {counts}.\n\n" + "\n".join(lines) + "\n"
 
 
 def outcome(metrics: Metrics) -> str:
@@ -104,7 +126,7 @@ def outcome(metrics: Metrics) -> str:
     if metrics.tripped is not None:
         events.append(f"the controller tripped at {metrics.tripped:.3f} s")
     events += [f"largest error at the end {error}" for error in end_error(metrics)]
-    return ("failed" if metrics.failed else "held") + ": " + ", ".join(events)
+    return ("failed" if metrics.failed else "held") + (": " if events else "") + ", ".join(events)
 
 
 def short_outcome(metrics: Metrics) -> str:

@@ -7,6 +7,7 @@ from io import StringIO
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress, TaskID, TimeRemainingColumn
 
 from scenarios.errors import in_one_line
@@ -61,7 +62,7 @@ def progress_of(names: Sequence[str]) -> Iterator[Watcher]:
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
     """Print what was measured on a run, and the claims with their verdicts."""
     scenario = result.scenario
-    console.print(f"[bold]{scenario.name}[/]: {scenario.title}")
+    console.print(f"[bold]{escape(scenario.name)}[/]: {escape(scenario.title)}")
     if result.metrics is None:
         console.print(f"did not complete: {result.failure}", markup=False)
         return

@@ -1,11 +1,11 @@
-"""Verdicts on the claims about a run."""
+"""Verdicts on claims."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
-from scenarios.claims import MOTOR_METRICS, RUN_METRICS, TRACKING_METRICS, YES_NO_METRICS, Claim
+from scenarios.claims import MOTOR_METRICS, RUN_METRICS, TRACKING_METRICS, YES_NO_METRICS, Claim, Statement
 from scenarios.metrics import Metrics
 
 Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run"]
@@ -25,7 +25,7 @@ class ClaimResult:
 
     Attributes
     ----------
-    claim : Claim
+    claim : Statement
     measured : float, bool or None
         None if the claim is not testable or a run is missing.
     verdict : str
@@ -33,7 +33,7 @@ class ClaimResult:
         What a comparative claim compares the measured value with.
     """
 
-    claim: Claim
+    claim: Statement
     measured: float | bool | None
     verdict: Verdict
     against: float | None = None
@@ -89,8 +89,12 @@ def judge(claim: Claim, metrics: Metrics | None, others: Mapping[str, Metrics | 
         raise ValueError(f"claim {claim.text!r}: the run has no {claim.metric} to judge it on")
     if claim.comparative:
         return compare(claim, values, measured_values(claim, other, [claim.than_axis] if claim.than_axis else None))
-    target = float(claim.target or 0.0)
-    measured = decisive(claim, [value for _, value in values], mean, lambda value: miss(claim, value, target))
+    return against_target(claim, [value for _, value in values], float(claim.target or 0.0))
+
+
+def against_target(claim: Statement, values: Sequence[float], target: float) -> ClaimResult:
+    """Judge a claim with a target on measured values."""
+    measured = decisive(claim, values, mean, lambda value: miss(claim, value, target))
     if meets(claim, measured, target):
         return ClaimResult(claim, measured, "reproduced")
     close = abs(measured - target) <= CLOSE * abs(target)
@@ -104,6 +108,11 @@ def compare(claim: Claim, values: Sequence[Placed], others: Sequence[Placed]) ->
              if (claim.than_axis or name, time) in there]
     if not pairs:
         raise ValueError(f"claim {claim.text!r}: {claim.than or 'the run'} has no {claim.metric} at the same place")
+    return against_each_other(claim, pairs)
+
+
+def against_each_other(claim: Statement, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
+    """Judge a comparative claim on pairs of what was measured here and there."""
     measured, against = decisive(
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
         lambda pair: miss(claim, ratio(*pair), claim.factor))
@@ -115,7 +124,7 @@ def compare(claim: Claim, values: Sequence[Placed], others: Sequence[Placed]) ->
     return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced", against)
 
 
-def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
+def decisive(claim: Statement, items: Sequence[T], average: Callable[[Sequence[T]], T],
                 missed_by: Callable[[T], float]) -> T:
     """Return the item that decides a claim."""
     if claim.over == "mean":
@@ -153,7 +162,7 @@ def measured_values(claim: Claim, metrics: Metrics, axes: Sequence[str] | None) 
             for step in steps]
 
 
-def miss(claim: Claim, value: float, target: float) -> float:
+def miss(claim: Statement, value: float, target: float) -> float:
     """Return how far the value is on the wrong side of the target; the larger, the worse."""
     if claim.relation == "<":
         return value - target
@@ -162,7 +171,7 @@ def miss(claim: Claim, value: float, target: float) -> float:
     return abs(value - target)
 
 
-def meets(claim: Claim, value: float, target: float) -> bool:
+def meets(claim: Statement, value: float, target: float) -> bool:
     """Whether the value has the claimed relation to the target."""
     if claim.digits is None:
         return miss(claim, value, target) < 0.0

@@ -111,7 +111,8 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
     Raises
     ------
     ComponentError
-        If a name does not exist, is not an output or input as it should be, or if an input has two sources.
+        If a name does not exist, is not an output or input (for a drive: or parameter) as it should be, or if an input
+        has two sources.
     """
     sources = sources_of(components, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
@@ -159,7 +160,7 @@ def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[
         if target in sources:
             raise ComponentError(f"{target} has two sources, expected one connection or signal")
         sources[target] = source
-        kind = kind_of(endpoint(components, target, "input"))
+        kind = kind_of(endpoint(components, target, *(("input", "parameter") if source == target else ("input",))))
         if source != target and kind_of(endpoint(components, source, "output")) != kind:
             raise ComponentError(f"{source} and {target} differ in type, expected {kind} at both ends")
         if source == target and kind != "Real":
@@ -260,14 +261,14 @@ def kind_of(variable: ScalarVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
 
 
-def endpoint(components: Mapping[str, Component], name: str, causality: str) -> ScalarVariable:
-    """Variable of a name `fmu.variable`; ComponentError if it does not exist or is not of that causality."""
+def endpoint(components: Mapping[str, Component], name: str, *causalities: str) -> ScalarVariable:
+    """Variable of a name `fmu.variable`; ComponentError if it does not exist or is of another causality."""
     fmu, _, variable = name.partition(".")
     if fmu not in components:
         raise ComponentError(f"{name}: there is no FMU {fmu}, expected one of {', '.join(components)}")
     found = components[fmu].variable(variable)
-    if found.causality != causality:
-        raise ComponentError(f"{name} is of causality {found.causality}, expected an {causality}")
+    if found.causality not in causalities:
+        raise ComponentError(f"{name} is of causality {found.causality}, expected an {' or '.join(causalities)}")
     if found.type not in (*KINDS, "Enumeration"):
         raise ComponentError(f"{name} is of type {found.type}, expected one of {', '.join(KINDS)}")
     return found

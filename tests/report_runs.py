@@ -7,9 +7,12 @@ from html.parser import HTMLParser
 import numpy as np
 
 from scenarios.claims import Claim
+from scenarios.loading import load_runs, packaged_runs
 from scenarios.metrics import Metrics
+from scenarios.procedures.judging import judge_procedure
+from scenarios.procedures.settings import ProcedureSettings
 from scenarios.report.page import report_page
-from scenarios.scenario import Scenario, load_runs, packaged_runs
+from scenarios.scenario import Scenario
 from scenarios.study import RunResult
 from scenarios.verdicts import ClaimResult
 
@@ -50,9 +53,20 @@ def renamed(name: str, new: str) -> Scenario:
     return packaged(name).model_copy(update={"name": new})
 
 
+def of_procedure(name: str, new: str, **changes) -> Scenario:
+    """Scenario of a packaged run under another name, as one of a procedure."""
+    settings = ProcedureSettings(kind="parabolas", name="2dof-thrust", title="Thrust by parabolas")
+    return renamed(name, new).model_copy(update={"procedure": settings, **changes})
+
+
+def without_anything(name: str) -> Scenario:
+    """Scenario of a run without axes, motors or claims."""
+    return renamed("2dof-setpoints", name).model_copy(update={"axes": {}, "motors": {}, "claims": []})
+
+
 def all_recorded() -> list[RunResult]:
-    """Every packaged run."""
-    return [recorded(packaged(name)) for name in packaged_runs()]
+    """Every packaged run that is not one of many of a procedure."""
+    return [recorded(scenario) for scenario in map(packaged, packaged_runs()) if scenario.procedure is None]
 
 
 def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str = "p. 53, Fig. 4.18",
@@ -125,6 +139,7 @@ class Page(HTMLParser):
         return json.loads(self.with_id("data").text)
 
 
-def page_of(results, judgements=None) -> Page:
-    """Page of results, without plotly.js."""
-    return Page(report_page(results, judgements or {}, plotly="/* plotly */"))
+def page_of(results, judgements=None, outcomes=()) -> Page:
+    """Page of results, without plotly.js; the claims of the outcomes are judged."""
+    procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
+    return Page(report_page(results, {**(judgements or {}), **procedures}, plotly="/* plotly */", outcomes=outcomes))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from scenarios.scenario import load_runs, packaged_scenarios
+from scenarios.loading import load_runs, packaged_scenarios
 from scenarios.verdicts import VERDICTS
 
 README = Path(__file__).parents[1] / "README.md"

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from scenarios.catalogue import CONTAINERS, container, definition
+from scenarios.loading import load_scenario
 from scenarios.master import Recording
 from scenarios.results import write_csv
-from scenarios.scenario import load_scenario
 
 HERE = Path(__file__).parent
 

@@ -1,4 +1,4 @@
-"""The claims of the thesis as HTML: summary, table with a group for each run, and links between claims and figures."""
+"""The claims of the thesis as HTML: summary, table with groups by run and procedure, and links to the figures."""
 
 import re
 from collections import Counter
@@ -6,7 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import NamedTuple
 
+from scenarios.procedures.outcome import Outcome
+from scenarios.report.charts import ShownChart
 from scenarios.report.figures import Shown, anchor
+from scenarios.report.findings import found_anchor, has_text, procedure_anchor
 from scenarios.study import RunResult
 from scenarios.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
 
@@ -69,28 +72,62 @@ def run_anchor(name: str) -> str:
 
 
 def claim_anchor(name: str, k: int) -> str:
-    """Anchor of a run's k-th claim."""
+    """Anchor of the k-th claim about a run or a procedure."""
     return anchor("claim", name, str(k))
 
 
-def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown]) -> str:
-    """Bodies of the table, one for each run."""
-    return "\n".join(claim_group(result, judgements.get(result.scenario.name, ()), shown) for result in results)
+def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
+                 outcomes: Sequence[Outcome] = ()) -> str:
+    """Bodies of the table, one for each run, then one for each procedure."""
+    return "\n".join([run_group(result, judgements.get(result.scenario.name, ()), shown)
+                      for result in results if has_group(result, judgements)]
+                     + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
+                        for outcome in outcomes])
 
 
-def claim_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown]) -> str:
+def has_group(result: RunResult, judgements: Judgements) -> bool:
+    """Whether a run is in the table: of a procedure, where there are many, only those that have something to tell."""
+    return bool(result.scenario.procedure is None or result.failure is not None
+                or judgements.get(result.scenario.name))
+
+
+def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
     """Body of the table with the claims about one run."""
     name = result.scenario.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
-    figures = [each for each in shown if each.has(name)]
-    links = ", ".join(f'<a href="#{each.id}">{escape(each.figure.title)}</a>' for each in figures)
-    where = f"<p>{links}</p>" if links else ""
-    rows = [claim_row(claim_anchor(name, k), each, [*figures, *shown]) for k, each in enumerate(claims)]
-    if not rows:
-        rows = ['<tr class="empty"><td colspan="5">no claims</td></tr>']
-    return (f'<tbody id="{run_anchor(name)}"><tr class="run"><th colspan="5" scope="rowgroup">'
-            f"<strong>{escape(name)}</strong> {escape(result.scenario.title)}{status}{where}</th></tr>\n"
-            + "\n".join(rows) + "</tbody>")
+    figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
+    return claim_group(run_anchor(name), name, result.scenario.title, status, figure_links(figures),
+                       claim_rows(name, claims, [*figures, *shown]))
+
+
+def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
+    """Body of the table with the claims about one procedure."""
+    name = outcome.settings.name
+    charts = [each for each in shown if isinstance(each, ShownChart) and each.outcome is outcome]
+    links = figure_links(charts)
+    if has_text(outcome):
+        links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
+    return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
+                       claim_rows(name, claims, [*charts, *shown]))
+
+
+def claim_group(identifier: str, name: str, title: str, status: str, links: Sequence[str],
+                rows: Sequence[str]) -> str:
+    """Body of the table under a heading; status, links and rows are HTML."""
+    where = f"<p>{', '.join(links)}</p>" if links else ""
+    return (f'<tbody id="{identifier}"><tr class="run"><th colspan="5" scope="rowgroup">'
+            f"<strong>{escape(name)}</strong> {escape(title)}{status}{where}</th></tr>\n"
+            + "\n".join(rows or ['<tr class="empty"><td colspan="5">no claims</td></tr>']) + "</tbody>")
+
+
+def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
+    """Rows of the claims about a run or a procedure."""
+    return [claim_row(claim_anchor(name, k), each, shown) for k, each in enumerate(claims)]
+
+
+def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
+    """Links to figures."""
+    return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
 
 
 def run_status(result: RunResult) -> Iterator[str]:
@@ -109,7 +146,7 @@ def events(result: RunResult) -> list[tuple[float, str]]:
     return [(time, words) for time, words in found if time is not None]
 
 
-def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown]) -> str:
+def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart]) -> str:
     """One claim; its source links to the figures, of those with the same number to the first."""
     claim = result.claim
     reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
@@ -123,14 +160,14 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown]) -> s
 
 def unbroken(text: str) -> str:
     """The text with numbers and their units kept on one line."""
-    return re.sub(r"(?<=\d) (?=%|mm\b|[sA]\b)", "\N{NO-BREAK SPACE}", text)
+    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
 
 
-def linked_source(source: str, shown: Iterable[Shown]) -> str:
+def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
     """Source of a claim with links to the figures of the page that it cites."""
     targets: dict[str, str] = {}
     for each in shown:
-        targets.setdefault(str(each.figure.number), each.id)
+        targets.setdefault(str(each.number), each.id)
 
     def link(match: re.Match[str]) -> str:
         number = match.group()
@@ -149,13 +186,14 @@ def cited_figures(source: str) -> set[str]:
     return numbers
 
 
-def claims_of_figure(shown: Shown, judgements: Judgements) -> str:
-    """Links to the claims about a figure: those of its runs that cite it, or all of them if it has no number."""
+def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
+    """Links to the claims about a figure: those of what it shows that cite it, or all of a run if it has no number."""
+    names = shown.names if isinstance(shown, ShownChart) else [run.scenario.name for run in shown.runs]
+    every = isinstance(shown, Shown) and shown.number is None
     items = []
-    for run in shown.runs:
-        name = run.scenario.name
+    for name in names:
         for k, result in enumerate(judgements.get(name, ())):
-            if shown.figure.number is None or shown.figure.number in cited_figures(result.claim.source):
+            if every or shown.number in cited_figures(result.claim.source):
                 items.append(f'<li><a href="#{claim_anchor(name, k)}">{badge(result.verdict)}</a> '
                              f"{escape(result.claim.text)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -89,6 +89,16 @@ class Shown(NamedTuple):
         return self.figure.id
 
     @property
+    def number(self) -> str | None:
+        """Number in the thesis."""
+        return self.figure.number
+
+    @property
+    def title(self) -> str:
+        """Heading of the figure."""
+        return self.figure.title
+
+    @property
     def recorded(self) -> list[RunResult]:
         """Runs that can be drawn."""
         return [run for run in self.runs if len(run.time)]
@@ -105,11 +115,15 @@ def read_figures() -> list[Figure]:
 
 
 def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> list[Shown]:
-    """Figures with at least one run that was recorded; then one of every other such run with all its panels."""
+    """Figures with at least one run that was recorded; then one of every other such run with all its panels.
+
+    Runs of a procedure, many and short, get none of their own: the procedure has its charts.
+    """
     shown = list(with_data(figures, results))
     every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
     others = [Figure(caption=result.scenario.title, runs={result.scenario.name: "simulated"}, panels=every_panel)
-              for result in results if not any(each.has(result.scenario.name) for each in shown)]
+              for result in results
+              if result.scenario.procedure is None and not any(each.has(result.scenario.name) for each in shown)]
     return shown + list(with_data(others, results))
 
 

@@ -1,7 +1,7 @@
-"""The page: claims with their verdicts, figures of the runs, a moving picture, and what all this rests on."""
+"""The page: claims with their verdicts, tables and figures, a moving picture, and what all this rests on."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
@@ -10,7 +10,9 @@ from string import Template
 from typing import Any
 
 from scenarios.errors import ScenarioError
-from scenarios.report import claim_table
+from scenarios.procedures.outcome import Outcome
+from scenarios.report import claim_table, findings
+from scenarios.report.charts import ShownChart, chart_data, in_order, shown_charts
 from scenarios.report.figures import (
     MOVING,
     Shown,
@@ -30,7 +32,7 @@ FOLDER = Path(__file__).parent
 MOST_ROWS = 16000            # of a signal
 FEWEST_ROWS = 1000           # of a signal, however large the page
 LARGEST_DATA = 9_000_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
-SCRIPTS = ("series.js", "plots.js", "claims.js", "stage.js", "player.js")
+SCRIPTS = ("series.js", "charts.js", "plots.js", "claims.js", "stage.js", "player.js")
 
 
 def require_plotly() -> None:
@@ -39,7 +41,8 @@ def require_plotly() -> None:
         raise ScenarioError("the report needs plotly, expected it to be installed: pip install 'maglev-fmus[report]'")
 
 
-def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements) -> None:
+def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
+                 outcomes: Sequence[Outcome] = ()) -> None:
     """Write the report of a study as one HTML page that needs no network.
 
     The file appears under its name when it is complete: what stood there before is intact until then.
@@ -51,7 +54,9 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
     results : sequence of RunResult
         The runs, also those that failed.
     judgements : mapping of str to sequence of ClaimResult
-        Claims with their verdicts by name of the run.
+        Claims with their verdicts by name of the run or the procedure.
+    outcomes : sequence of Outcome
+        What the procedures found that the runs belong to.
 
     Raises
     ------
@@ -59,7 +64,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
         If plotly is not installed.
     """
     require_plotly()
-    page = report_page(results, judgements, plotly_script())
+    page = report_page(results, judgements, plotly_script(), outcomes)
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(path.name + ".part")
     unfinished.write_text(page, encoding="utf-8", newline="\n")
@@ -72,18 +77,23 @@ def plotly_script() -> str:
     return str(import_module("plotly.offline").get_plotlyjs())
 
 
-def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str) -> str:
+def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str,
+                outcomes: Sequence[Outcome] = ()) -> str:
     """Text of the page; `plotly` is the source of plotly.js."""
-    shown = shown_figures(read_figures(), results)
-    data = {"runs": runs_data(results, shown),
+    figures = shown_figures(read_figures(), results)
+    shown = in_order(figures, shown_charts(outcomes))
+    section = findings.findings_section(outcomes)
+    data = {"runs": runs_data(results, figures),
             "figures": {each.id: figure_data(each) for each in shown},
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
         summary=claim_table.summary(results, judgements),
         filter=claim_table.filter_buttons(judgements),
-        claims=claim_table.claim_groups(results, judgements, shown),
-        figures="\n".join(figure_element(each, judgements) for each in shown) or "<p>No run was recorded.</p>",
+        claims=claim_table.claim_groups(results, judgements, shown, outcomes),
+        findings_link=findings.LINK if section else "",
+        findings=section,
+        figures="\n".join(figure_element(each, judgements) for each in shown) or no_figure(results),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result) for result in results),
         data=json_in_html(data),
@@ -112,10 +122,17 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str,
     """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
     most = MOST_ROWS
     while True:
-        runs = {result.scenario.name: run_data(result, shown, most) for result in results if len(result.time)}
+        runs = {result.scenario.name: run_data(result, shown, most) for result in results
+                if len(result.time) and is_drawn(result, shown)}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
         most //= 2
+
+
+def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
+    """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
+    name = result.scenario.name
+    return result.scenario.procedure is None or name in MOVING or any(each.has(name) for each in shown)
 
 
 def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
@@ -135,24 +152,44 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, 
     }
 
 
-def figure_data(shown: Shown) -> dict[str, Any]:
+def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
+    if isinstance(shown, ShownChart):
+        return chart_data(shown)
     return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
                      for run in shown.recorded],
             "panels": [panel._asdict() for panel in shown.panels]}
 
 
-def figure_element(shown: Shown, judgements: Judgements) -> str:
-    """One figure: caption, runs, place for the plot, claims about it."""
-    figure = shown.figure
-    runs = "".join(f'<li><a href="#{claim_table.run_anchor(run.scenario.name)}">{escape(run.scenario.name)}</a>'
-                   + "".join(f'; <span class="status">⚠ {escape(text)}</span>' for text in claim_table.run_status(run))
-                   + "</li>" for run in shown.runs)
-    height = 120 + 180 * len(shown.panels)
-    return (f'<figure id="{shown.id}"><figcaption><h3>{escape(figure.title)}</h3><p>{escape(figure.caption)}</p>'
-            f'<ul class="runs">{runs}</ul></figcaption>\n'
+def no_figure(results: Sequence[RunResult]) -> str:
+    """What stands where there is no figure."""
+    recorded = any(len(result.time) for result in results)
+    return "<p>No figure shows these runs.</p>" if recorded else "<p>No run was recorded.</p>"
+
+
+def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
+    """One figure: caption, what it is about, place for the plot, claims about it."""
+    if isinstance(shown, ShownChart):
+        name = shown.outcome.settings.name
+        caption, height = shown.chart.caption, 120 + 240 * len(shown.chart.panels)
+        about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
+    else:
+        caption, height = shown.figure.caption, 120 + 180 * len(shown.panels)
+        about = "".join(f"<li>{run_link(run, judgements)}"
+                        + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
+                                  for text in claim_table.run_status(run)) + "</li>" for run in shown.runs)
+    return (f'<figure id="{shown.id}"><figcaption><h3>{escape(shown.title)}</h3><p>{escape(caption)}</p>'
+            f'<ul class="runs">{about}</ul></figcaption>\n'
             f'<div class="plot" data-figure="{shown.id}" style="height:{height}px"></div>\n'
             f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
+
+
+def run_link(run: RunResult, judgements: Judgements) -> str:
+    """Name of a run with a link to its claims."""
+    name = run.scenario.name
+    if not claim_table.has_group(run, judgements):
+        return escape(name)
+    return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
 
 
 def description(result: RunResult) -> str:

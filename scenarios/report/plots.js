@@ -97,11 +97,13 @@ function yAxisTitle({ kind, of }) {
   return kind === "error" ? what : `${what} (${PANELS[kind].unit})`;
 }
 
-function layout(figure, height) {
-  const count = figure.panels.length;
-  const axis = { gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("faint"),
-    automargin: true };
-  const result = {
+function axisStyle() {
+  return { gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("faint"), automargin: true };
+}
+
+/** What every plot looks like. */
+function commonLayout(height) {
+  return {
     paper_bgcolor: colour("paper"), plot_bgcolor: colour("paper"), font: { color: colour("text"), size: 12 },
     margin: { l: 60, r: 14, t: STRIP, b: 40 }, hovermode: "closest", uirevision: "kept",
     dragmode: coarsePointer() ? false : "zoom",   // on a touch screen dragging scrolls the page
@@ -110,6 +112,14 @@ function layout(figure, height) {
       bgcolor: "rgba(0,0,0,0)" },
     modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("faint"), activecolor: colour("text") },
     hoverlabel: { namelength: -1 },
+  };
+}
+
+function layout(figure, height) {
+  const count = figure.panels.length;
+  const axis = axisStyle();
+  const result = {
+    ...commonLayout(height),
     // One time axis below all panels: they zoom together.
     xaxis: { ...axis, title: { text: "time (s)" }, anchor: count === 1 ? "y" : `y${count}` },
     shapes: [],
@@ -143,7 +153,9 @@ function layout(figure, height) {
 function drawNow(id) {
   const element = document.querySelector(`[data-figure="${id}"]`);
   const figure = report.figures[id];
-  return Plotly.react(element, traces(figure), layout(figure, element.clientHeight), CONFIGURATION);
+  const height = element.clientHeight;
+  return figure.chart ? Plotly.react(element, chartTraces(figure.chart), chartLayout(figure.chart, height), CONFIGURATION)
+    : Plotly.react(element, traces(figure), layout(figure, height), CONFIGURATION);
 }
 
 async function decodeAndDraw(id) {

@@ -9,9 +9,9 @@ to 0.05 s, so that the files stay small and the plants, unstable without feedbac
 from pathlib import Path
 
 from scenarios.experiment import prepare
+from scenarios.loading import load_scenario
 from scenarios.master import Recording
 from scenarios.results import write_csv
-from scenarios.scenario import load_scenario
 from scenarios.signals import Steps
 
 HERE = Path(__file__).parent
@@ -41,7 +41,7 @@ def main() -> None:
                              Path("fmus"), {}, [])
         recording = experiment.run()
         for fmu in ("plant", "controller"):
-            sources = {target: source for source, target in scenario.connections}
+            sources = {target: source for source, target in scenario.wires.values()}
             sources |= {signal.to: signal.to for signal in signals}
             of_fmu = {target.partition(".")[2]: source for target, source in sources.items()
                       if target.startswith(f"{fmu}.")}

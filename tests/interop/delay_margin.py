@@ -8,7 +8,8 @@ from collections import deque
 from sampled_loop import AXES, MOTORS, PHASES, set_path
 
 from scenarios.catalogue import definition
-from scenarios.scenario import Scenario, load_scenario
+from scenarios.loading import load_scenario
+from scenarios.scenario import Scenario
 
 RUNS = ("2dof-setpoints", "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved", "3dof-tracking-pid")
 STEP, STEP_TIME, STOP_TIME = 1e-3, 1.0, 6.0   # m, s, s: every axis steps from where it starts

@@ -17,8 +17,9 @@ from sampled_loop import sampled_loop
 
 from scenarios.catalogue import SYSTEMS
 from scenarios.experiment import prepare
+from scenarios.loading import load_scenario
 from scenarios.master import Master, Participant
-from scenarios.scenario import Scenario, StartValue, load_scenario
+from scenarios.scenario import Scenario, StartValue
 from scenarios.wiring import Order, Wiring, wire
 
 PACKAGES = {"fmpy.ssp": "fmpy", "ecos": "ecospy", "libcosim": "libcosimpy"}

@@ -12,7 +12,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from scenarios.catalogue import CONTAINERS, DEFINITIONS, build_containers, build_systems
 from scenarios.component import Component, read_description
 from scenarios.experiment import prepare
-from scenarios.scenario import load_scenario
+from scenarios.loading import load_scenario
 
 FOLDER = "mit Leerzeichen ünïcödé"
 KINDS = {"python": "fmus", "native": "native_fmus"}

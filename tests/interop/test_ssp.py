@@ -13,7 +13,7 @@ from lxml import etree
 
 from fmi_export.ssp import SSC, SSD, SSV, write_ssp
 from scenarios.catalogue import SYSTEMS, build_systems, definition
-from scenarios.scenario import load_scenario
+from scenarios.loading import load_scenario
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
 FILES = [f"{system}{ports}.ssp" for system in SYSTEMS for ports in ("", "NoPorts")]

@@ -16,8 +16,9 @@ from scenarios.baseline import (
     read_baseline,
     write_baseline,
 )
+from scenarios.loading import load_scenario
 from scenarios.master import Recording
-from scenarios.scenario import CheckSettings, Scenario, SignalTolerance, load_scenario
+from scenarios.scenario import CheckSettings, Scenario, SignalTolerance
 
 SAMPLES = '"time","plant.y.position","plant.at_stop"\n0.0,0.025,0.0\n0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n'
 OPTIONS = """StartTime,0.0

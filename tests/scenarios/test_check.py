@@ -14,8 +14,9 @@ from scenarios.baseline import Baseline, BaselineError, Tolerance, baseline_file
 from scenarios.check import CheckResult, check_run, describe, exit_code, update_run
 from scenarios.deviation import Deviation, first_deviation, worst
 from scenarios.experiment import Experiment
+from scenarios.loading import load_scenario
 from scenarios.master import Recording, RunFailed
-from scenarios.scenario import CheckSettings, Scenario, SignalTolerance, load_scenario
+from scenarios.scenario import CheckSettings, Scenario, SignalTolerance
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
 SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),

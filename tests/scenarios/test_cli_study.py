@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 from command_line import error_line, maglev
+from report_outcomes import outcome
 
 LOOPS = Path(__file__).parents[2] / "scenarios" / "loops"
 
@@ -84,6 +85,45 @@ def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "Ours is better" in page
     assert (tmp_path / "hold-ours.csv").is_file()
+
+
+@pytest.fixture
+def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A procedure that every run belongs to."""
+    monkeypatch.setattr("scenarios.cli.evaluate_all", lambda _: [outcome()])
+
+
+def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    words = ("hold-ours", "2 runs", "1 procedure", "2dof-thrust: Thrust by parabolas", "Constants",
+             "note: C3 is not excited.", "The cogging force is 2 N", "results: ")
+    places = [result.output.index(text) for text in words]
+    assert places == sorted(places)
+    assert "2dof-thrust.curves.csv" in result.output.replace("\n", "")
+    text = (tmp_path / "2dof-thrust.txt").read_text()
+    assert text in result.output
+    assert (tmp_path / "2dof-thrust.curves.csv").read_text().startswith("figure,panel,curve,x,y\n4.9,")
+    claims = (tmp_path / "claims.md").read_text()
+    assert claims.startswith("2 claims on 2 runs and 1 procedure: ")
+    assert "| `2dof-thrust` | The cogging force is 2 N | p. 34, Fig. 4.9 | " in claims
+
+
+def test_a_single_run_tells_what_its_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    hold.write_text(hold.read_text().partition("[variants.ours]")[0])
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert result.output.index("hold: A short hold") < result.output.index("2dof-thrust: Thrust by parabolas")
+
+
+def test_report_shows_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    pytest.importorskip("plotly")
+    result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "report.html").read_text()
+    for text in ('id="figure-4-9-2dof-thrust"', "C3 is not excited.", "The cogging force is 2 N"):
+        assert text in page
+    assert "and 1 procedure: " in (tmp_path / "claims.md").read_text()
 
 
 def test_report_without_plotly_is_refused_before_the_runs(fmus: Path, hold: Path, tmp_path: Path,

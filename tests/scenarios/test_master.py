@@ -9,8 +9,8 @@ from sampled_loop import AXES, MOTORS, PHASES, sampled_loop
 
 from scenarios.component import ComponentError
 from scenarios.experiment import prepare
+from scenarios.loading import load_scenario
 from scenarios.master import Master, Participant, RunFailed
-from scenarios.scenario import load_scenario
 from scenarios.wiring import Order
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from scenarios.scenario import PACKAGED, Scenario, load_runs, load_scenario, packaged_runs, packaged_scenarios
+from scenarios.loading import PACKAGED, load_runs, load_scenario, packaged_runs, packaged_scenarios
+from scenarios.scenario import Scenario
 
 RUNS = [run for name in packaged_scenarios() for run in load_runs(name)]
 CONTROL_FIGURES = {f"4.{k}" for k in range(18, 32)} | {f"5.{k}" for k in range(20, 40)}

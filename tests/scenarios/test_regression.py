@@ -6,7 +6,8 @@ import pytest
 
 from scenarios.baseline import baseline_files
 from scenarios.check import CheckResult, check_run, describe
-from scenarios.scenario import PACKAGED, Scenario, load_runs, packaged_scenarios
+from scenarios.loading import PACKAGED, load_runs, packaged_scenarios
+from scenarios.scenario import Scenario
 
 BASELINES = PACKAGED / "baselines"
 RUNS = [run for name in packaged_scenarios() for run in load_runs(name)]

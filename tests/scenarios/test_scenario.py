@@ -3,8 +3,8 @@ from types import SimpleNamespace
 import pytest
 
 from scenarios.errors import ScenarioError
+from scenarios.loading import load_scenario
 from scenarios.port_check import check_names
-from scenarios.scenario import load_scenario
 
 LOOP = """
 step = "0.5 ms"

@@ -6,7 +6,7 @@ import pytest
 
 from scenarios.errors import ScenarioError
 from scenarios.experiment import prepare
-from scenarios.scenario import load_runs, load_scenario, packaged_runs
+from scenarios.loading import load_runs, load_scenario, packaged_runs
 from scenarios.selection import compared, select
 from scenarios.study import execute_all, judge_all
 

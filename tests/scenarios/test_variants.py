@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.errors import ScenarioError
-from scenarios.scenario import load_runs, load_scenario
+from scenarios.loading import load_runs, load_scenario
 
 LOOP = """
 step = "1 ms"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from report_outcomes import HOSTILE, chart, outcome
 from report_runs import SPEED, all_recorded, failed, judged, packaged, recorded
 
 from scenarios.report.claim_table import LOOKS
@@ -52,7 +53,8 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     results.append(failed(packaged("2dof-step-3-linear"), "plant: the step at 2 s failed"))
     judgements = {result.scenario.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
                   for result in results}
-    write_report(path, results, judgements)
+    outcomes = [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), notes=(HOSTILE,), claims=())]
+    write_report(path, results, judgements, outcomes)
     return path
 
 
@@ -120,6 +122,39 @@ def test_a_figure_overlays_its_runs_and_has_units(desktop):
     assert plot["titles"] == ["v (mm)", "h (mm)"]
     np.testing.assert_allclose(plot["last"], [26.0, 25.0, 25.0] * 2, atol=1e-3)   # mm
     assert plot["shapes"] == [0.25]   # s, the end stop
+
+
+def test_a_chart_has_lines_marks_and_units(desktop):
+    desktop.evaluate("maglevReport.drawAll()")
+    plot = desktop.evaluate("""(() => {
+        const { data, layout } = document.querySelector('[data-figure="figure-4-9-2dof-thrust"]');
+        return { names: data.map((curve) => curve.name), modes: data.map((curve) => curve.mode),
+                 colours: data.map((curve) => curve.line.color), y: data[0].y,
+                 wanted: [colour("series-0"), colour("series-1")],
+                 titles: [layout.xaxis.title.text, layout.yaxis.title.text] };
+    })()""")
+    assert plot["names"] == ["parabola fit", "estimator"]
+    assert plot["modes"] == ["lines", "markers"]
+    assert plot["colours"] == plot["wanted"]
+    assert plot["titles"] == ["air gap (mm)", "L (m/(s² A))"]
+    assert plot["y"] == [0.333333, 0.25, 0.125]
+
+
+def test_a_chart_has_panels_below_each_other_and_shows_labels_as_they_are(desktop):
+    desktop.evaluate("maglevReport.drawAll()")
+    plot = desktop.evaluate("""(() => {
+        const plot = document.querySelector('[data-figure="figure-4-10-2dof-thrust"]');
+        return { axes: plot.data.map((curve) => [curve.xaxis, curve.yaxis]), upper: plot.layout.yaxis.domain,
+                 lower: plot.layout.yaxis2.domain, links: plot.querySelectorAll("a[href]").length,
+                 titles: [...plot.querySelectorAll(".g-xtitle text, .g-x2title text")].map((text) => text.textContent),
+                 legend: [...plot.querySelectorAll(".legendtext")].map((text) => text.textContent) };
+    })()""")
+    assert plot["axes"] == [["x", "y"]] * 2 + [["x2", "y2"]] * 2
+    assert plot["lower"][1] < plot["upper"][0]
+    assert plot["titles"] == ["air gap (mm)"] * 2
+    # A label is in the legend once.
+    assert plot["legend"] == [HOSTILE, "estimator"]
+    assert plot["links"] == 0
 
 
 def test_absolute_errors_are_on_a_logarithmic_axis(desktop):

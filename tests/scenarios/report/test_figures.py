@@ -1,8 +1,8 @@
 import pytest
-from report_runs import all_recorded, failed, packaged, recorded, renamed
+from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, without_anything
 
+from scenarios.loading import load_runs, packaged_runs
 from scenarios.report.figures import MOVING, Figure, Panel, read_figures, shown_figures
-from scenarios.scenario import load_runs, packaged_runs
 
 FIGURES = read_figures()
 
@@ -24,14 +24,16 @@ def test_a_scenario_is_in_the_figures_that_it_names(name):
 
 
 def test_every_figure_is_shown_with_all_its_runs_and_panels():
-    shown = shown_figures(FIGURES, all_recorded())
+    results = all_recorded()
+    shown = shown_figures(FIGURES, results)
     assert [each.figure for each in shown[:len(FIGURES)]] == FIGURES
     for each in shown:
         assert [run.scenario.name for run in each.recorded] == list(each.figure.runs)
         kinds = [text.split()[0] for text in each.figure.panels]
-        assert list(dict.fromkeys(panel.kind for panel in each.panels)) == list(dict.fromkeys(kinds))
+        if each.number is not None:
+            assert list(dict.fromkeys(panel.kind for panel in each.panels)) == list(dict.fromkeys(kinds))
     assert len({each.id for each in shown}) == len(shown)
-    assert {run for each in shown for run in each.figure.runs} == set(packaged_runs())
+    assert {run for each in shown for run in each.figure.runs} == {run.scenario.name for run in results}
 
 
 def test_a_star_means_every_axis_or_motor():
@@ -52,6 +54,17 @@ def test_a_run_of_no_figure_gets_one_of_its_own():
     shown = shown_figures(FIGURES, [recorded(renamed("2dof-setpoints", "mine"))])
     assert [each.figure.title for each in shown] == ["Run mine"]
     assert {panel.kind for panel in shown[0].panels} == {"position", "speed", "error", "commands", "currents"}
+
+
+def test_a_run_of_a_procedure_gets_none_but_stays_in_those_of_the_thesis():
+    assert shown_figures(FIGURES, [recorded(of_procedure("2dof-setpoints", "parabola"))]) == []
+    assert shown_figures(FIGURES, [recorded(of_procedure("2dof-setpoints", "2dof-setpoints"))]) != []
+
+
+def test_a_run_without_axes_has_its_currents():
+    (shown,) = shown_figures(FIGURES, [recorded(renamed("2dof-setpoints", "mine").model_copy(update={"axes": {}}))])
+    assert {panel.kind for panel in shown.panels} == {"commands", "currents"}
+    assert shown_figures(FIGURES, [recorded(without_anything("mine"))]) == []
 
 
 def test_a_failed_run_stays_with_a_figure_that_shows_another():

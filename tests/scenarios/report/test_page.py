@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_runs import Page, all_recorded, failed, judged, packaged, page_of, recorded, renamed
+from report_runs import Page, all_recorded, failed, judged, packaged, page_of, recorded, renamed, without_anything
 
 from scenarios.errors import ScenarioError
 from scenarios.report import page as page_module
@@ -20,7 +20,6 @@ from scenarios.report.page import (
     write_report,
 )
 from scenarios.report.series import unpack
-from scenarios.scenario import packaged_runs
 from scenarios.verdicts import VERDICTS
 
 SETPOINTS = packaged("2dof-setpoints")
@@ -55,7 +54,7 @@ def test_every_figure_and_run_is_on_the_page(page):
     drawn = page.attributes("data-figure")
     assert {figure.id for figure in read_figures()} <= set(drawn)
     assert list(page.data["figures"]) == drawn
-    assert page.data["runs"].keys() == set(packaged_runs())
+    assert page.data["runs"].keys() == {result.scenario.name for result in all_recorded()}
     assert page.data["moving"] == list(MOVING)
 
 
@@ -74,6 +73,13 @@ def test_the_page_of_nothing_says_so():
     page = page_of([])
     assert "No run was recorded." in page.with_id("figures").text
     assert page.data == {"runs": {}, "figures": {}, "moving": []}
+
+
+def test_a_run_without_axes_and_motors_has_no_figure():
+    page = page_of([recorded(without_anything("mine"))])
+    assert "No figure shows these runs." in page.with_id("figures").text
+    assert "mine: " in page.with_id("assumptions").text
+    assert page.data["runs"]["mine"]["signals"] == {}
 
 
 def test_values_that_are_not_finite_are_left_out():

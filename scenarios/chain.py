@@ -1,0 +1,84 @@
+"""Runs that start from the results of others: in which order they go, and what is handed on."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol, TypeVar
+
+from scenarios.errors import ScenarioError
+from scenarios.master import Recording
+from scenarios.processes import Task, Watcher, side_by_side
+from scenarios.scenario import Scenario, StartValue
+
+Ends = Mapping[str, Mapping[str, float]]   # every output at the end of a run, by name of the run; empty if it failed
+
+
+class Ended(Protocol):
+    """The result of a run, as far as others start from it."""
+
+    @property
+    def ends(self) -> Mapping[str, float]:
+        """Every output at the end, empty if the run did not complete."""
+        ...
+
+
+T = TypeVar("T", bound=Ended)
+
+
+def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
+             died: Callable[[str, str], T], watch: Watcher) -> dict[str, T]:
+    """Do the tasks of runs, those that others need before them, otherwise side by side.
+
+    Parameters
+    ----------
+    needs : mapping of str to set of str
+        By name of the run, the runs that it starts from.
+    task : callable
+        From the name of a run and the ends of those that it needs to its task.
+    jobs, died, watch
+        As of `side_by_side`.
+
+    Returns
+    -------
+    dict of str to result
+        In the order of `needs`.
+
+    Raises
+    ------
+    ScenarioError
+        If runs need each other, or one that is not there.
+    """
+    results: dict[str, T] = {}
+    while len(results) < len(needs):
+        ready = [name for name in needs if name not in results and needs[name] <= results.keys()]
+        if not ready:
+            stuck = next(name for name in needs if name not in results)
+            missing = sorted(needs[stuck] - results.keys())
+            raise ScenarioError(f"{stuck}: start_from needs {', '.join(missing)}, expected a run that can go before it")
+        ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
+        results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch)
+    return {name: results[name] for name in needs}
+
+
+def ends_of(recording: Recording) -> dict[str, float]:
+    """Every output at the end of a run."""
+    return {name: float(values[-1]) for name, values in recording.columns.items()}
+
+
+def started(scenario: Scenario, ends: Ends) -> Scenario:
+    """Scenario with the start values that it takes from the ends of other runs.
+
+    Raises
+    ------
+    ScenarioError
+        If such a run did not complete.
+    """
+    fmus = {}
+    for name, fmu in scenario.fmus.items():
+        taken = {}
+        for variable, source in fmu.start_from.items():
+            values = ends.get(source.run)
+            if not values:
+                raise ScenarioError(f"{name}.{variable} starts from {source.output} of {source.run}, which did not "
+                                    "complete")
+            taken[variable] = StartValue(values[source.output], None, values[source.output])
+        fmus[name] = fmu.model_copy(update={"start": {**fmu.start, **taken}, "start_from": {}})
+    return scenario.model_copy(update={"fmus": fmus})

@@ -1,0 +1,24 @@
+"""From runs to the outcomes of the procedures that they belong to."""
+
+from collections.abc import Callable, Sequence
+
+from scenarios.procedures import cogging, complete_model, equilibrium, forgetting, parabolas
+from scenarios.procedures.outcome import Outcome
+from scenarios.procedures.rig_data import Runs
+from scenarios.procedures.settings import Kind, ProcedureSettings
+from scenarios.study import RunResult
+
+EVALUATIONS: dict[Kind, Callable[[ProcedureSettings, Runs], Outcome]] = {
+    "parabolas": parabolas.evaluate, "equilibrium": equilibrium.evaluate, "cogging": cogging.evaluate,
+    "identification": complete_model.evaluate, "forgetting": forgetting.evaluate}
+
+
+def evaluate_all(results: Sequence[RunResult]) -> list[Outcome]:
+    """Outcomes of the procedures that have runs among the results, by their names; see `Outcome`.
+
+    What a procedure finds only with runs that failed or are not there is left out of its outcome.
+    """
+    completed = {result.scenario.name: result for result in results if result.failure is None}
+    procedures = {result.scenario.procedure.name: result.scenario.procedure for result in results
+                  if result.scenario.procedure is not None}
+    return [EVALUATIONS[settings.kind](settings, completed) for _, settings in sorted(procedures.items())]

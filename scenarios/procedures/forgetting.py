@@ -1,0 +1,65 @@
+"""Constants that jump during a run: what the estimates make of it, with and without forgetting, and what that costs.
+
+The thesis leaves constants that change to future work; nothing here is a claim of its.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scenarios.procedures.outcome import Chart, Curve, Outcome, Panel, ValueTable
+from scenarios.procedures.rig_data import Runs
+from scenarios.procedures.settings import ProcedureSettings
+from scenarios.signals import Steps
+from scenarios.study import RunResult
+
+BEFORE = 5.0     # s before the jump over which the scatter is taken
+AFTER = 5.0      # s after the jump at which what is left of it is taken
+POINTS = 400     # of a curve, at most
+PLANT = "plant."
+
+
+class Jump(NamedTuple):
+    """A constant of the plant that jumps: name, time (s), values before and after."""
+
+    constant: str
+    time: float
+    before: float
+    after: float
+
+
+def jumps(result: RunResult) -> list[Jump]:
+    """Jumps of the plant's constants, by the scenario's signals."""
+    return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
+            for signal in result.scenario.signals
+            if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1]
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome on the run `jump`, if it completed."""
+    result = runs.get(settings.runs["jump"])
+    if result is None:
+        return Outcome(settings, ())
+    estimators = {result.parameters[f"{name}.forgetting"]: name for name in result.scenario.fmus
+                  if f"{name}.forgetting" in result.parameters}
+    rows, panels = [], []
+    kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
+    for jump in jumps(result):
+        curves = []
+        for forgetting, name in sorted(estimators.items()):
+            path = np.asarray(result.columns[f"{name}.{jump.constant}"], dtype=np.float64)
+            earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
+            later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])
+            left = (later - jump.after) / (jump.before - jump.after)
+            rows.append((jump.constant, f"{forgetting:g}", f"{earlier.mean() / jump.before - 1.0:+.2%}",
+                         f"{earlier.std() / jump.before:.2%}", f"{left:.1%}"))
+            curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept].tolist(), path[kept].tolist()))
+        true = np.where(result.time[kept] < jump.time, jump.before, jump.after)
+        curves.append(Curve("of the plant", result.time[kept].tolist(), true.tolist()))
+        panels.append(Panel("time (s)", jump.constant, tuple(curves)))
+    table = ValueTable(
+        "Constants that jump by 20 %", ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before",
+                                        "scatter in this time", f"left of the jump {AFTER:g} s after"), tuple(rows))
+    chart = Chart(None, "Constants of the plant that jump, and their estimates with three rates of forgetting.",
+                  tuple(panels))
+    return Outcome(settings, (result.scenario.name,), tables=(table,), charts=(chart,))

@@ -1,0 +1,61 @@
+"""What the procedures need of a run: its rig, its estimators, constants and recorded columns."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.rigs import RIGS, Rig
+from scenarios.quantity import to_unit
+from scenarios.scenario import Scenario
+from scenarios.study import RunResult
+
+Array = NDArray[np.float64]
+Runs = Mapping[str, RunResult]   # runs that completed, by name
+
+EPSILON = 0.01   # s, of the estimates that the thesis goes on with
+
+
+def rig_of(scenario: Scenario) -> Rig:
+    """The rig of a scenario, by the names that its plant's start values or its axes have."""
+    names = {*scenario.axes, *(variable.partition(".")[0] for variable in scenario.fmus["plant"].start)}
+    return next(rig for rig in RIGS.values() if rig.axes[0] in names)
+
+
+def estimators(result: RunResult) -> dict[float, str]:
+    """Estimators of a run by their ε (s), ascending."""
+    found = {result.parameters[f"{name}.epsilon"]: name for name in result.scenario.fmus
+             if f"{name}.epsilon" in result.parameters}
+    return dict(sorted(found.items()))
+
+
+def estimate(result: RunResult, epsilon: float, constants: Sequence[str]) -> dict[str, float]:
+    """Constants that the estimator with an ε (s) has at the end of a run."""
+    name = estimators(result)[epsilon]
+    return {constant: result.ends[f"{name}.{constant}"] for constant in constants}
+
+
+def plant_column(result: RunResult, name: str) -> Array:
+    """A column of the plant, such as "v.encoder"."""
+    return np.asarray(result.columns[f"plant.{name}"], dtype=np.float64)
+
+
+def moving_axes(result: RunResult, rig: Rig) -> list[str]:
+    """Horizontal axes that nothing holds."""
+    start = result.scenario.fmus["plant"].start
+    return [axis for axis in rig.axes[1:] if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
+
+
+def motor_of(rig: Rig, axis: str) -> str:
+    """Motor, or motor pair, that drives a horizontal axis."""
+    return rig.motors[rig.axes.index(axis) - 1]
+
+
+def millimetres(length: float) -> str:
+    """A length in mm."""
+    return f"{to_unit(length, 'mm'):.4g}"
+
+
+def mm(lengths: Array) -> list[float]:
+    """Lengths in mm."""
+    return [to_unit(length, "mm") for length in lengths.tolist()]
