@@ -63,6 +63,7 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 """)
 
 MOST_NAMED = 7   # files, or variants of a scenario, that are listed one by one
+MOST_SHOWN = 3   # procedures whose findings are printed; there are files of all
 
 
 @app.command()
@@ -263,7 +264,7 @@ def finish(results: list[RunResult], outcomes: list[Outcome], verdicts: Judgemen
         show(report_console(), results[0], verdicts[results[0].scenario.name])
     else:
         report_console().print(study_table(results, verdicts, outcomes))
-    for outcome in outcomes:
+    for outcome in outcomes if len(outcomes) <= MOST_SHOWN else ():
         show_outcome(report_console(), outcome, verdicts[outcome.settings.name])
     few = len(files) <= MOST_NAMED
     typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")

@@ -51,8 +51,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
             earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
             later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])
             left = (later - jump.after) / (jump.before - jump.after)
-            rows.append((jump.constant, f"{forgetting:g}", f"{earlier.mean() / jump.before - 1.0:+.2%}",
-                         f"{earlier.std() / jump.before:.2%}", f"{left:.1%}"))
+            rows.append((jump.constant, f"{forgetting:g}", percent(earlier.mean() / jump.before - 1.0),
+                         percent(earlier.std() / jump.before), percent(left)))
             curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept].tolist(), path[kept].tolist()))
         true = np.where(result.time[kept] < jump.time, jump.before, jump.after)
         curves.append(Curve("of the plant", result.time[kept].tolist(), true.tolist()))
@@ -63,3 +63,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     chart = Chart(None, "Constants of the plant that jump, and their estimates with three rates of forgetting.",
                   tuple(panels))
     return Outcome(settings, (result.scenario.name,), tables=(table,), charts=(chart,))
+
+
+def percent(share: float) -> str:
+    """A share in percent, without a sign on what rounds to nothing."""
+    return f"{100.0 * share:z.2f} %"

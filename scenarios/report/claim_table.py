@@ -186,9 +186,15 @@ def cited_figures(source: str) -> set[str]:
     return numbers
 
 
+def names_behind(shown: Shown) -> list[str]:
+    """Names of a figure's runs, and of the procedures that these belong to: all that claims may be about."""
+    procedures = [run.scenario.procedure.name for run in shown.runs if run.scenario.procedure is not None]
+    return list(dict.fromkeys([*(run.scenario.name for run in shown.runs), *procedures]))
+
+
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
     """Links to the claims about a figure: those of what it shows that cite it, or all of a run if it has no number."""
-    names = shown.names if isinstance(shown, ShownChart) else [run.scenario.name for run in shown.runs]
+    names = shown.names if isinstance(shown, ShownChart) else names_behind(shown)
     every = isinstance(shown, Shown) and shown.number is None
     items = []
     for name in names:

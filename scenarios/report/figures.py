@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 from scenarios.report.series import tolerances
 from scenarios.scenario import Axis, Motor, Scenario
 from scenarios.study import RunResult
-from scenarios.toml_table import Table
+from scenarios.toml_table import Seconds, Table
 
 AXIS_PANELS = ("position", "speed", "error")
 MOTOR_PANELS = ("commands", "currents")
@@ -44,6 +44,8 @@ class Figure(Table):
         Label in the legend by name of the run.
     panels : list of str
         Kind and axis or motor, such as "error y", "position *".
+    until : float or None
+        End of the time that is shown at first, s; None for all.
     """
 
     number: str | None = None
@@ -51,6 +53,7 @@ class Figure(Table):
     caption: str
     runs: dict[str, str] = Field(min_length=1)
     panels: list[str] = Field(min_length=1)
+    until: Seconds | None = None
 
     @field_validator("panels")
     @classmethod

@@ -158,7 +158,8 @@ def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
         return chart_data(shown)
     return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
                      for run in shown.recorded],
-            "panels": [panel._asdict() for panel in shown.panels]}
+            "panels": [panel._asdict() for panel in shown.panels],
+            **({} if shown.figure.until is None else {"until": shown.figure.until})}
 
 
 def no_figure(results: Sequence[RunResult]) -> str:

@@ -121,7 +121,8 @@ function layout(figure, height) {
   const result = {
     ...commonLayout(height),
     // One time axis below all panels: they zoom together.
-    xaxis: { ...axis, title: { text: "time (s)" }, anchor: count === 1 ? "y" : `y${count}` },
+    xaxis: { ...axis, title: { text: "time (s)" }, anchor: count === 1 ? "y" : `y${count}`,
+      ...(figure.until ? { range: [0, figure.until] } : {}) },
     shapes: [],
   };
   figure.panels.forEach((panel, p) => {

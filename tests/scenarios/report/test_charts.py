@@ -5,7 +5,7 @@ import pytest
 from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
 from report_runs import Page, failed, judged, of_procedure, packaged, page_of, recorded, renamed
 
-from scenarios.procedures.outcome import Chart, Curve, Panel
+from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel
 from scenarios.report.charts import MOST_POINTS, chart_data, curve_data, in_order, shown_charts
 from scenarios.report.claim_table import linked_source, unbroken
 from scenarios.report.figures import read_figures, shown_figures
@@ -186,3 +186,14 @@ def test_numbers_stay_with_their_units():
     text = "cogging force, gap 10 to 15 mm > 2 N, 3 V, 4 kg, 5 ms, 6 µm, 7 %, 8 A, 9 s, of 3 axes, 2 Nodes"
     assert unbroken(text).split(" ")[-5:] == ["of", "3", "axes,", "2", "Nodes"]
     assert unbroken(text).count("\N{NO-BREAK SPACE}") == 9
+
+
+def test_a_run_figure_lists_the_claims_of_its_procedure_and_begins_with_the_time_that_counts():
+    flown = recorded(packaged("2dof-identification-rig"))
+    settings = flown.scenario.procedure
+    page = page_of([flown], outcomes=[Outcome(settings, (flown.scenario.name,),
+                                              (Found("position_deviation", 0.02, axis="v"),))])
+    shown = page.with_id("figure-4-15").text
+    assert "follows the positions" in shown and "reproduced" in shown
+    assert "C1 is near" not in shown   # cites a table
+    assert page.data["figures"]["figure-4-15"]["until"] == 10.0

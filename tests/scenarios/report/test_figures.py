@@ -9,7 +9,9 @@ FIGURES = read_figures()
 
 def test_every_figure_with_a_run_is_described():
     numbers = {figure.number for figure in FIGURES}
-    assert numbers == {f"4.{k}" for k in range(18, 32)} | {f"5.{k}" for k in range(20, 40)}
+    # What lies between is drawn by the procedures, or shows no run.
+    assert numbers == {"4.15", "4.16", *(f"4.{k}" for k in range(18, 32)), *(f"5.{k}" for k in range(16, 19)),
+                       *(f"5.{k}" for k in range(20, 40))}
 
 
 def test_every_run_named_exists():
