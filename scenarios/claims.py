@@ -36,8 +36,9 @@ class Statement(Table):
     digits: int | None = Field(default=None, ge=1)
     factor: float = Field(default=1.0, gt=0.0)
     over: Literal["all", "any", "mean"] = "all"
-    reason: str | None = None
-    not_testable: str | None = None
+    reason: str | None = None         # why it is not reproduced
+    remark: str | None = None         # what a reader should know whatever the verdict
+    not_testable: str | None = None   # why
 
     @property
     def comparative(self) -> bool:

@@ -146,7 +146,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         runs = select(names or [], everything)
         results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
                           read_step(step), chosen_folder(fmus, native), out, jobs, order)
-        outcomes = evaluate_all(results)
+        outcomes = evaluate_all(results, {run.name for run in runs})
         verdicts = judge_everything(results, outcomes)
         files = write_results(results, verdicts, out, plot) + write_outcomes(outcomes, verdicts, out)
         finish(results, outcomes, verdicts, len(runs), [*files, write_claims(results, outcomes, verdicts, out)])
@@ -168,7 +168,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
         runs = select(names or [], not names)
         results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
                           read_step(step), chosen_folder(fmus, native), out, jobs)
-        outcomes = evaluate_all(results)
+        outcomes = evaluate_all(results, {run.name for run in runs})
         verdicts = judge_everything(results, outcomes)
         files = write_results(results, verdicts, out, False) + write_outcomes(outcomes, verdicts, out)
         page = out / "report.html"

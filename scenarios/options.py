@@ -60,7 +60,7 @@ def given_settings(settings: Settings, model: Model, runs: Sequence[Scenario]) -
     """Start values of the options --model and --set, in the order in which they go over each other."""
     if model is None:
         return settings or []
-    rigs = {rig for run in runs for axis, rig in RIG_OF_AXIS.items() if axis in run.axes}
+    rigs = {rig for run in runs for axis, rig in RIG_OF_AXIS.items() if axis in run.axis_names}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
     return [*model_settings(model, rigs.pop()), *(settings or [])]

@@ -162,6 +162,11 @@ class Scenario(Table):
         return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
 
     @property
+    def axis_names(self) -> set[str]:
+        """Names of the axes that are measured or that have start values: a run may measure none."""
+        return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
+
+    @property
     def needs(self) -> set[str]:
         """Names of the runs whose results this one starts from."""
         return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}

@@ -68,6 +68,8 @@ def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Rep
     experiments = [prepare(run, fmus, replaced, settings, step, order) for run in runs]
     by_name = {experiment.scenario.name: experiment for experiment in experiments}
     for experiment in experiments:
+        if experiment.scenario.needs:
+            experiment.check()   # what it refuses shows before the runs that it waits for
         for fmu, entry in experiment.scenario.fmus.items():
             for variable, source in entry.start_from.items():
                 outputs = by_name[source.run].outputs()

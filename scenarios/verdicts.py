@@ -46,10 +46,9 @@ class ClaimResult:
 
     @property
     def note(self) -> str:
-        """Why the claim is not reproduced or not testable; empty if nothing is known or needed."""
-        if self.verdict == "not testable":
-            return self.claim.not_testable or ""
-        return (self.claim.reason or "") if self.verdict == "not reproduced" else ""
+        """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
+        why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason}.get(self.verdict)
+        return "; ".join(part for part in (why, self.claim.remark) if part)
 
 
 Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run

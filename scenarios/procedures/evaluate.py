@@ -1,6 +1,6 @@
 """From runs to the outcomes of the procedures that they belong to."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from scenarios.procedures import cogging, complete_model, equilibrium, forgetting, parabolas
 from scenarios.procedures.outcome import Outcome
@@ -13,12 +13,14 @@ EVALUATIONS: dict[Kind, Callable[[ProcedureSettings, Runs], Outcome]] = {
     "identification": complete_model.evaluate, "forgetting": forgetting.evaluate}
 
 
-def evaluate_all(results: Sequence[RunResult]) -> list[Outcome]:
-    """Outcomes of the procedures that have runs among the results, by their names; see `Outcome`.
+def evaluate_all(results: Sequence[RunResult], asked: Collection[str] | None = None) -> list[Outcome]:
+    """Outcomes of the procedures that have runs among the results, in the order of their names.
 
-    What a procedure finds only with runs that failed or are not there is left out of its outcome.
+    With `asked`, names of runs, only of those that have runs among these: what was run for other runs to start from
+    does not make a procedure. What a procedure finds only with runs that failed or are not there is left out of its
+    outcome.
     """
     completed = {result.scenario.name: result for result in results if result.failure is None}
     procedures = {result.scenario.procedure.name: result.scenario.procedure for result in results
-                  if result.scenario.procedure is not None}
+                  if result.scenario.procedure is not None and (asked is None or result.scenario.name in asked)}
     return [EVALUATIONS[settings.kind](settings, completed) for _, settings in sorted(procedures.items())]

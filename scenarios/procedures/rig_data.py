@@ -17,9 +17,8 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 
 def rig_of(scenario: Scenario) -> Rig:
-    """The rig of a scenario, by the names that its plant's start values or its axes have."""
-    names = {*scenario.axes, *(variable.partition(".")[0] for variable in scenario.fmus["plant"].start)}
-    return next(rig for rig in RIGS.values() if rig.axes[0] in names)
+    """The rig of a scenario, by the names of its axes."""
+    return next(rig for rig in RIGS.values() if rig.axes[0] in scenario.axis_names)
 
 
 def estimators(result: RunResult) -> dict[float, str]:

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 
+from estimator_fmu.estimator_2dof import Estimator2DOF
+from estimator_fmu.estimator_3dof import Estimator3DOF
+
 SCRIPTS = Path(__file__).parents[2] / "scenarios" / "scripts"
 
 SHORT = """
@@ -168,15 +171,20 @@ def test_help_teaches() -> None:
         assert f"maglev {command}" in result.output
 
 
+def run_script(name: str, fmus: Path, out: Path) -> None:
+    """Run a command line of the folder scripts, the result to a file."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run(["sh", str(SCRIPTS / name)], check=True, cwd=out.parent,
+                   env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path})
+
+
 @pytest.mark.parametrize("rig", ["2dof", "3dof"])
 def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, rig: str) -> None:
     """Each FMU alone gives what the other one was recorded to get from it."""
     results, given = {}, {}
     for fmu in ("plant", "controller"):
         out = tmp_path / f"{fmu}.csv"
-        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-        subprocess.run(["sh", str(SCRIPTS / f"{fmu}_{rig}.sh")], check=True, cwd=tmp_path,
-                       env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path})
+        run_script(f"{fmu}_{rig}.sh", fmus, out)
         results[fmu] = np.genfromtxt(out, delimiter=",", names=True, dtype=float, deletechars="", usecols=range(9))
         given[fmu] = np.genfromtxt(SCRIPTS / f"{fmu}_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
     motor, axis = ("motor", "v") if rig == "2dof" else ("alpha", "y")
@@ -188,3 +196,25 @@ def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, rig: str
     plant = np.genfromtxt(tmp_path / "plant.csv", delimiter=",", names=True, dtype=float, deletechars="")
     # One encoder count: the replayed plant is open loop, so that a rounding error in fmpy's interpolation grows.
     assert np.abs(plant[f"{axis}.encoder"][:n] - given["controller"][f"{axis}.measured"][:n]).max() < 1.01e-5
+
+
+@pytest.mark.parametrize(("rig", "block", "stop_time"), [("2dof", Estimator2DOF, 1.0), ("3dof", Estimator3DOF, 0.5)])
+def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
+                                   block: type[Estimator2DOF] | type[Estimator3DOF], stop_time: float) -> None:
+    """The FMU alone estimates what the block does from the same recording, and leaves its first guesses."""
+    run_script(f"estimator_{rig}.sh", fmus, tmp_path / "out.csv")
+    result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=None, deletechars="")
+    given = np.genfromtxt(SCRIPTS / f"estimator_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
+    estimator = block()
+    step = estimator.sample_time
+    assert len(result) - 1 == len(given) == round(stop_time / step)
+    estimator.start()
+    names = [name for name in result.dtype.names if name in ("C1", "C2", "C3", "C4", "C5")]
+    guesses = [getattr(estimator, name) for name in names]
+    for row, estimated in zip(given, result[1:], strict=True):
+        for name in given.dtype.names[1:]:
+            part, _, variable = name.partition(".")
+            setattr(getattr(estimator, part), variable, float(row[name]))
+        estimator.step(float(row["time"]), step)
+        assert [estimated[name] for name in names] == pytest.approx([getattr(estimator, name) for name in names])
+    assert all(abs(estimated[name] / guess - 1.0) > 0.1 for name, guess in zip(names, guesses, strict=True))
