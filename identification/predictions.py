@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from identification.errors import IdentificationError
 from identification.rigs import Array, Rig, Row, shape_functions
 
 
@@ -26,8 +27,10 @@ def thrust_factor(rig: Rig, axis: str) -> float:
 def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: float) -> float:
     """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
 
-    `time` (s) from the start at rest, `position` (m), shape (n,) each.
+    `time` (s) from the start at rest, `position` (m), shape (n,) each. IdentificationError without a current.
     """
+    if i_q == 0.0:
+        raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
     columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
     acceleration = float(np.linalg.lstsq(columns, position, rcond=None)[0][1])
     return -acceleration / (thrust_factor(rig, axis) * i_q)

@@ -47,15 +47,25 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         If runs need each other, or one that is not there.
     """
     results: dict[str, T] = {}
-    while len(results) < len(needs):
-        ready = [name for name in needs if name not in results and needs[name] <= results.keys()]
-        if not ready:
-            stuck = next(name for name in needs if name not in results)
-            missing = sorted(needs[stuck] - results.keys())
-            raise ScenarioError(f"{stuck}: start_from needs {', '.join(missing)}, expected a run that can go before it")
+    for ready in waves(needs):
         ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
         results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch)
     return {name: results[name] for name in needs}
+
+
+def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
+    """Runs that can go side by side, after those of the waves before; arguments and errors as of `in_order`."""
+    found: list[list[str]] = []
+    done: set[str] = set()
+    while len(done) < len(needs):
+        ready = [name for name in needs if name not in done and needs[name] <= done]
+        if not ready:
+            stuck = next(name for name in needs if name not in done)
+            missing = ", ".join(sorted(needs[stuck] - done))
+            raise ScenarioError(f"{stuck}: start_from needs {missing}, expected a run that can go before it")
+        found.append(ready)
+        done |= set(ready)
+    return found
 
 
 def ends_of(recording: Recording) -> dict[str, float]:

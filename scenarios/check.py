@@ -116,8 +116,8 @@ def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, scenario.name)
         require_fit(scenario, baseline, baselines)
-        shortened = started(scenario, ends).model_copy(update={"stop_time": baseline.stop_time})
-        experiment = prepare(shortened, fmus, replaced, settings)
+        shortened = scenario.model_copy(update={"stop_time": baseline.stop_time})
+        experiment = prepared(shortened, fmus, replaced, settings, ends)
         lacking = [name for name in shortened.check.signals if name not in experiment.scenario.check.signals]
         baseline = without(baseline, lacking)
         units = units_of(experiment, baseline.columns)
@@ -148,7 +148,7 @@ def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacemen
     begin = time.perf_counter()
     try:
         old, unreadable = old_baseline(baselines, scenario.name)
-        experiment = prepare(started(scenario, ends), fmus, replaced, settings)
+        experiment = prepared(scenario, fmus, replaced, settings, ends)
         units = units_of(experiment, scenario.check.signals)
         recording = experiment.run(progress)
         new, reached = from_recording(scenario, experiment.step, recording), ends_of(recording)
@@ -171,6 +171,13 @@ def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacemen
     if not notes:
         return UpdateResult(scenario.name, "unchanged", f"unchanged, {extent}", moved, elapsed, reached)
     return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed, reached)
+
+
+def prepared(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+             ends: Ends) -> Experiment:
+    """Experiment of a scenario that starts from the ends of others; settings go before these."""
+    experiment = prepare(scenario, fmus, replaced, settings)
+    return replace(experiment, scenario=started(experiment.scenario, ends))
 
 
 def check_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],

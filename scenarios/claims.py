@@ -82,7 +82,7 @@ class Claim(Statement):
         """Convert to SI."""
         metric = info.data.get("metric")
         if metric in UNITS:
-            return parse_quantity(value, UNITS[metric]) if UNITS[metric] else float(value)
+            return parse_quantity(value, UNITS[metric] or "1")
         if not isinstance(value, bool):
             raise ValueError(f"expected true or false for the metric {metric}")
         return value

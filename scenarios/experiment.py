@@ -155,10 +155,11 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
         start_from[name].pop(variable, None)
     asked = {setting.partition("=")[0].strip() for setting in settings}
     left_out = [full for name, replacement in replaced.items()
-                for full in unknown_starts(name, replacement, start[name]) if full not in asked]
+                for full in unknown_starts(name, replacement, [*start[name], *start_from[name]]) if full not in asked]
     for full in left_out:
         name, _, variable = full.partition(".")
-        del start[name][variable]
+        start[name].pop(variable, None)
+        start_from[name].pop(variable, None)
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name]})
                      for name, fmu in scenario.fmus.items()}
     changed = scenario.model_copy(update={"fmus": scenario_fmus})
@@ -169,7 +170,7 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
                       {name: replacement.ports for name, replacement in replaced.items()}, fitted.notes)
 
 
-def unknown_starts(name: str, replacement: Replacement, start: Mapping[str, StartValue]) -> list[str]:
+def unknown_starts(name: str, replacement: Replacement, start: Iterable[str]) -> list[str]:
     """Start values, `fmu.variable`, that an FMU put in by the user has no variable for: its parameters are its own."""
     known = {v.name for v in replacement.description(name).modelVariables}
     return [f"{name}.{variable}" for variable in start if variable not in known]

@@ -8,6 +8,7 @@ from scenarios.experiment import Experiment, prepare
 from scenarios.loading import load_runs, load_scenario, packaged_scenarios
 from scenarios.replacement import Replacement
 from scenarios.scenario import Scenario
+from scenarios.toml_table import key_path
 from scenarios.wiring import Order
 
 
@@ -74,7 +75,7 @@ def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Rep
             for variable, source in entry.start_from.items():
                 outputs = by_name[source.run].outputs()
                 if source.output not in outputs:
-                    raise ScenarioError(f"{experiment.scenario.path}: fmus.{fmu}.start_from.{variable}.output = "
-                                        f"{source.output!r}: {source.run} has no such output; nearest is "
-                                        f"{nearest(source.output, outputs)}")
+                    key = key_path(["fmus", fmu, "start_from", variable, "output"])
+                    raise ScenarioError(f"{experiment.scenario.path}: {key} = {source.output!r}: {source.run} has no "
+                                        f"such output; nearest is {nearest(source.output, outputs)}")
     return experiments

@@ -3,6 +3,7 @@
 import numpy as np
 
 from identification.predictions import attraction_force, equilibrium_currents
+from scenarios.errors import ScenarioError
 from scenarios.procedures.constants import constant_table
 from scenarios.procedures.equilibrium import measured
 from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel
@@ -26,7 +27,9 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     attraction = constants[0]
     at_zero, between = estimate(excitation, EPSILON, constants), estimate(offset, EPSILON, constants)
     gaps = np.linspace(*settings.gaps, POINTS)
-    mass = offset.parameters[f"plant.{rig.axes[0]}.mass"]
+    mass = offset.parameters.get(f"plant.{rig.axes[0]}.mass")
+    if mass is None:
+        raise ScenarioError(f"the plant has no parameter {rig.axes[0]}.mass, expected one for the force")
     force = attraction_force(rig, gaps, at_zero[attraction] - between[attraction], mass)
     values = [Found("constant", between[attraction], constant=attraction, epsilon=EPSILON)]
     values += [Found("cogging_force", value, gap=gap) for gap, value in zip(gaps.tolist(), force.tolist(), strict=True)]

@@ -1,5 +1,7 @@
 """Procedure 4: all constants at once, and the model with them beside the rig (sections 4.4.4, 5.4.4)."""
 
+import math
+
 import numpy as np
 
 from identification.estimators import estimate as estimate_offline
@@ -12,7 +14,7 @@ from identification.velocity import observed
 from scenarios.procedures.constants import constant_table, constant_values
 from scenarios.procedures.equilibrium import measured
 from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
-from scenarios.procedures.parabolas import all_thrusts, over_gap
+from scenarios.procedures.parabolas import all_thrusts, at_epsilon, over_gap
 from scenarios.procedures.rig_data import EPSILON, Array, Runs, estimate, estimators, mm, plant_column, rig_of
 from scenarios.procedures.settings import ProcedureSettings
 from scenarios.study import RunResult
@@ -41,9 +43,11 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
 
 
 def deviation(flown: RunResult, model: RunResult, name: str) -> float:
-    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as the model flew."""
-    there, here = plant_column(model, name), plant_column(flown, name)[:len(model.time)]
-    return float(np.sqrt(np.mean((there - here) ** 2)) / here.std())
+    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both flew."""
+    rows = min(len(model.time), len(flown.time))
+    there, here = plant_column(model, name)[:rows], plant_column(flown, name)[:rows]
+    motion = float(here.std())
+    return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
 
 
 def recording_of(result: RunResult, rig: Rig) -> Recording:
@@ -87,7 +91,7 @@ def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs: 
         if held:
             curves += [Curve("parabolas", *over_gap(held, [thrust.by_parabola for thrust in held]), marked=True),
                        Curve(f"held air gaps, ε = {EPSILON:g}",
-                             *over_gap(held, [thrust.by_estimator[EPSILON] for thrust in held]))]
+                             *over_gap(held, [at_epsilon(thrust.by_estimator) for thrust in held]))]
         panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
     return Chart(settings.figures.get("thrust"),
                  "Thrust over the air gap, by all constants at once and at held air gaps.", tuple(panels))

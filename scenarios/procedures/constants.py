@@ -23,7 +23,8 @@ def constant_table(settings: ProcedureSettings, result: RunResult, constants: Se
         header += [f"ε = {epsilon:g}", *(["thesis"] if printed else [])]
     rows = []
     for name in constants:
-        row = [name, f"{result.parameters[f'plant.{name}']:.5g}"]
+        true = result.parameters.get(f"plant.{name}")
+        row = [name, "" if true is None else f"{true:.5g}"]
         for k, epsilon in enumerate(epsilons):
             row.append(f"{estimate(result, epsilon, [name])[name]:.5g}")
             if "thesis" in header:

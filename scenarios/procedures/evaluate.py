@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 
+from scenarios.errors import in_one_line
 from scenarios.procedures import cogging, complete_model, equilibrium, forgetting, parabolas
 from scenarios.procedures.outcome import Outcome
 from scenarios.procedures.rig_data import Runs
@@ -23,4 +24,12 @@ def evaluate_all(results: Sequence[RunResult], asked: Collection[str] | None = N
     completed = {result.scenario.name: result for result in results if result.failure is None}
     procedures = {result.scenario.procedure.name: result.scenario.procedure for result in results
                   if result.scenario.procedure is not None and (asked is None or result.scenario.name in asked)}
-    return [EVALUATIONS[settings.kind](settings, completed) for _, settings in sorted(procedures.items())]
+    return [evaluate(settings, completed) for _, settings in sorted(procedures.items())]
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome of one procedure; runs from which nothing can be found are a note, and the claims stay "not run"."""
+    try:
+        return EVALUATIONS[settings.kind](settings, runs)
+    except ValueError as error:
+        return Outcome(settings, (), notes=(f"nothing was found: {in_one_line(error)}",))

@@ -32,7 +32,8 @@ def jumps(result: RunResult) -> list[Jump]:
     """Jumps of the plant's constants, by the scenario's signals."""
     return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
             for signal in result.scenario.signals
-            if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1]
+            if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1
+            and result.time[0] < signal.times[-1] < result.time[-1]]
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
@@ -58,9 +59,9 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         curves.append(Curve("of the plant", result.time[kept].tolist(), true.tolist()))
         panels.append(Panel("time (s)", jump.constant, tuple(curves)))
     table = ValueTable(
-        "Constants that jump by 20 %", ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before",
+        "Constants that jump", ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before",
                                         "scatter in this time", f"left of the jump {AFTER:g} s after"), tuple(rows))
-    chart = Chart(None, "Constants of the plant that jump, and their estimates with three rates of forgetting.",
+    chart = Chart(None, "Constants of the plant that jump, and their estimates with several rates of forgetting.",
                   tuple(panels))
     return Outcome(settings, (result.scenario.name,), tables=(table,), charts=(chart,))
 

@@ -1,6 +1,7 @@
 """Procedure 1: the thrust L at held air gaps, by parabola fit and by the estimator (sections 4.4.1, 5.4.1)."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from scenarios.procedures.rig_data import (
     mm,
     motor_of,
     moving_axes,
+    no_such_epsilon,
     plant_column,
     rig_of,
 )
@@ -44,6 +46,8 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     gap = float(plant_column(result, f"{rig.axes[0]}.encoder").mean())
     shape = float(thrust_shape(np.array([gap]))[0])
     axes = moving_axes(result, rig)
+    if not axes:
+        return []
     end = min(stroke(plant_column(result, f"{axis}.encoder")) for axis in axes)
     time = result.time[:end]
     found = []
@@ -92,17 +96,29 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
-            share = abs(thrust.by_estimator[EPSILON] / other[EPSILON] - 1.0)
+            share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
             values.append(Found("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
     return Outcome(settings, tuple(sorted({thrust.run.scenario.name for thrust in thrusts})), tuple(values),
                    tuple(table(axis, [thrust for thrust in alone if thrust.axis == axis]) for axis in axes),
                    tuple(charts(settings, axes, alone, together)))
 
 
+def deviation(value: float, other: float) -> float:
+    """Share by which a value differs from another."""
+    return abs(value / other - 1.0) if other != 0.0 else math.inf
+
+
+def at_epsilon(by_estimator: Mapping[float, float]) -> float:
+    """The value with the ε that the thesis goes on with; ScenarioError if there is none."""
+    if EPSILON not in by_estimator:
+        raise no_such_epsilon(EPSILON, by_estimator)
+    return by_estimator[EPSILON]
+
+
 def values_of(thrust: Thrust) -> list[Found]:
     """What claims may be about."""
     return [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
-            *(Found("estimator_deviation", abs(by_estimator / thrust.by_parabola - 1.0), axis=thrust.axis,
+            *(Found("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
                     epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
 
 
@@ -149,7 +165,7 @@ def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -
     kinds = {"one axis": [thrust for thrust in alone if thrust.axis == axis],
              "both axes": [thrust for thrust in together if thrust.axis == axis]}
     return Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(
-        Curve(label, *over_gap(thrusts, [thrust.by_estimator[EPSILON] for thrust in thrusts]))
+        Curve(label, *over_gap(thrusts, [at_epsilon(thrust.by_estimator) for thrust in thrusts]))
         for label, thrusts in kinds.items()))
 
 

@@ -1,11 +1,12 @@
 """What the procedures need of a run: its rig, its estimators, constants and recorded columns."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.rigs import RIGS, Rig
+from scenarios.errors import ScenarioError
 from scenarios.quantity import to_unit
 from scenarios.scenario import Scenario
 from scenarios.study import RunResult
@@ -17,8 +18,12 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 
 def rig_of(scenario: Scenario) -> Rig:
-    """The rig of a scenario, by the names of its axes."""
-    return next(rig for rig in RIGS.values() if rig.axes[0] in scenario.axis_names)
+    """The rig of a scenario, by the names of its axes; ScenarioError if they are of neither."""
+    found = next((rig for rig in RIGS.values() if rig.axes[0] in scenario.axis_names), None)
+    if found is None:
+        raise ScenarioError(f"{scenario.path}: expected a start value or an axis of v (2-DOF) or y (3-DOF), by which a "
+                            "procedure knows the rig")
+    return found
 
 
 def estimators(result: RunResult) -> dict[float, str]:
@@ -29,9 +34,18 @@ def estimators(result: RunResult) -> dict[float, str]:
 
 
 def estimate(result: RunResult, epsilon: float, constants: Sequence[str]) -> dict[str, float]:
-    """Constants that the estimator with an ε (s) has at the end of a run."""
-    name = estimators(result)[epsilon]
+    """Constants that the estimator with an ε (s) has at the end of a run; ScenarioError if there is none."""
+    found = estimators(result)
+    if epsilon not in found:
+        raise no_such_epsilon(epsilon, found)
+    name = found[epsilon]
     return {constant: result.ends[f"{name}.{constant}"] for constant in constants}
+
+
+def no_such_epsilon(epsilon: float, found: Iterable[float]) -> ScenarioError:
+    """Refusal of a run without an estimator of an ε (s)."""
+    return ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one beside "
+                         f"{', '.join(f'{each:g} s' for each in found) or 'none'}")
 
 
 def plant_column(result: RunResult, name: str) -> Array:

@@ -1,8 +1,8 @@
 """What a scenario file says about the procedure that its runs belong to, and the claims about the procedure."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import AfterValidator, field_validator, model_validator
 
 from scenarios.claims import Statement, listed
 from scenarios.quantity import parse_quantity, to_unit
@@ -35,7 +35,14 @@ PRINTED = {"1": "%", "A": "A", "N": "N"}
 
 ValueName = Literal["constant", "average_constant", "thrust", "estimator_deviation", "simultaneous_deviation",
                     "equilibrium_deviation", "cogging_force", "position_deviation", "speed_deviation"]
-GapRange = tuple[Metres, Metres]
+GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
+
+
+def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
+    """Refuse a range of air gaps that runs backwards."""
+    if gaps[0] > gaps[1]:
+        raise ValueError("expected the smaller air gap first")
+    return gaps
 
 
 class Elsewhere(Table):
@@ -43,6 +50,13 @@ class Elsewhere(Table):
 
     epsilon: Seconds | None = None
     gaps: GapRange | None = None
+
+    @model_validator(mode="after")
+    def different(self) -> "Elsewhere":
+        """Refuse a comparison with itself."""
+        if self.epsilon is None and self.gaps is None:
+            raise key_refused("than", None, "expected epsilon, gaps or both in it")
+        return self
 
 
 class ProcedureClaim(Statement):
@@ -54,7 +68,7 @@ class ProcedureClaim(Statement):
     """
 
     value: ValueName | None = None
-    constant: str | None = None
+    constant: Literal["C1", "C2", "C3", "C4", "C5"] | None = None
     epsilon: Seconds | None = None
     axes: list[str] | None = None
     gaps: GapRange | None = None
@@ -71,8 +85,7 @@ class ProcedureClaim(Statement):
     @classmethod
     def target_to_si(cls, value: Any, info: Any) -> float:
         """Convert to SI."""
-        unit = VALUES.get(str(info.data.get("value")))
-        return parse_quantity(value, unit) if unit else float(value)
+        return parse_quantity(value, VALUES.get(str(info.data.get("value"))) or "1")
 
     @model_validator(mode="after")
     def complete(self) -> "ProcedureClaim":
@@ -81,6 +94,8 @@ class ProcedureClaim(Statement):
             raise key_refused("value", self.value, "expected a value, or not_testable with the reason")
         if self.value is None:
             return self
+        if (self.value in ("constant", "average_constant")) != (self.constant is not None):
+            raise key_refused("constant", self.constant, "expected it with constant and average_constant only")
         expected = ("<", ">") if self.comparative else ("<", ">", "about")
         if self.relation not in expected:
             raise key_refused("relation", self.relation, f"expected {' or '.join(expected)}")

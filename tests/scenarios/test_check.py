@@ -108,7 +108,7 @@ def short(**changed: Any) -> Scenario:
 def committed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the baseline of the short run."""
     folder = tmp_path_factory.mktemp("baselines")
-    assert update_run(short(), fmus, {}, [], folder).status == "new"
+    assert update_run(short(), fmus, {}, [], folder, {}).status == "new"
     return folder
 
 
@@ -119,7 +119,7 @@ def baselines(committed: Path, tmp_path: Path) -> Path:
 
 
 def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
-    result = check_run(short(stop_time=26.0), fmus, {}, [], baselines)
+    result = check_run(short(stop_time=26.0), fmus, {}, [], baselines, {})
     assert describe(result) == "2dof-setpoints: passed, 3 signals at 31 samples to t = 1.5 s equal the baseline"
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
     assert set(result.worst) == set(short().check.signals)
@@ -127,7 +127,7 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
 
 
 def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
-    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines)
+    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines, {})
     assert (result.status, exit_code([result])) == ("deviated", 1)
     found = result.deviation
     assert found is not None and found.signal == "plant.h.position" and found.allowed == 1e-9
@@ -140,14 +140,14 @@ def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
 def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
     options = baseline_files(baselines, "2dof-setpoints")[1]
     options.write_text(options.read_text().replace("1e-09", "0.01"))
-    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines)
+    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines, {})
     assert result.message.endswith("are within their tolerances")
     assert 1e-9 < result.worst["plant.h.position"].difference < 0.01
 
 
 def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
     """Without current the mover falls onto its stop."""
-    arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path)
+    arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path, {})
     assert update_run(short(), *arguments).status == "new"
     baseline = read_baseline(tmp_path, "2dof-setpoints")
     assert 0.0 < baseline.stop_time < 1.4
@@ -164,18 +164,18 @@ def error(result: CheckResult, message: str) -> None:
 def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None:
     # The FMUs are missing too: that the baseline is refused shows that it is read first.
     nowhere = tmp_path / "nowhere"
-    error(check_run(short(), nowhere, {}, [], nowhere), "2dof-setpoints_ref.csv: there is no such file")
-    error(check_run(short(), nowhere, {}, [], baselines), "there is no file")
-    error(check_run(short(), fmus, {}, ["plant.C9=1"], baselines), "C9")
-    error(check_run(short(), fmus, {"plnt": nowhere}, [], baselines), "nearest is 'plant'")
-    error(check_run(short(step=0.00025), nowhere, {}, [], baselines), "StepSize = 0.0005: expected the communication")
-    error(check_run(short(stop_time=1.0), nowhere, {}, [], baselines), "StopTime = 1.5: expected at most")
+    error(check_run(short(), nowhere, {}, [], nowhere, {}), "2dof-setpoints_ref.csv: there is no such file")
+    error(check_run(short(), nowhere, {}, [], baselines, {}), "there is no file")
+    error(check_run(short(), fmus, {}, ["plant.C9=1"], baselines, {}), "C9")
+    error(check_run(short(), fmus, {"plnt": nowhere}, [], baselines, {}), "nearest is 'plant'")
+    error(check_run(short(step=0.00025), nowhere, {}, [], baselines, {}), "StepSize = 0.0005: expected the")
+    error(check_run(short(stop_time=1.0), nowhere, {}, [], baselines, {}), "StopTime = 1.5: expected at most")
     more = CheckSettings(signals={"plant.motor.i_q": SignalTolerance()})
-    error(check_run(short(check=more), nowhere, {}, [], baselines), "there is no column plant.motor.i_q")
+    error(check_run(short(check=more), nowhere, {}, [], baselines, {}), "there is no column plant.motor.i_q")
     samples = baseline_files(baselines, "2dof-setpoints")[0]
     samples.unlink()
     samples.mkdir()
-    error(check_run(short(), fmus, {}, [], baselines), "Is a directory")
+    error(check_run(short(), fmus, {}, [], baselines, {}), "Is a directory")
 
 
 def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,15 +184,15 @@ def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.
         raise RunFailed("at t = 0.3 s:\nrefused", Recording(np.zeros(1), {}))
 
     monkeypatch.setattr(Experiment, "run", run)
-    error(check_run(short(), fmus, {}, [], baselines), "at t = 0.3 s: refused")
-    assert update_run(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
+    error(check_run(short(), fmus, {}, [], baselines, {}), "at t = 0.3 s: refused")
+    assert update_run(short(), fmus, {}, [], baselines, {}).message == "at t = 0.3 s: refused"
 
 
 def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
     old = read_baseline(baselines, "2dof-setpoints")
-    assert describe(update_run(short(), fmus, {}, [], baselines)) == (
+    assert describe(update_run(short(), fmus, {}, [], baselines, {})) == (
         "2dof-setpoints: unchanged, 3 signals at 31 samples to t = 1.5 s")
-    result = update_run(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines)
+    result = update_run(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines, {})
     assert result.status == "updated"
     difference, time = result.moved["plant.h.position"]
     new = read_baseline(baselines, "2dof-setpoints")
@@ -206,7 +206,7 @@ def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
 def test_update_takes_signals_and_tolerances_of_the_scenario(fmus: Path, baselines: Path) -> None:
     settings = CheckSettings(signals={"plant.v.position": SignalTolerance(absolute=1e-6, relative=0.5),
                                       "plant.motor.i_q": SignalTolerance()})
-    result = update_run(short(check=settings), fmus, {}, [], baselines)
+    result = update_run(short(check=settings), fmus, {}, [], baselines, {})
     for note in ("plant.motor.i_q added", "plant.h.position removed",
                  "tolerance of plant.v.position was 1e-09 + 0.0 relative, is 1e-06 + 0.5 relative"):
         assert note in result.message
@@ -218,13 +218,13 @@ def test_update_replaces_what_cannot_be_read_or_compared(fmus: Path, baselines: 
     samples, options = baseline_files(baselines, "2dof-setpoints")
     intact = samples.read_text(), options.read_text()
     options.write_text("StepSize,fast\n")
-    result = update_run(short(), fmus, {}, [], baselines)
+    result = update_run(short(), fmus, {}, [], baselines, {})
     assert result.status == "replaced"
     assert "2dof-setpoints_ref.opt, line 1: StepSize = 'fast': expected a number" in result.message
     assert (samples.read_text(), options.read_text()) == intact
     baseline = read_baseline(baselines, "2dof-setpoints")
     write_baseline(baselines, replace(baseline, step=0.00025))
-    result = update_run(short(), fmus, {}, [], baselines)
+    result = update_run(short(), fmus, {}, [], baselines, {})
     assert "the communication step was 0.00025 s and is 0.0005 s" in result.message
     assert (samples.read_text(), options.read_text()) == intact
 
@@ -233,7 +233,7 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
     samples = baseline_files(baselines, "2dof-setpoints")[0]
     intact = samples.read_text()
     settings = CheckSettings(signals={"plant.v.positon": SignalTolerance()})
-    result = update_run(short(check=settings), fmus, {}, [], baselines)
+    result = update_run(short(check=settings), fmus, {}, [], baselines, {})
     assert "nearest is 'v.position'" in describe(result)
     assert exit_code([result]) == 2
     assert samples.read_text() == intact

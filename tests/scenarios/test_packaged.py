@@ -1,21 +1,56 @@
 """The scenarios that come with the package: each starts at rest, and together they cover the thesis's figures."""
 
+import re
+from operator import attrgetter
+
 import pytest
 
+from identification.rigs import RIGS
+from scenarios.catalogue import definition
 from scenarios.loading import PACKAGED, load_runs, load_scenario, packaged_runs, packaged_scenarios
+from scenarios.procedures.settings import ProcedureSettings
 from scenarios.scenario import Scenario
 
 RUNS = [run for name in packaged_scenarios() for run in load_runs(name)]
-CONTROL_FIGURES = {f"4.{k}" for k in range(18, 32)} | {f"5.{k}" for k in range(20, 40)}
+PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
+IN_PROCEDURES = {run.name for run in RUNS if run.procedure}
+
+# The identified models beside the rigs, and the control experiments; the charts of what was identified before.
+RUN_FIGURES = {f"4.{k}" for k in (15, 16, *range(18, 32))} | {f"5.{k}" for k in (16, 17, 18, *range(20, 40))}
+CHARTS = [f"4.{k}" for k in range(8, 15)] + [f"5.{k}" for k in range(7, 16)]
+
+every_procedure = pytest.mark.parametrize("procedure", PROCEDURES.values(), ids=lambda procedure: procedure.name)
+
+
+def start_of(run: Scenario, name: str) -> float:
+    """Start value of `fmu.variable`: the scenario's, or the FMU's."""
+    fmu, _, variable = name.partition(".")
+    entry = run.fmus[fmu]
+    if variable in entry.start:
+        return float(entry.start[variable].value)
+    return float(attrgetter(variable)(definition(str(entry.model)).new_block()))
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
 def test_runs_start_at_rest_at_their_references(run: Scenario) -> None:
-    assert list(run.fmus) == ["controller", "plant"], "the controller samples before the plant moves"
+    assert list(run.fmus)[:2] == ["controller", "plant"], "the controller samples before the plant moves"
     signals = {signal.to: signal for signal in run.signals}
     for axis, names in run.axes.items():
-        start = run.fmus["plant"].start[f"{axis}.position_start"].value
-        assert start == signals[names.reference].value(0.0)
+        signal = signals.get(names.reference)
+        reference = start_of(run, names.reference) if signal is None else signal.value(0.0)
+        assert start_of(run, f"plant.{axis}.position_start") == reference
+
+
+@pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
+def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Scenario) -> None:
+    others = dict(list(run.fmus.items())[2:])
+    assert {fmu.model for fmu in others.values()} <= {"Estimator2DOF" if run.name[:4] == "2dof" else "Estimator3DOF"}
+    # Equilibrium currents are measured, and the identified model only flies.
+    flown = run.name.endswith(("equilibrium-currents", "identification-model"))
+    assert bool(others) == (run.name in IN_PROCEDURES and not flown)
+    for name, fmu in others.items():
+        assert all(source.startswith("plant.") for source in fmu.inputs.values()), "they see what a rig has"
+        assert not any(source.startswith(f"{name}.") for source, _ in run.wires.values())
 
 
 def test_names_are_those_of_the_files_and_variants() -> None:
@@ -27,14 +62,16 @@ def test_names_are_those_of_the_files_and_variants() -> None:
     assert len({run.title for run in RUNS}) == len(RUNS)
 
 
-def test_every_figure_of_the_control_experiments_has_a_run() -> None:
-    figures = {figure for run in RUNS for figure in run.figures}
-    assert figures == CONTROL_FIGURES
+def test_every_figure_has_a_run_or_is_one_chart_of_a_procedure() -> None:
+    assert {figure for run in RUNS for figure in run.figures} == RUN_FIGURES
+    charts = [number for procedure in PROCEDURES.values() for number in procedure.figures.values()]
+    assert sorted(charts) == sorted(CHARTS)
 
 
 def test_every_scenario_has_claims_or_is_for_comparison_only() -> None:
-    claimed = {run.path.stem for run in RUNS if run.claims}
-    assert {run.path.stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth"}
+    claimed = {run.path.stem for run in RUNS if run.claims or (run.procedure and run.procedure.claims)}
+    # The thesis leaves constants that change to future work.
+    assert {run.path.stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting"}
 
 
 def test_claims_name_a_place_in_the_thesis() -> None:
@@ -42,6 +79,44 @@ def test_claims_name_a_place_in_the_thesis() -> None:
         for claim in run.claims:
             assert claim.source.startswith("p. "), claim
             assert claim.not_testable is None or claim.reason is None
+
+
+@every_procedure
+def test_claims_of_a_procedure_name_its_own_figures_and_tables(procedure: ProcedureSettings) -> None:
+    figures = set(procedure.figures.values())
+    for name in procedure.runs.values():
+        figures |= set(load_scenario(name).figures) if name in packaged_runs() else set()
+    for claim in procedure.claims:
+        assert re.match(r"p\. \d|Figs?\. \d|Table \d", claim.source), claim
+        assert claim.not_testable is None or claim.reason is None
+        for kind, number in re.findall(r"(Figs?\.|Table|,) (\d\.\d+)", claim.source):
+            assert number in ({procedure.table} if kind == "Table" else figures), claim
+
+
+def test_every_table_of_constants_belongs_to_one_procedure() -> None:
+    assert sorted(procedure.table for procedure in PROCEDURES.values() if procedure.table) == [
+        "4.2", "4.3", "5.2", "5.3"]
+
+
+@every_procedure
+def test_what_a_procedure_is_made_from_is_in_the_package(procedure: ProcedureSettings) -> None:
+    rig = RIGS[procedure.name[:4]]
+    for part, name in procedure.runs.items():
+        if part == "parabolas":
+            assert PROCEDURES[name].kind == "parabolas"
+        else:
+            assert packaged_runs()[name].startswith(rig.name)
+    assert set(procedure.printed) <= set(rig.constants)
+    for claim in procedure.claims:
+        assert claim.constant is None or claim.constant in rig.constants
+        if claim.value == "constant" and claim.constant in procedure.printed:
+            assert claim.target == procedure.printed[claim.constant][1], "the table's column of ε = 0.01"
+
+
+def test_no_two_scenarios_say_different_things_of_one_procedure() -> None:
+    for run in RUNS:
+        assert run.procedure is None or run.procedure == PROCEDURES[run.procedure.name]
+    assert not set(PROCEDURES) & set(packaged_runs())
 
 
 def test_comparisons_name_what_the_other_run_has() -> None:

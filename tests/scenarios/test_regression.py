@@ -16,7 +16,7 @@ every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 
 
 def checked(run: Scenario, fmus: Path, *settings: str) -> CheckResult:
-    return check_run(run, fmus, {}, settings, BASELINES)
+    return check_run(run, fmus, {}, settings, BASELINES, {})
 
 
 def deviates(result: CheckResult, latest: float) -> None:
