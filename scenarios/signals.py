@@ -1,6 +1,7 @@
 """Reference signals of a scenario, with their analytic time derivatives.
 
-Only `math` is used, so that a signal is the same on every machine with the same C library.
+Only `math` is used, so that a signal is the same on every machine with the same C library. That goes for sums, too: the
+bare `sum` has compensated the rounding of floats since Python 3.12, and did not before.
 """
 
 import csv
@@ -145,13 +146,13 @@ class Sinusoids(SignalTable):
 
     def value(self, t: float) -> float:
         """Return the value at time t (s), SI."""
-        oscillation = sum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
+        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
         return self.offset + self.envelope(t) * oscillation
 
     def rate(self, t: float) -> float:
         """Return the time derivative at time t (s), SI."""
-        oscillation = sum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
-        slope = sum(term.amplitude * term.omega * math.cos(term.omega * t + term.phase) for term in self.terms)
+        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
+        slope = math.fsum(term.amplitude * term.omega * math.cos(term.omega * t + term.phase) for term in self.terms)
         return self.envelope_rate(t) * oscillation + self.envelope(t) * slope
 
     def envelope(self, t: float) -> float:
