@@ -11,6 +11,8 @@ SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder count
 SMALLEST_EXCITATION = 1e-6   # of ∫Q dt, scaled; below, its columns are one
 BLOCK = 0.5                  # s, residuals further apart count as independent: about a stroke; assumed
 CREEP = 5e-3                 # m/s, speed over which the Coulomb term of the check for friction turns; assumed
+SETTLING = 6.0               # ε, after which what a lag of ε began with is gone (0.2 %)
+OBSERVER_SETTLING = 0.02     # s, the same for the observer's two time constants of 1 ms
 CURVE = 200                  # points of the excitation over time
 
 UNIDENTIFIABLE = 0.25        # standard error over value from which a constant counts as not identified
@@ -77,7 +79,9 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
     points = np.unique(np.linspace(0, len(information) - 1, CURVE).astype(int))
     curve = np.linalg.eigvalsh(information[points] * np.outer(scale, scale))[:, 0].clip(min=0.0)
     excited = present and motion >= SMALLEST_MOTION and bool(curve[-1] >= SMALLEST_EXCITATION)
-    a, c, friction = filtered_row(data, dt, estimate.epsilon)
+    # A recording may begin in motion, but the observer and the lag begin at rest.
+    settled = min(round((SETTLING * estimate.epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
+    a, c, friction = (signal[settled:] for signal in filtered_row(data, dt, estimate.epsilon))
     left = c - a @ theta
     correlation, error, other = np.eye(count), np.full(count, np.inf), np.full(count, np.nan)
     if excited:
@@ -133,8 +137,8 @@ def warnings_of(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) 
             told.append(f"{name}: cannot be identified, its standard error is {error / value:.0%} of its value: what "
                         f"it does to axis {axis} is lost in what the model leaves unexplained there")
         elif abs(other - value) > HELD_BACK * value:
-            told.append(f"{name}: friction may be counted in, with terms for it least squares give {other:.4g} instead "
-                        f"of {value:.4g}")
+            told.append(f"{name}: friction may be counted in, or epsilon be too large for this motion: with terms for "
+                        f"friction least squares give {other:.4g} instead of {value:.4g}")
     for i in range(len(names)):
         for k in range(i):
             together = diagnostics.correlation[i, k]

@@ -88,7 +88,7 @@ def started(scenario: Scenario, ends: Ends) -> Scenario:
             values = ends.get(source.run)
             if not values:
                 raise ScenarioError(f"{name}.{variable} starts from {source.output} of {source.run}, which did not "
-                                    "complete")
+                                    "complete, or was not run to its end")
             taken[variable] = StartValue(values[source.output], None, values[source.output])
         fmus[name] = fmu.model_copy(update={"start": {**fmu.start, **taken}, "start_from": {}})
     return scenario.model_copy(update={"fmus": fmus})

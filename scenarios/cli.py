@@ -144,8 +144,9 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         if plot:
             require_matplotlib()
         runs = select(names or [], everything)
-        results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
-                          read_step(step), chosen_folder(fmus, native), out, jobs, order)
+        starts = given_settings(settings, model, [*runs, *needed(runs)])
+        results = run_all(runs, starts, replacements(plant, controller, ports), read_step(step),
+                          chosen_folder(fmus, native), out, jobs, order)
         outcomes = evaluate_all(results, {run.name for run in runs})
         verdicts = judge_everything(results, outcomes)
         files = write_results(results, verdicts, out, plot) + write_outcomes(outcomes, verdicts, out)
@@ -166,8 +167,9 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
     with one_line_errors(debug):
         require_plotly()
         runs = select(names or [], not names)
-        results = run_all(runs, given_settings(settings, model, runs), replacements(plant, controller, ports),
-                          read_step(step), chosen_folder(fmus, native), out, jobs)
+        starts = given_settings(settings, model, [*runs, *needed(runs)])
+        results = run_all(runs, starts, replacements(plant, controller, ports), read_step(step),
+                          chosen_folder(fmus, native), out, jobs)
         outcomes = evaluate_all(results, {run.name for run in runs})
         verdicts = judge_everything(results, outcomes)
         files = write_results(results, verdicts, out, False) + write_outcomes(outcomes, verdicts, out)

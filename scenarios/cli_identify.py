@@ -38,7 +38,7 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
     The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`, `i_q`
     or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors). Results of `maglev run` will do.
 
-    **Examples:** `maglev identify my_recording.csv --matched`, `maglev identify results/2dof-identification.csv
+    **Examples:** `maglev identify my_recording.csv --matched`, `maglev identify results/2dof-identification-rig.csv
     --guess C1=10`
 
     The results are `NAME.identified.toml`, for `maglev run --model`, and `NAME.convergence.csv` with a picture of it.

@@ -95,10 +95,17 @@ class Experiment:
                 for name, description in descriptions.items() for variable in description.modelVariables
                 if variable.causality == "parameter" and variable.type == "Real"}
 
-    def outputs(self) -> list[str]:
-        """Name of every output, `fmu.variable`."""
-        return [f"{name}.{variable.name}" for name, description in self.check().items()
-                for variable in description.modelVariables if variable.causality == "output"]
+    def outputs(self) -> dict[str, str]:
+        """Unit of every Real output, by its name `fmu.variable`; empty text where the FMU gives none."""
+        return {f"{name}.{variable.name}": variable.unit or "" for name, description in self.check().items()
+                for variable in description.modelVariables
+                if variable.causality == "output" and variable.type == "Real"}
+
+    def unit(self, full: str) -> str:
+        """Unit of a variable `fmu.variable`; empty text where the FMU gives none."""
+        name, _, own = full.partition(".")
+        variables = read_description(name, self.files[name]).modelVariables
+        return next((variable.unit or "" for variable in variables if variable.name == own), "")
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Run the co-simulation."""
@@ -148,11 +155,14 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
     start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
     start_from = {name: dict(fmu.start_from) for name, fmu in scenario.fmus.items()}
     settings = list(settings)
+    overruled: list[str] = []
     for setting in settings:
         name, variable, value = read_setting(setting)
         known_participant(scenario, f"--set {setting}", name)
         start[name][variable] = value
-        start_from[name].pop(variable, None)
+        source = start_from[name].pop(variable, None)
+        if source is not None:
+            overruled.append(f"{scenario.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
     asked = {setting.partition("=")[0].strip() for setting in settings}
     left_out = [full for name, replacement in replaced.items()
                 for full in unknown_starts(name, replacement, [*start[name], *start_from[name]]) if full not in asked]
@@ -167,7 +177,7 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
              for name, fmu in scenario.fmus.items()}
     fitted = fit(changed, replaced, known)
     return Experiment(fitted.scenario, files, scenario.step if step is None else step, tuple(left_out), order,
-                      {name: replacement.ports for name, replacement in replaced.items()}, fitted.notes)
+                      {name: replacement.ports for name, replacement in replaced.items()}, (*fitted.notes, *overruled))
 
 
 def unknown_starts(name: str, replacement: Replacement, start: Iterable[str]) -> list[str]:

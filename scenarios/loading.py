@@ -99,6 +99,10 @@ def read_run(path: Path, layers: list[Layer], siblings: list[str]) -> Scenario:
         if source == scenario.name or (source not in siblings and source not in packaged_runs()):
             raise ScenarioError(f"{path}: start_from.run = {source!r}: expected another run; nearest is "
                                 f"{nearest(source, [*siblings, *packaged_runs()])}")
+    for part, name in (scenario.procedure.runs if scenario.procedure is not None else {}).items():
+        if part != "parabolas" and name not in siblings and name not in packaged_runs():
+            raise ScenarioError(f"{path}: procedure.runs.{part} = {name!r}: there is no such run; nearest is "
+                                f"{nearest(name, [*siblings, *packaged_runs()])}")
     if scenario.procedure is not None and scenario.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {scenario.procedure.name!r}: a run is called so, expected "
                             "another name, for the results are named after it")

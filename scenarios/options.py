@@ -63,7 +63,14 @@ def given_settings(settings: Settings, model: Model, runs: Sequence[Scenario]) -
     rigs = {rig for run in runs for axis, rig in RIG_OF_AXIS.items() if axis in run.axis_names}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
-    return [*model_settings(model, rigs.pop()), *(settings or [])]
+    constants = model_settings(model, rigs.pop())
+    for run in runs:
+        for name, fmu in run.fmus.items():
+            for variable, source in fmu.start_from.items():
+                if any(constant.startswith(f"{name}.{variable}=") for constant in constants):
+                    raise ScenarioError(f"--model {model}: {run.name} takes {name}.{variable} from {source.run}, "
+                                        "expected only runs that take no constants from others")
+    return [*constants, *(settings or [])]
 
 
 def chosen_folder(fmus: Path, native: bool) -> Path:

@@ -30,7 +30,22 @@ def select(names: Iterable[str], everything: bool) -> list[Scenario]:
             if runs.setdefault(run.name, run).path != run.path:
                 raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "
                                     f"{runs[run.name].path}, for the results are named after it")
+    require_own_names(list(runs.values()))
     return list(runs.values())
+
+
+def require_own_names(runs: Sequence[Scenario]) -> None:
+    """Refuse procedures of different files with one name, or with that of a run: their results are named after it."""
+    names = {run.name: run.path for run in runs}
+    paths: dict[str, Path] = {}
+    for run in runs:
+        if run.procedure is None:
+            continue
+        name = run.procedure.name
+        other = names.get(name, paths.setdefault(name, run.path))
+        if name in names or other != run.path:
+            raise ScenarioError(f"{run.path}: procedure.name = {name!r}: expected another name than one in {other}, "
+                                "for the results are named after it")
 
 
 def compared(runs: Sequence[Scenario]) -> list[Scenario]:
@@ -74,8 +89,12 @@ def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Rep
         for fmu, entry in experiment.scenario.fmus.items():
             for variable, source in entry.start_from.items():
                 outputs = by_name[source.run].outputs()
+                key = key_path(["fmus", fmu, "start_from", variable, "output"])
                 if source.output not in outputs:
-                    key = key_path(["fmus", fmu, "start_from", variable, "output"])
                     raise ScenarioError(f"{experiment.scenario.path}: {key} = {source.output!r}: {source.run} has no "
                                         f"such output; nearest is {nearest(source.output, outputs)}")
+                own, theirs = experiment.unit(f"{fmu}.{variable}"), outputs[source.output]
+                if own and theirs and own != theirs:
+                    raise ScenarioError(f"{experiment.scenario.path}: {key} = {source.output!r}: is in {theirs}, "
+                                        f"expected an output in {own} for {fmu}.{variable}")
     return experiments

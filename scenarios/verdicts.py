@@ -47,6 +47,8 @@ class ClaimResult:
     @property
     def note(self) -> str:
         """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
+        if self.verdict == "not run":
+            return ""
         why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason}.get(self.verdict)
         return "; ".join(part for part in (why, self.claim.remark) if part)
 

@@ -7,16 +7,17 @@ from scenarios.errors import ScenarioError
 from scenarios.procedures.constants import constant_table
 from scenarios.procedures.equilibrium import measured
 from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel
-from scenarios.procedures.rig_data import EPSILON, Runs, estimate, mm, rig_of
+from scenarios.procedures.rig_data import EPSILON, Array, Runs, estimate, mm, rig_of
 from scenarios.procedures.settings import ProcedureSettings
 
-POINTS = 31   # of the curve over the air gap
+SPACING = 0.5e-3   # m, of the air gaps at which the force is given
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     """Outcome of Procedure 3 on the runs that completed: `offset`, and of Procedure 2 `excitation` and `currents`.
 
-    ξ(g) = M (C − Ĉ) f2(g), C of the attraction at zero displacement and Ĉ between the slots.
+    ξ(g) = M (C − Ĉ) f2(g), C of the attraction at zero displacement and Ĉ between the slots. Of the four motors of the
+    3-DOF stage that is the force of one, as in the thesis's figure; on the mover acts four times as much.
     """
     offset, excitation, currents = (runs.get(settings.runs[part]) for part in ("offset", "excitation", "currents"))
     names = tuple(run.scenario.name for run in (offset, excitation, currents) if run is not None)
@@ -26,7 +27,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     constants = rig.rows[0].constants
     attraction = constants[0]
     at_zero, between = estimate(excitation, EPSILON, constants), estimate(offset, EPSILON, constants)
-    gaps = np.linspace(*settings.gaps, POINTS)
+    low, high = settings.gaps
+    gaps: Array = low + SPACING * np.arange(round((high - low) / SPACING) + 1.0)
     mass = offset.parameters.get(f"plant.{rig.axes[0]}.mass")
     if mass is None:
         raise ScenarioError(f"the plant has no parameter {rig.axes[0]}.mass, expected one for the force")
@@ -38,7 +40,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if currents is not None:
         seen = measured(currents, rig)
         curves.insert(0, Curve("measured, no offset", mm(seen.gaps), seen.currents.tolist(), marked=True))
-    charts = (Chart(settings.figures.get("force"), "Estimate of the peak cogging force over the air gap.",
+    charts = (Chart(settings.figures.get("force"), "Estimate of the peak cogging force of one motor over the air gap.",
                     (Panel("air gap (mm)", "force (N)", (Curve("estimate", mm(gaps), force.tolist()),)),)),
               Chart(settings.figures.get("currents"),
                     "Equilibrium currents: measured, and predicted without an offset and between the slots.",

@@ -17,18 +17,18 @@ def constant_values(result: RunResult, constants: Sequence[str]) -> list[Found]:
 def constant_table(settings: ProcedureSettings, result: RunResult, constants: Sequence[str]) -> ValueTable:
     """Constants with each ε: here, and as the thesis printed them; and what the plant was run with."""
     epsilons = list(estimators(result))
+    printed = {epsilon: settings.printed_at(epsilon) for epsilon in epsilons}
     header = ["constant", "of the plant"]
-    for k, epsilon in enumerate(epsilons):
-        printed = k < min((len(row) for row in settings.printed.values()), default=0)
-        header += [f"ε = {epsilon:g}", *(["thesis"] if printed else [])]
+    for epsilon in epsilons:
+        header += [f"ε = {epsilon:g}", *(["thesis"] if printed[epsilon] else [])]
     rows = []
     for name in constants:
         true = result.parameters.get(f"plant.{name}")
         row = [name, "" if true is None else f"{true:.5g}"]
-        for k, epsilon in enumerate(epsilons):
+        for epsilon in epsilons:
             row.append(f"{estimate(result, epsilon, [name])[name]:.5g}")
-            if "thesis" in header:
-                row.append(f"{settings.printed[name][k]:.5g}" if name in settings.printed else "")
+            if printed[epsilon]:
+                row.append(f"{printed[epsilon][name]:.5g}" if name in printed[epsilon] else "")
         rows.append(tuple(row))
-    number = f"Table {settings.table}: " if settings.table else ""
-    return ValueTable(f"{number}constants by the estimator", tuple(header), tuple(rows))
+    title = f"Table {settings.table}: constants by the estimator" if settings.table else "Constants by the estimator"
+    return ValueTable(title, tuple(header), tuple(rows))

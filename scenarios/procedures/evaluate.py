@@ -33,3 +33,5 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         return EVALUATIONS[settings.kind](settings, runs)
     except ValueError as error:
         return Outcome(settings, (), notes=(f"nothing was found: {in_one_line(error)}",))
+    except KeyError as error:
+        return Outcome(settings, (), notes=(f"nothing was found: the runs have no {error}",))

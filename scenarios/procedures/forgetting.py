@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scenarios.errors import ScenarioError
 from scenarios.procedures.outcome import Chart, Curve, Outcome, Panel, ValueTable
-from scenarios.procedures.rig_data import Runs
+from scenarios.procedures.rig_data import Runs, estimators_by
 from scenarios.procedures.settings import ProcedureSettings
 from scenarios.signals import Steps
 from scenarios.study import RunResult
@@ -33,7 +34,8 @@ def jumps(result: RunResult) -> list[Jump]:
     return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
             for signal in result.scenario.signals
             if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1
-            and result.time[0] < signal.times[-1] < result.time[-1]]
+            and result.time[0] < signal.times[-1] <= result.time[-1] - AFTER
+            and 0.0 != signal.values[-2] != signal.values[-1]]
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
@@ -41,13 +43,16 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     result = runs.get(settings.runs["jump"])
     if result is None:
         return Outcome(settings, ())
-    estimators = {result.parameters[f"{name}.forgetting"]: name for name in result.scenario.fmus
-                  if f"{name}.forgetting" in result.parameters}
+    found = jumps(result)
+    if not found:
+        raise ScenarioError(f"{result.scenario.name}: no constant of the plant jumps to another value {AFTER:g} s or "
+                            "more before the end, expected a signal of kind steps to plant.C1 or another")
+    estimators = estimators_by(result, "forgetting")
     rows, panels = [], []
     kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
-    for jump in jumps(result):
+    for jump in found:
         curves = []
-        for forgetting, name in sorted(estimators.items()):
+        for forgetting, name in estimators.items():
             path = np.asarray(result.columns[f"{name}.{jump.constant}"], dtype=np.float64)
             earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
             later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])

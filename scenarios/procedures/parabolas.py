@@ -8,6 +8,8 @@ import numpy as np
 
 from identification.predictions import row_of, thrust_of_parabola, thrust_shape
 from identification.rigs import Rig
+from scenarios.errors import ScenarioError
+from scenarios.loading import load_runs
 from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from scenarios.procedures.rig_data import (
     EPSILON,
@@ -25,6 +27,7 @@ from scenarios.procedures.rig_data import (
 from scenarios.procedures.settings import ProcedureSettings
 from scenarios.study import RunResult
 
+FEWEST = 4    # rows that make a parabola
 POINTS = 25   # marked on a recorded parabola
 
 
@@ -49,11 +52,14 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     if not axes:
         return []
     end = min(stroke(plant_column(result, f"{axis}.encoder")) for axis in axes)
+    if end < FEWEST:
+        raise ScenarioError(f"{result.scenario.name}: {end} rows of a parabola, expected {FEWEST} or more")
     time = result.time[:end]
     found = []
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
-        i_q = float(plant_column(result, f"{motor_of(rig, axis)}.i_q")[:end].mean())
+        # The first row is what was there before the first command.
+        i_q = float(plant_column(result, f"{motor_of(rig, axis)}.i_q")[1:end].mean())
         position = plant_column(result, f"{axis}.encoder")[:end]
         by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
         by_estimator = {epsilon: shape * float(result.columns[f"{name}.{constant}"][end - 1])
@@ -98,9 +104,12 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         if other is not None:
             share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
             values.append(Found("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
-    return Outcome(settings, tuple(sorted({thrust.run.scenario.name for thrust in thrusts})), tuple(values),
+    names = tuple(sorted({thrust.run.scenario.name for thrust in thrusts}))
+    every = load_runs(thrusts[0].run.scenario.path)
+    notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
+    return Outcome(settings, names, tuple(values),
                    tuple(table(axis, [thrust for thrust in alone if thrust.axis == axis]) for axis in axes),
-                   tuple(charts(settings, axes, alone, together)))
+                   tuple(charts(settings, axes, alone, together)), notes)
 
 
 def deviation(value: float, other: float) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.rigs import RIGS, Rig
-from scenarios.errors import ScenarioError
+from scenarios.errors import ScenarioError, nearest
 from scenarios.quantity import to_unit
 from scenarios.scenario import Scenario
 from scenarios.study import RunResult
@@ -27,9 +27,21 @@ def rig_of(scenario: Scenario) -> Rig:
 
 
 def estimators(result: RunResult) -> dict[float, str]:
-    """Estimators of a run by their ε (s), ascending."""
-    found = {result.parameters[f"{name}.epsilon"]: name for name in result.scenario.fmus
-             if f"{name}.epsilon" in result.parameters}
+    """Estimators of a run by their ε (s), ascending; ScenarioError if two have the same."""
+    return estimators_by(result, "epsilon")
+
+
+def estimators_by(result: RunResult, parameter: str) -> dict[float, str]:
+    """Estimators of a run by a parameter of theirs, ascending; ScenarioError if two have the same."""
+    found: dict[float, str] = {}
+    for name in result.scenario.fmus:
+        value = result.parameters.get(f"{name}.{parameter}")
+        if value is None:
+            continue
+        if value in found:
+            raise ScenarioError(f"{found[value]} and {name} of {result.scenario.name} both have {parameter} = "
+                                f"{value:g}, expected estimators that differ in it")
+        found[value] = name
     return dict(sorted(found.items()))
 
 
@@ -49,8 +61,11 @@ def no_such_epsilon(epsilon: float, found: Iterable[float]) -> ScenarioError:
 
 
 def plant_column(result: RunResult, name: str) -> Array:
-    """A column of the plant, such as "v.encoder"."""
-    return np.asarray(result.columns[f"plant.{name}"], dtype=np.float64)
+    """A column of the plant, such as "v.encoder"; ScenarioError if it was not recorded."""
+    full = f"plant.{name}"
+    if full not in result.columns:
+        raise ScenarioError(f"{result.scenario.name} has no {full}, nearest is {nearest(full, result.columns)}")
+    return np.asarray(result.columns[full], dtype=np.float64)
 
 
 def moving_axes(result: RunResult, rig: Rig) -> list[str]:

@@ -1,10 +1,12 @@
 """What a scenario file says about the procedure that its runs belong to, and the claims about the procedure."""
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from scenarios.claims import Statement, listed
+from scenarios.errors import nearest
 from scenarios.quantity import parse_quantity, to_unit
 from scenarios.toml_table import Metres, Seconds, Table, key_refused
 
@@ -18,6 +20,16 @@ PARTS: dict[str, tuple[str, ...]] = {
     "identification": ("rig", "model", "currents", "parabolas"),
     "forgetting": ("jump",),
 }
+
+# Figures that a kind draws: what `figures` may number.
+FIGURES: dict[str, tuple[str, ...]] = {
+    "parabolas": ("motion h", "motion x", "motion z", "thrust", "simultaneous"),
+    "equilibrium": ("currents",),
+    "cogging": ("force", "currents"),
+    "identification": ("thrust", "currents"),
+    "forgetting": (),
+}
+PRINTED_AT = {3: (0.001, 0.01, 0.05), 1: (0.01,)}   # s, ε of the thesis's values by their number
 
 # Values that a procedure finds, with their units; None: the unit depends on the constant, and the number is plain.
 VALUES: dict[str, str | None] = {
@@ -35,6 +47,7 @@ PRINTED = {"1": "%", "A": "A", "N": "N"}
 
 ValueName = Literal["constant", "average_constant", "thrust", "estimator_deviation", "simultaneous_deviation",
                     "equilibrium_deviation", "cogging_force", "position_deviation", "speed_deviation"]
+ConstantName = Literal["C1", "C2", "C3", "C4", "C5"]
 GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
 
 
@@ -68,7 +81,7 @@ class ProcedureClaim(Statement):
     """
 
     value: ValueName | None = None
-    constant: Literal["C1", "C2", "C3", "C4", "C5"] | None = None
+    constant: ConstantName | None = None
     epsilon: Seconds | None = None
     axes: list[str] | None = None
     gaps: GapRange | None = None
@@ -160,19 +173,19 @@ class ProcedureSettings(Table):
     table : str
         Number of the table of the thesis with the constants.
     printed : dict of str to list of float
-        Constants of that table at ε = 0.001, 0.01 and 0.05.
+        Constants of the thesis at ε = 0.001, 0.01 and 0.05; a single value is at 0.01.
     gaps : (float, float), optional
         Range of air gaps that the thesis's figures cover, m.
     claims : list of ProcedureClaim
     """
 
     kind: Kind
-    name: str
+    name: Annotated[str, Field(pattern=r"^[\w.+-]+$")]   # results are named after it
     title: str
     runs: dict[str, str] = {}
     figures: dict[str, str] = {}
     table: str = ""
-    printed: dict[str, list[float]] = {}
+    printed: dict[ConstantName, Annotated[list[float], Field(min_length=1, max_length=3)]] = {}
     gaps: GapRange | None = None
     claims: list[ProcedureClaim] = []
 
@@ -184,9 +197,21 @@ class ProcedureSettings(Table):
             if part not in parts:
                 raise key_refused(part, self.runs[part], f"not a part of {self.kind}, expected {' or '.join(parts)}",
                                   "runs")
+        for shown in self.figures:
+            if shown not in FIGURES[self.kind]:
+                raise key_refused(shown, self.figures[shown], f"not a figure of {self.kind}, nearest is "
+                                  f"{nearest(shown, FIGURES[self.kind])}", "figures")
+        for constant, values in self.printed.items():
+            if len(values) not in PRINTED_AT:
+                raise key_refused(constant, values, "expected three values, or one", "printed")
         missing = [part for part in parts if part not in self.runs]
         if missing:
             raise key_refused("runs", self.runs, f"expected a run for {', '.join(missing)}")
         if self.kind == "cogging" and self.gaps is None:
             raise key_refused("gaps", None, "expected the range of air gaps for the force")
         return self
+
+    def printed_at(self, epsilon: float) -> dict[str, float]:
+        """Constants of the thesis at an ε (s), by name; empty if it has none there."""
+        return {constant: value for constant, values in self.printed.items()
+                for at, value in zip(PRINTED_AT[len(values)], values, strict=True) if math.isclose(at, epsilon)}

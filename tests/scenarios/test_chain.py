@@ -159,7 +159,7 @@ def test_a_run_whose_predecessor_fails_says_so_and_does_not_run(fmus: Path, chai
     failures = {name: result.failure for name, result in results.items()}
     assert "v.mass = -1.0 kg" in str(failures["chain-first"])
     assert failures["chain-middle"] == ("plant.h.position_start starts from plant.h.position of chain-first, which did "
-                                        "not complete")
+                                        "not complete, or was not run to its end")
     assert "of chain-middle, which did not complete" in str(failures["chain-last"])
     assert failures["chain-alone"] is None
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["chain-alone.csv"]
@@ -205,6 +205,8 @@ def test_an_unknown_run_and_the_run_itself_are_refused(chain: Path, run: str, ex
      "output = 'plant.h.positon': chain-first has no such output; nearest is 'plant.h.position'"),
     ('run = "chain-first", output = "plant.h.position"', 'run = "chain-first", output = "plant.h.mass"',
      "chain-first has no such output"),
+    ('run = "chain-first", output = "plant.h.position"', 'run = "chain-first", output = "plant.h.velocity"',
+     "is in m/s, expected an output in m for plant.h.position_start"),
     ('"h.position_start" = { run = "chain-first"', '"h.position_strat" = { run = "chain-first"',
      "missing port: plant has no parameter or input 'h.position_strat'; nearest is 'h.position_start'"),
     ('"h.position_start" = { run = "chain-first"', '"h.locked" = { run = "chain-first"',

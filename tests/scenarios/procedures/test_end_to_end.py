@@ -31,7 +31,7 @@ C4 = {C4}
 kind = "identification"
 name = "ideal-stage"
 title = "All constants of an ideal stage"
-runs = {{ rig = "ideal-rig", model = "ideal-model", currents = "none", parabolas = "none" }}
+runs = {{ rig = "ideal-rig", model = "ideal-model", currents = "2dof-equilibrium-currents", parabolas = "none" }}
 
 [[procedure.claims]]
 text = "The model follows"

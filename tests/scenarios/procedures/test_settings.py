@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from scenarios.errors import ScenarioError
 from scenarios.loading import PACKAGED, load_runs, load_scenario
 from scenarios.procedures.settings import ProcedureClaim, ProcedureSettings
+from scenarios.selection import select
 
 PARTS = {"currents": "a", "excitation": "b"}
 
@@ -151,3 +152,21 @@ def test_every_variant_belongs_to_the_procedure(tmp_path: Path) -> None:
     names = {run.name: run.procedure.name for run in load_runs(tmp_path / "mine.toml") if run.procedure}
     assert names == {"mine-a": "my-procedure", "mine-b": "my-procedure"}
     assert load_scenario("2dof-setpoints").procedure is None
+
+
+def test_values_of_the_thesis_belong_to_their_epsilon() -> None:
+    three = settings(printed={"C2": [1.0, 2.0, 3.0], "C3": [5.0]})
+    assert three.printed_at(0.001) == {"C2": 1.0}
+    assert three.printed_at(0.01) == {"C2": 2.0, "C3": 5.0}
+    assert three.printed_at(0.02) == {}
+
+
+@pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-procedure-3"])
+def test_a_procedure_cannot_be_called_like_a_run_or_another_procedure(tmp_path: Path, name: str) -> None:
+    text = (PACKAGED / "2dof-cogging.toml").read_text(encoding="utf-8").replace('"2dof-procedure-3"', f'"{name}"')
+    mine = tmp_path / "mine.toml"
+    mine.write_text(text.replace('"2dof-cogging"', '"mine"').replace('"loops/', f'"{PACKAGED}/loops/')
+                    .replace('"references/', f'"{PACKAGED}/references/'), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=f"procedure.name = '{name}': expected another name"):
+        select([str(mine), "2dof-setpoints", "2dof-cogging"], False)
+    assert len(select([str(mine)], False)) == 1
