@@ -31,7 +31,7 @@ class ShownChart(NamedTuple):
     @property
     def title(self) -> str:
         """Heading of the chart."""
-        return f"Figure {self.number}" if self.number else f"Procedure {self.outcome.settings.name}"
+        return f"Figure {self.number}" if self.number else self.outcome.settings.title
 
     @property
     def names(self) -> list[str]:

@@ -106,7 +106,7 @@ def test_charts_stand_among_the_figures_by_number():
     assert numbers[:3] == ["4.8", "4.10", "4.18"]
     assert [each.id for each in shown if each.number == "4.18"] == ["figure-4-18", "figure-4-18-2dof-thrust"]
     assert numbers.index("4.21") < numbers.index("5.7") < numbers.index("5.20")
-    assert [each.title for each in shown[-2:]] == ["Run mine", "Procedure 2dof-thrust"]
+    assert [each.title for each in shown[-2:]] == ["Run mine", "Thrust by parabolas"]
 
 
 def test_without_charts_the_figures_keep_their_order():
