@@ -1,6 +1,7 @@
 """Claims of the thesis about a run, or about one run against another, as a scenario states them."""
 
 import math
+from abc import abstractmethod
 from typing import Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator, model_validator
@@ -41,18 +42,18 @@ class Statement(Table):
     not_testable: str | None = None   # why
 
     @property
+    @abstractmethod
     def comparative(self) -> bool:
         """Whether the claim compares two measured values."""
-        raise NotImplementedError
 
+    @abstractmethod
     def printed(self, value: float | bool | None) -> str:
         """Print a measured value with its unit."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def criterion(self) -> str:
         """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
-        raise NotImplementedError
 
 
 class Claim(Statement):
