@@ -33,12 +33,13 @@ class Found:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of a chart, shape (n,) each, joined by a line or marked one by one."""
+    """Points of a chart, shape (n,) each, joined by a line or marked one by one; curves of one kin have one colour."""
 
     label: str
     x: Sequence[float]
     y: Sequence[float]
     marked: bool = False
+    kin: str | None = None
 
 
 @dataclass(frozen=True)

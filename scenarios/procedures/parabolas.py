@@ -185,8 +185,8 @@ def motion(thrust: Thrust) -> list[Curve]:
     fitted = columns @ np.linalg.lstsq(columns, position, rcond=None)[0]
     rows = np.unique(np.linspace(0, len(time) - 1, POINTS).astype(int))
     gap = f"{millimetres(thrust.gap)} mm"
-    return [Curve(f"simulated, {gap}", time[rows].tolist(), mm(position[rows]), marked=True),
-            Curve(f"parabola, {gap}", time[rows].tolist(), mm(fitted[rows]))]
+    return [Curve(f"simulated, {gap}", time[rows].tolist(), mm(position[rows]), marked=True, kin=gap),
+            Curve(f"parabola, {gap}", time[rows].tolist(), mm(fitted[rows]), kin=gap)]
 
 
 def over_gap(thrusts: Sequence[Thrust], values: Sequence[float]) -> tuple[list[float], list[float]]:

@@ -13,11 +13,11 @@ function panelAxis(letter, p) {
 }
 
 function chartTraces(panels) {
-  // A label looks the same in all panels, and is in the legend once.
-  const labels = [...new Set(panels.flatMap(({ curves }) => curves.map(({ label }) => label)))];
+  // Kin, or else a label, has one colour in all panels; a label is in the legend once.
+  const kins = [...new Set(panels.flatMap(({ curves }) => curves.map(({ kin }) => kin)))];
   const inLegend = new Set();
-  return panels.flatMap(({ curves }, p) => curves.map(({ label, marked, x, y }) => {
-    const k = labels.indexOf(label);
+  return panels.flatMap(({ curves }, p) => curves.map(({ label, kin, marked, x, y }) => {
+    const k = kins.indexOf(kin);
     const hue = colour(`series-${k % HUES}`);
     const round = Math.floor(k / HUES) % DASHES.length;
     const first = !inLegend.has(label);

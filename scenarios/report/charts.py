@@ -77,7 +77,8 @@ def curve_data(curve: Curve) -> dict[str, Any]:
     if len(x) > MOST_POINTS and not curve.marked and np.isfinite(x + y).all() and (np.diff(x) > 0.0).all():
         rows = thin(x, y, max(FINEST * float(np.ptp(y)), np.finfo(float).tiny), MOST_POINTS).rows
         x, y = x[rows], y[rows]
-    return {"label": curve.label, "marked": curve.marked, "x": rounded(x.tolist()), "y": rounded(y.tolist())}
+    return {"label": curve.label, "kin": curve.kin or curve.label, "marked": curve.marked,
+            "x": rounded(x.tolist()), "y": rounded(y.tolist())}
 
 
 def rounded(values: Sequence[float]) -> list[float | None]:

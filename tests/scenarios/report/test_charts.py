@@ -30,8 +30,8 @@ def test_a_chart_is_a_figure_with_its_claims(page):
         assert text in figure.text
     assert CHART in page.attributes("data-figure")
     assert page.data["figures"][CHART] == {"runs": [], "chart": [{"x": GAP, "y": THRUST, "curves": [
-        {"label": "parabola fit", "marked": False, "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125]},
-        {"label": "estimator", "marked": True, "x": [10.0, 20.0], "y": [0.3, 0.1]}]}]}
+        {"label": "parabola fit", "kin": "parabola fit", "marked": False, "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125]},
+        {"label": "estimator", "kin": "estimator", "marked": True, "x": [10.0, 20.0], "y": [0.3, 0.1]}]}]}
 
 
 def test_the_claims_of_a_procedure_are_a_group_of_the_table(page):
@@ -160,7 +160,8 @@ def test_text_is_escaped():
 
 def test_numbers_are_those_of_json():
     curve = Curve("a", np.array([1.0, 2.0, np.nan]), np.array([np.inf, 1.23456789e-7, 3.0]))
-    assert curve_data(curve) == {"label": "a", "marked": False, "x": [1.0, 2.0, None], "y": [None, 1.23457e-07, 3.0]}
+    assert curve_data(curve) == {"label": "a", "kin": "a", "marked": False,
+                                 "x": [1.0, 2.0, None], "y": [None, 1.23457e-07, 3.0]}
     page = page_of([], {}, [outcome(charts=(Chart("4.9", "", (Panel(GAP, THRUST, (curve,)),)),))])
     assert page.data["figures"][CHART]["chart"][0]["curves"] == [curve_data(curve)]
 
