@@ -30,7 +30,8 @@ def test_a_chart_is_a_figure_with_its_claims(page):
         assert text in figure.text
     assert CHART in page.attributes("data-figure")
     assert page.data["figures"][CHART] == {"runs": [], "chart": [{"x": GAP, "y": THRUST, "curves": [
-        {"label": "parabola fit", "kin": "parabola fit", "marked": False, "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125]},
+        {"label": "parabola fit", "kin": "parabola fit", "marked": False,
+         "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125]},
         {"label": "estimator", "kin": "estimator", "marked": True, "x": [10.0, 20.0], "y": [0.3, 0.1]}]}]}
 
 
