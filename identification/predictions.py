@@ -24,6 +24,13 @@ def thrust_factor(rig: Rig, axis: str) -> float:
     return -float(row_of(rig, axis).columns(np.ones((4, 1)), motors, motors)[0, 0])
 
 
+def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
+    """Start (m) and acceleration (m/s²) of x(t) = x(0) + ½ x'' t², from rest, by least squares; shape (n,) each."""
+    columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
+    start, acceleration = np.linalg.lstsq(columns, position, rcond=None)[0].tolist()
+    return start, acceleration
+
+
 def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: float) -> float:
     """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
 
@@ -31,8 +38,7 @@ def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: f
     """
     if i_q == 0.0:
         raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
-    columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
-    acceleration = float(np.linalg.lstsq(columns, position, rcond=None)[0][1])
+    _, acceleration = fitted_parabola(time, position)
     return -acceleration / (thrust_factor(rig, axis) * i_q)
 
 

@@ -12,7 +12,7 @@ from identification.rigs import Rig, regressors
 from identification.settings import METHODS
 from identification.velocity import observed
 from scenarios.procedures.constants import constant_table, constant_values
-from scenarios.procedures.equilibrium import measured
+from scenarios.procedures.equilibrium import beside_each_other, measured
 from scenarios.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from scenarios.procedures.parabolas import all_thrusts, at_epsilon, over_gap
 from scenarios.procedures.rig_data import EPSILON, Array, Runs, estimate, estimators, mm, plant_column, rig_of
@@ -106,9 +106,7 @@ def current_charts(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs
     theory = equilibrium_currents(rig, seen.gaps, estimate(flown, EPSILON, rig.rows[0].constants))
     return [Chart(settings.figures.get("currents"),
                   "Equilibrium currents: measured, and predicted by all constants at once.",
-                  (Panel("air gap (mm)", "i_d (A)",
-                         (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
-                          Curve("predicted", mm(seen.gaps), theory.tolist()))),))]
+                  (beside_each_other(seen, theory),))]
 
 
 def convergence_chart(flown: RunResult, rig: Rig) -> Chart:

@@ -39,6 +39,12 @@ def measured(result: RunResult, rig: Rig) -> Measured:
     return Measured(*np.array(rows).T)
 
 
+def beside_each_other(seen: Measured, theory: Array) -> Panel:
+    """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps."""
+    return Panel("air gap (mm)", "i_d (A)", (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
+                                             Curve("predicted", mm(seen.gaps), theory.tolist())))
+
+
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     """Outcome of Procedure 2 on the runs that completed: `currents` and `excitation`."""
     currents, excitation = (runs.get(settings.runs[part]) for part in ("currents", "excitation"))
@@ -57,7 +63,5 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
                in zip(seen.asked.tolist(), seen.currents.tolist(), theory.tolist(), strict=True)]
     chart = Chart(settings.figures.get("currents"),
                   f"Equilibrium currents: measured, and predicted by the constants with ε = {EPSILON:g}.",
-                  (Panel("air gap (mm)", "i_d (A)",
-                         (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
-                          Curve("predicted", mm(seen.gaps), theory.tolist()))),))
+                  (beside_each_other(seen, theory),))
     return Outcome(settings, names, tuple(values), tables, (chart,))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.predictions import row_of, thrust_of_parabola, thrust_shape
+from identification.predictions import fitted_parabola, row_of, thrust_of_parabola, thrust_shape
 from identification.rigs import Rig
 from scenarios.errors import ScenarioError
 from scenarios.loading import load_runs
@@ -181,8 +181,8 @@ def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -
 def motion(thrust: Thrust) -> list[Curve]:
     """Recorded displacement and fitted parabola of one run."""
     time, position = thrust.time, thrust.position
-    columns = np.stack([np.ones_like(time), time**2], axis=1)
-    fitted = columns @ np.linalg.lstsq(columns, position, rcond=None)[0]
+    start, acceleration = fitted_parabola(time, position)
+    fitted = start + 0.5 * acceleration * time**2
     rows = np.unique(np.linspace(0, len(time) - 1, POINTS).astype(int))
     gap = f"{millimetres(thrust.gap)} mm"
     return [Curve(f"simulated, {gap}", time[rows].tolist(), mm(position[rows]), marked=True, kin=gap),
