@@ -15,7 +15,7 @@ report: build
 
 claims: build
 	$(BIN)/maglev run --all
-	$(BIN)/python docs/readme_claims.py results/claims.md
+	$(BIN)/python tools/readme_claims.py results/claims.md
 
 check: build
 	$(BIN)/maglev check
@@ -50,10 +50,10 @@ bench: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py
 
 accuracy: .venv/.demo
-	PYTHONPATH=tests $(BIN)/python benchmarks/accuracy_study.py
+	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
 
 clean:
-	rm -rf .venv fmus results
+	rm -rf .venv results fmus/*.fmu fmus/*.ssp fmus/native
 
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }

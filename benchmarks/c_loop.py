@@ -11,12 +11,12 @@ from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 
-from fmi_export.compiler import library
 from fmi_export.definition import FmuDefinition
-from fmi_export.native import host_platform
+from fmi_export.native.build import host_platform
+from fmi_export.native.compiler import library
+from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
-from fmi_export.translation import literal, translated
-from scenarios.catalogue import PACKAGES
+from maglev.build import PACKAGES
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

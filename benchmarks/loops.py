@@ -13,9 +13,9 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave
 
 from fmi_export.definition import FmuDefinition
-from scenarios.catalogue import definition
-from scenarios.component import unpacking_folder
-from scenarios.master import Master, Participant
+from maglev.build import definition
+from maglev.cosim.fmu import unpacking_folder
+from maglev.cosim.master import Master, Participant
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

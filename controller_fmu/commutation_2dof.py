@@ -1,9 +1,9 @@
 """Commutation of the 2-DOF stage's motor alone (C.1), for currents that somebody else decides."""
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
+from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import STEP_MISFIT, STEPPED
 from pmlsm.data_sheet import SAMPLE_TIME_2DOF
-from sampling.sample_clock import SampleClock
 
 
 class Commutation2DOF:

@@ -1,9 +1,9 @@
 """Commutation of the 3-DOF stage's two pairs of motors alone (C.1), for currents that somebody else decides."""
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
+from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import STEP_MISFIT, STEPPED
 from pmlsm.data_sheet import SAMPLE_TIME_3DOF
-from sampling.sample_clock import SampleClock
 
 
 class Commutation3DOF:

@@ -1,7 +1,7 @@
 """Output regulator of one axis: observer, internal model, state feedback and antiwindup (4.16), (5.11), (5.13)."""
 
 from controller_fmu.internal_model import InternalModel, OscillatorStep
-from sampling.velocity_observer import ObserverFilter, VelocityObserver
+from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 
 
 class OutputRegulator:

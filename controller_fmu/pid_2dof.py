@@ -4,10 +4,10 @@ from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.safety_trip import exceeds
+from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NO_EQUILIBRIUM, PREFILTER_TOO_FAST, STEP_MISFIT, STEPPED
+from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.data_sheet import SAMPLE_TIME_2DOF
-from sampling.sample_clock import SampleClock
-from sampling.velocity_observer import ObserverFilter
 
 
 class PID2DOF:

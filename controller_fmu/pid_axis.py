@@ -1,7 +1,7 @@
 """PID of one axis, acting on a current (Figs. 4.6, 5.6), designed by pole placement."""
 
 from controller_fmu.reference_prefilter import LARGEST_ANGLE, ReferencePrefilter
-from sampling.velocity_observer import ObserverFilter, VelocityObserver
+from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 
 
 class PIDAxis:

@@ -8,11 +8,11 @@ from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
+from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT, STEPPED
+from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
 from pmlsm.gap_functions import gap_functions
-from sampling.sample_clock import SampleClock
-from sampling.velocity_observer import ObserverFilter
 
 
 class Regulator2DOF:

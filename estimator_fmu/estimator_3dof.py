@@ -1,13 +1,13 @@
 """Estimator of the constants of the 3-DOF stage while it moves (sections 3.1.3, 5.3)."""
 
+from controller_fmu.sample_clock import SampleClock
+from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.motor_current import MotorCurrent
 from estimator_fmu.velocity_model import EstimatorLaw
 from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
 from pmlsm.gap_functions import gap_functions
-from sampling.sample_clock import SampleClock
-from sampling.velocity_observer import ObserverFilter
 
 STEPPED = 0        # status of `start` and `step`
 STEP_MISFIT = 1    # the communication step does not fit the sample time

@@ -1,6 +1,6 @@
 """The delay of the velocity observer, given to what the measured velocity is compared with."""
 
-from sampling.velocity_observer import ObserverFilter
+from controller_fmu.velocity_observer import ObserverFilter
 
 
 class MatchedFilter:

@@ -3,6 +3,8 @@
 from importlib.metadata import version
 from importlib.resources import files
 
+from fmi_export.errors import ExportError
+
 # Start of finalizePythonInterpreter in the Linux binary of pythonfmu 0.7.0. The function runs as a destructor of the
 # library, after the static object that it releases is gone, and so writes to freed memory at the end of every process
 # that has used a pythonfmu FMU; now and then the C library notices and aborts the process. Nothing else needs it: the
@@ -17,7 +19,7 @@ def binaries(name: str) -> dict[str, bytes]:
 
     Raises
     ------
-    ValueError
+    ExportError
         If the installed pythonfmu is not the one that this project knows.
     """
     folder = files("pythonfmu").joinpath("resources", "binaries")
@@ -29,6 +31,6 @@ def binaries(name: str) -> dict[str, bytes]:
 def without_finalizer(library: bytes) -> bytes:
     """Linux binary whose finalizer returns at once."""
     if library.count(FINALIZER) != 1:
-        raise ValueError(f"pythonfmu {version('pythonfmu')}: its Linux binary is not known, expected that of 0.7.0")
+        raise ExportError(f"pythonfmu {version('pythonfmu')}: its Linux binary is not known, expected that of 0.7.0")
     at = library.index(FINALIZER) + FIRST_INSTRUCTION
     return library[:at] + RETURN + library[at + 1:]

@@ -11,6 +11,7 @@ from pathlib import Path
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
 from fmi_export.documentation import documentation
+from fmi_export.errors import ExportError
 from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
 from fmi_export.sources import carried_modules, renamed
@@ -77,7 +78,7 @@ def build_date() -> int:
     """Date that goes into the FMU, seconds since 1970."""
     text = os.environ.get("SOURCE_DATE_EPOCH", str(DEFAULT_DATE))
     if not text.isdigit():
-        raise ValueError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number")
+        raise ExportError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number")
     return int(text)
 
 

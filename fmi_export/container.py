@@ -20,6 +20,7 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostr
 
 from fmi_export.build import build_date, digest, write_archive
 from fmi_export.documentation import STYLE
+from fmi_export.errors import ExportError
 from fmi_export.model_description import AUTHOR, LICENCE
 
 TOOLBOX = "fmu-manipulation-toolbox"
@@ -62,9 +63,10 @@ class Exposed:
 
 
 def require_toolbox() -> None:
-    """Raise ValueError if fmu-manipulation-toolbox, an extra of this project, is not installed."""
+    """Raise ExportError if fmu-manipulation-toolbox, an extra of this project, is not installed."""
     if find_spec("fmu_manipulation_toolbox") is None:
-        raise ValueError(f"a container needs {TOOLBOX}, expected it to be installed: pip install 'maglev-fmus[native]'")
+        raise ExportError(f"a container needs {TOOLBOX}, expected it to be installed: "
+                          "pip install 'maglev-fmus[native]'")
 
 
 def build_container(container: Container, natives: Path, version: str, licence: str, destination: Path) -> Path:
@@ -75,7 +77,7 @@ def build_container(container: Container, natives: Path, version: str, licence: 
 
     Raises
     ------
-    ValueError
+    ExportError
         If the toolbox is not installed, or if two components have an open input of the same name, or if the toolbox
         has no library for the processor of the FMUs' Linux binaries.
     """
@@ -107,7 +109,7 @@ def described_in(path: Path) -> Element:
 
 
 def exposed_variables(container: Container, described: Mapping[str, Element]) -> list[Exposed]:
-    """Variables of the container: inputs, outputs, parameters; ValueError if two have the same name."""
+    """Variables of the container: inputs, outputs, parameters; ExportError if two have the same name."""
     fed = {target for _, target in container.connections}
     found: dict[str, Exposed] = {}
     for causality in ("input", "output", "parameter"):
@@ -118,8 +120,8 @@ def exposed_variables(container: Container, described: Mapping[str, Element]) ->
                     continue
                 name = element.get("name", "") if causality == "input" else full
                 if name in found:
-                    raise ValueError(f"{container.name}: {found[name].component} and {component} both have an input "
-                                     f"{name} that nothing feeds, expected different names")
+                    raise ExportError(f"{container.name}: {found[name].component} and {component} both have an input "
+                                      f"{name} that nothing feeds, expected different names")
                 found[name] = Exposed(name, component, element.get("name", ""), element)
     return list(found.values())
 
@@ -165,8 +167,8 @@ def check_processor(container: Container, contents: Mapping[str, bytes]) -> None
     """Refuse FMUs whose Linux binaries are for another processor than the toolbox's; it has one for x86-64."""
     libraries = [data for name, data in sorted(contents.items()) if "binaries/linux64/" in name]
     if len({data[ELF_MACHINE] for data in libraries}) > 1:
-        raise ValueError(f"{container.name}: the toolbox has no container for the processor of the FMUs' Linux "
-                         "binaries, expected x86-64")
+        raise ExportError(f"{container.name}: the toolbox has no container for the processor of the FMUs' Linux "
+                          "binaries, expected x86-64")
 
 
 def container_description(container: Container, described: Mapping[str, Element], exposed: list[Exposed],

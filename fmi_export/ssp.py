@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 
 from fmi_export.build import write_archive
 from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.errors import ExportError
 from fmi_export.units import UNITS
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -39,7 +40,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
 
     Raises
     ------
-    ValueError
+    ExportError
         If two ports of the system have the same name.
     """
     contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
@@ -55,8 +56,8 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     owners: dict[str, str] = {}
     for name, variable in outside:
         if owners.setdefault(variable.name, name) != name:
-            raise ValueError(f"{path.name}: {owners[variable.name]} and {name} both have an open port {variable.name}, "
-                             "expected different names")
+            raise ExportError(f"{path.name}: {owners[variable.name]} and {name} both have an open port "
+                              f"{variable.name}, expected different names")
         add_connector(connectors, variable.name, variable)
     elements = SubElement(system, f"{{{SSD}}}Elements")
     for name, (definition, file) in components.items():

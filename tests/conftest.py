@@ -8,8 +8,8 @@ import pytest
 from hypothesis import settings
 from native_builds import built_once, require_native_tools
 
-from scenarios.catalogue import DEFINITIONS, build, build_native
-from scenarios.component import Component, read_description
+from maglev.build import DEFINITIONS, build, build_native
+from maglev.cosim.fmu import Component, read_description
 
 NAMES = tuple(DEFINITIONS)
 

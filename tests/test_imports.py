@@ -12,20 +12,22 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 # What each package may import of the others. A plant and a controller share the motor's description, never each other.
+# The estimators run on the controller's real-time computer: same clock, same observer.
 BELOW: dict[str, set[str]] = {
-    "messages": set(),
     "pmlsm": set(),
-    "sampling": set(),
     "fmi_export": set(),
     "plant_fmu": {"pmlsm", "fmi_export"},
-    "controller_fmu": {"pmlsm", "sampling", "fmi_export"},
-    "estimator_fmu": {"pmlsm", "sampling", "fmi_export"},
-    "identification": {"pmlsm", "sampling", "estimator_fmu", "messages"},
-    "scenarios": {"identification", "messages", "fmi_export", "pmlsm", "sampling"}}
+    "controller_fmu": {"pmlsm", "fmi_export"},
+    "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
+    "maglev": {"pmlsm"}}
 
-# scenarios runs FMU files; one module of it builds them from the blocks.
-BUILDS = ROOT / "scenarios" / "catalogue.py"
+# The tool runs FMU files; only these rooms of it reach what is below the FMUs.
+REACHES = {"maglev.build": {"fmi_export"}, "maglev.identification": {"controller_fmu", "estimator_fmu"}}
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu")
+
+# The rooms of the tool, from the lowest to the highest: each knows those before it.
+ROOMS = ("errors", "units", "csv_table", "identification", "cosim", "schema", "judging", "experiment", "build",
+         "regression", "procedures", "report", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|\w+_fmu|plant_\ddof")
@@ -54,12 +56,49 @@ def sources(package: str) -> list[Path]:
 def test_imports_point_down(package: str) -> None:
     wrong = []
     for path in sources(package):
-        allowed = {package} | BELOW[package] | (set(BLOCKS) if path == BUILDS else set())
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        reached = {name for room, names in REACHES.items() if module.startswith(room) for name in names}
+        # The catalogue names the modules of the blocks as text.
+        reached |= set(BLOCKS) if module == "maglev.build" else set()
         for line, name in imported(path):
-            if PACKAGE.fullmatch(name) and name.split(".")[0] not in allowed:
+            if PACKAGE.fullmatch(name) and name.split(".")[0] not in {package} | BELOW[package] | reached:
                 wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
     assert sources(package)
     assert not wrong
+
+
+def room_of(module: str) -> str:
+    """Room of a module of the tool, such as "cosim" of "maglev.cosim.master"; "__init__" of the package itself."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def room_arrows() -> dict[tuple[str, str], list[str]]:
+    """Imports from one room of the tool to another, with the places where they stand."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for path in sources("maglev"):
+        room = room_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
+        for line, name in imported(path):
+            if name.split(".")[0] == "maglev" and room_of(name) != room:
+                found.setdefault((room, room_of(name)), []).append(f"{path.relative_to(ROOT)}:{line}")
+    return found
+
+
+def test_rooms_point_down() -> None:
+    """An order of the rooms in which every arrow points down has no circle either."""
+    arrows = room_arrows()
+    assert {room for arrow in arrows for room in arrow} <= set(ROOMS)
+    up = {arrow: places for arrow, places in arrows.items() if ROOMS.index(arrow[0]) <= ROOMS.index(arrow[1])}
+    assert not up
+
+
+def test_folders_and_files_stay_small() -> None:
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for package in BELOW for path in sources(package)}
+    assert {path: n for path, n in lines.items() if n > 300} == {}
+    folders: dict[Path, int] = {}
+    for path, n in lines.items():
+        folders[path.parent] = folders.get(path.parent, 0) + n
+    assert {folder: n for folder, n in folders.items() if n > 1500} == {}
 
 
 @pytest.mark.parametrize("package", BLOCKS)
@@ -71,8 +110,10 @@ def test_blocks_know_no_fmu(package: str) -> None:
 
 
 def test_every_package_is_here() -> None:
+    """What is installed has no name that a user's own module could have."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     folders = {file.parent.relative_to(ROOT) for name in BELOW for file in (ROOT / name).rglob("*.py")}
-    importable = {".".join(folder.parts) for folder in folders if (ROOT / folder / "__init__.py").exists()}
-    assert set(project["tool"]["setuptools"]["packages"]) == importable
-    assert {name.split(".")[0] for name in importable} == set(BELOW)
+    assert all((ROOT / folder / "__init__.py").exists() for folder in folders)
+    listed = set(project["tool"]["setuptools"]["packages"])
+    assert listed == {".".join(folder.parts) for folder in folders} | {"maglev.scenarios"}
+    assert {name.split(".")[0] for name in listed} == set(BELOW)

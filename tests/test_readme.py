@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from scenarios.loading import load_runs, packaged_scenarios
-from scenarios.verdicts import VERDICTS
+from maglev.judging.verdicts import VERDICTS
+from maglev.schema.loading import load_runs, packaged_scenarios
 
 README = Path(__file__).parents[1] / "README.md"
 

@@ -18,10 +18,10 @@ from reference_stage import shape_functions
 from controller_fmu.commutation_2dof import Commutation2DOF
 from controller_fmu.commutation_3dof import Commutation3DOF
 from controller_fmu.status import STEP_MISFIT
+from maglev.cosim.fmu import Component
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.dq_transform import clarke, park
-from scenarios.component import Component
 
 Load = Callable[[str], Component]
 Commutation = Commutation2DOF | Commutation3DOF

@@ -14,9 +14,9 @@ from controller_fmu.feedback_linearisation import smaller_root
 from controller_fmu.internal_model import InternalModel, OscillatorStep, integral_of_sine
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.safety_trip import exceeds
+from controller_fmu.sample_clock import SampleClock
+from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from pmlsm.dq_transform import clarke, park
-from sampling.sample_clock import SampleClock
-from sampling.velocity_observer import ObserverFilter, VelocityObserver
 
 TS = 0.5e-3
 

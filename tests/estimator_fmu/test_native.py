@@ -9,7 +9,7 @@ from direct_loop import RIGS
 from estimator_run import new_estimator
 from fmu_access import bits, outputs, put, variables
 
-from scenarios.component import Component
+from maglev.cosim.fmu import Component
 
 
 @pytest.mark.parametrize("rig", [2, 3])

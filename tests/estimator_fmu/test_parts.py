@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimator_2dof import STEP_MISFIT
 from estimator_fmu.matched_filter import MatchedFilter
 from estimator_fmu.symmetric3 import Symmetric3
 from estimator_fmu.velocity_model import two_states
 from pmlsm.gap_functions import gap_functions
-from sampling.velocity_observer import ObserverFilter, VelocityObserver
 
 VERTICAL = {2: ("v", 20e-3), 3: ("y", 25e-3)}
 

@@ -13,7 +13,7 @@ import pytest
 from command_line import maglev
 from example_builds import EXAMPLES, require_compiler
 
-from scenarios.master import Master, Participant
+from maglev.cosim.master import Master, Participant
 
 
 @pytest.fixture(scope="session")

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from scenarios.component import ComponentError, read_description
-from scenarios.errors import ScenarioError
-from scenarios.master import Master, Participant, rate
-from scenarios.port_map import Port, PortMap, apply
-from scenarios.wiring import Rate
+from maglev.cosim.fmu import read_description
+from maglev.cosim.master import Master, Participant, rate
+from maglev.cosim.port_map import Port, PortMap, apply
+from maglev.cosim.wiring import Rate
+from maglev.errors import FmuError, ScenarioError
 
 
 def described(*variables: tuple[str, str, str | None]) -> ModelDescription:
@@ -57,7 +57,7 @@ def test_rates(own: float, expected: Rate) -> None:
 
 @pytest.mark.parametrize("own", [0.3e-3, 0.7e-3, 1.2e-3])
 def test_rates_that_do_not_divide(own: float) -> None:
-    with pytest.raises(ComponentError, match="expected a multiple of the communication step"):
+    with pytest.raises(FmuError, match="expected a multiple of the communication step"):
         rate("it", own, 0.5e-3, 1000)
 
 
@@ -109,5 +109,5 @@ def test_fmus_of_other_kinds_are_refused_with_the_reason(tmp_path: Path, text: s
     path = tmp_path / "other.fmu"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", f'<?xml version="1.0" encoding="UTF-8"?>\n{text}')
-    with pytest.raises(ComponentError, match=reason):
+    with pytest.raises(FmuError, match=reason):
         read_description("controller", path)

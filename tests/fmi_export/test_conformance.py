@@ -11,24 +11,25 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import NAMES
 from fmpy.validation import validate_fmu
 
 from fmi_export.binaries import without_finalizer
-from scenarios.catalogue import build, definition
+from fmi_export.errors import ExportError
+from maglev.build import DEFINITIONS, build, definition
+from maglev.errors import BuildError
 
-BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import DEFINITIONS, build; "
+BUILD = ("import sys; from pathlib import Path; from maglev.build import DEFINITIONS, build; "
          "build(DEFINITIONS, Path(sys.argv[1]))")
 
 RATIOS = ("attraction_modulation", "gamma", "convergence.tolerance")   # without a unit
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_fmpy_validates(fmus: Path, name: str) -> None:
     assert validate_fmu(str(fmus / f"{name}.fmu")) == []
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_default_experiment_runs_with_nothing_set(fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(fmus / f"{name}.fmu"))
     experiment = definition(name).experiment
@@ -37,7 +38,7 @@ def test_default_experiment_runs_with_nothing_set(fmus: Path, name: str) -> None
     assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_description_is_complete(fmus: Path, name: str) -> None:
     description = fmpy.read_model_description(str(fmus / f"{name}.fmu"))
     units = {u.name for u in description.unitDefinitions}
@@ -72,7 +73,7 @@ def test_commands_depend_on_the_right_inputs(fmus: Path) -> None:
     assert of["y.error"] == {"y.reference", "y.measured"}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_files_inside(fmus: Path, name: str) -> None:
     with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
         files = archive.namelist()
@@ -102,7 +103,7 @@ def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
     env.pop("SOURCE_DATE_EPOCH", None)
     out = tmp_path / "elsewhere"
     subprocess.run([sys.executable, "-c", BUILD, str(out)], check=True, cwd=tmp_path, env=env)
-    for name in NAMES:
+    for name in DEFINITIONS:
         digests = [hashlib.sha256((folder / f"{name}.fmu").read_bytes()).hexdigest() for folder in (fmus, out)]
         assert digests[0] == digests[1], name
 
@@ -114,7 +115,7 @@ def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.Monke
         build(["Plant2DOF"], tmp_path)
         assert fmpy.read_model_description(str(tmp_path / "Plant2DOF.fmu")).generationDateAndTime.startswith("1970")
     else:
-        with pytest.raises(ValueError, match="SOURCE_DATE_EPOCH = 'soon'"):
+        with pytest.raises(BuildError, match="SOURCE_DATE_EPOCH = 'soon'"):
             build(["Plant2DOF"], tmp_path)
         assert list(tmp_path.iterdir()) == []
 
@@ -125,7 +126,7 @@ def test_linux_binary_differs_from_pythonfmus_in_one_byte(fmus: Path) -> None:
         ours = archive.read("binaries/linux64/Plant2DOF.so")
     assert len(ours) == len(original)
     assert sum(a != b for a, b in zip(ours, original, strict=True)) == 1
-    with pytest.raises(ValueError, match="its Linux binary is not known"):
+    with pytest.raises(ExportError, match="its Linux binary is not known"):
         without_finalizer(ours)
 
 

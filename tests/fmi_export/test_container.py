@@ -17,15 +17,18 @@ from fmpy.validation import validate_fmu
 from native_builds import built_once
 
 from fmi_export.container import Container, build_container
-from scenarios.catalogue import CONTAINERS, build, build_containers, container
-from scenarios.component import Component, ComponentError, read_description
-from scenarios.experiment import prepare
-from scenarios.loading import PACKAGED, load_scenario
-from scenarios.results import write_csv
+from fmi_export.errors import ExportError
+from maglev.build import CONTAINERS, build, build_containers, container
+from maglev.cosim.fmu import Component, read_description
+from maglev.errors import BuildError, FmuError
+from maglev.experiment.preparation import prepare
+from maglev.experiment.results import write_csv
+from maglev.schema.loading import load_scenario
+from maglev.schema.toml_table import PACKAGED
 
 INPUTS = PACKAGED / "inputs"
 INPUT_FILE = {"ClosedLoop2DOF": INPUTS / "2dof-setpoints.csv", "ClosedLoop3DOF": INPUTS / "3dof-setpoints.csv"}
-BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import CONTAINERS, build_containers; "
+BUILD = ("import sys; from pathlib import Path; from maglev.build import CONTAINERS, build_containers; "
          "build_containers(CONTAINERS, Path(sys.argv[1]), Path(sys.argv[2]))")
 
 
@@ -73,7 +76,7 @@ def test_the_committed_inputs_give_the_run_of_our_master_bit_for_bit(
 
 @pytest.mark.parametrize("name", CONTAINERS)
 def test_input_files_say_what_the_scenario_says(name: str, tmp_path: Path) -> None:
-    script = runpy.run_path(str(INPUTS / "write_inputs.py"))
+    script = runpy.run_path(str(Path(__file__).parents[2] / "tools" / "write_inputs.py"))
     assert script["FILES"] == {path.name: each for each, path in INPUT_FILE.items()}
     recording = script["inputs"](name)
     write_csv(tmp_path / "inputs.csv", recording)
@@ -143,7 +146,7 @@ def test_refusals_of_a_component_are_logged(containers: Path) -> None:
     path = containers / "ClosedLoop3DOF.fmu"
     loop = Component("loop", path, read_description("loop", path))
     try:
-        with pytest.raises(ComponentError, match=r"y\.mass = -1\.0 kg, expected a number from 0\.001"):
+        with pytest.raises(FmuError, match=r"y\.mass = -1\.0 kg, expected a number from 0\.001"):
             loop.initialise({"plant.y.mass": -1.0}, 0.0, 1.0)
     finally:
         loop.close()
@@ -151,7 +154,7 @@ def test_refusals_of_a_component_are_logged(containers: Path) -> None:
 
 def test_inputs_of_the_same_name_are_refused(containers: Path, native_fmus: Path, tmp_path: Path) -> None:
     twice = Container("Twice", "", {"one": "Plant2DOF", "two": "Plant2DOF"}, (), 0.0005, 1.0)
-    with pytest.raises(ValueError, match=r"Twice: one and two both have an input motor\.i_a_cmd .* different names"):
+    with pytest.raises(ExportError, match=r"Twice: one and two both have an input motor\.i_a_cmd .* different names"):
         build_container(twice, native_fmus, "", "", tmp_path)
 
 
@@ -163,19 +166,19 @@ def test_another_processor_is_refused(containers: Path, native_fmus: Path, tmp_p
                 if not name.startswith("binaries/"):
                     target.writestr(name, source.read(name))
             target.writestr(f"binaries/linux64/{model}.so", b"\x7fELF" + bytes(14) + b"\xb7\x00")   # AArch64
-    with pytest.raises(ValueError, match="ClosedLoop2DOF: the toolbox has no container for the processor"):
+    with pytest.raises(ExportError, match="ClosedLoop2DOF: the toolbox has no container for the processor"):
         build_containers(["ClosedLoop2DOF"], tmp_path, tmp_path)
     assert not (tmp_path / "ClosedLoop2DOF.fmu").exists()
 
 
 def test_without_the_toolbox(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmi_export.container.find_spec", lambda name: None)
-    with pytest.raises(ValueError, match="needs fmu-manipulation-toolbox, expected it to be installed: pip install"):
+    with pytest.raises(ExportError, match="needs fmu-manipulation-toolbox, expected it to be installed: pip install"):
         build_containers(["ClosedLoop2DOF"], tmp_path, tmp_path)
 
 
 def test_a_container_is_no_python_fmu(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="ClosedLoop2DOF is made of native FMUs, expected --native with it"):
+    with pytest.raises(BuildError, match="ClosedLoop2DOF is made of native FMUs, expected --native with it"):
         build(["ClosedLoop2DOF"], tmp_path)
 
 

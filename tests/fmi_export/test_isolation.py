@@ -9,8 +9,8 @@ import pytest
 import fmi_export.build
 import pmlsm.gap_functions
 from fmi_export.build import build_fmu
-from scenarios.catalogue import DEFINITIONS, PACKAGES, definition
-from scenarios.component import Component, read_description
+from maglev.build import DEFINITIONS, PACKAGES, definition
+from maglev.cosim.fmu import Component, read_description
 
 
 def falling(path: Path) -> float:

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from conftest import NAMES
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ScalarVariable
 from fmu_access import bits, outputs, put, variables
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from scenarios.component import Component
+from maglev.build import DEFINITIONS
+from maglev.cosim.fmu import Component
 
 Load = Callable[[str], Component]
 Values = dict[str, float | bool]
@@ -65,7 +65,7 @@ class Pair:
         assert python == native
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
 def test_random_runs(load: Load, load_native: Load, name: str, data: st.DataObject) -> None:
@@ -104,7 +104,7 @@ def run(pair: Pair, data: st.DataObject, controller: bool) -> None:
             time, count = time + size, count + 1
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_long_run(load: Load, load_native: Load, name: str) -> None:
     """Far from rest: stops, trips, saturation, and regions of a schedule are all passed through."""
     pair = Pair(load(name), load_native(name))

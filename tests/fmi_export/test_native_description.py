@@ -11,12 +11,11 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from conftest import NAMES
 from fmpy.validation import validate_fmu
 
-from scenarios.catalogue import definition
+from maglev.build import DEFINITIONS, definition
 
-BUILD = ("import sys; from pathlib import Path; from scenarios.catalogue import build_native; "
+BUILD = ("import sys; from pathlib import Path; from maglev.build import build_native; "
          "build_native(['PID2DOF'], Path(sys.argv[1]), host_only=True)")
 
 # What may differ between the two kinds.
@@ -30,7 +29,7 @@ def description_of(fmu: Path) -> ElementTree.Element:
         return ElementTree.fromstring(archive.read("modelDescription.xml"))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_description_is_that_of_the_python_fmu(fmus: Path, native_fmus: Path, name: str) -> None:
     """Names, value references, units, causalities, starts, dependencies: everything."""
     python, native = (description_of(folder / f"{name}.fmu") for folder in (fmus, native_fmus))
@@ -48,12 +47,12 @@ def test_description_is_that_of_the_python_fmu(fmus: Path, native_fmus: Path, na
     assert texts[0] == texts[1]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_fmpy_validates(native_fmus: Path, name: str) -> None:
     assert validate_fmu(str(native_fmus / f"{name}.fmu")) == []
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(native_fmus / f"{name}.fmu"))
     experiment = definition(name).experiment
@@ -61,7 +60,7 @@ def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) 
     assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_files_inside(native_fmus: Path, name: str) -> None:
     with zipfile.ZipFile(native_fmus / f"{name}.fmu") as archive:
         files = archive.namelist()
@@ -85,8 +84,9 @@ def test_files_inside(native_fmus: Path, name: str) -> None:
 
 
 def test_guids_tell_the_fmus_apart(fmus: Path, native_fmus: Path) -> None:
-    guids = [description_of(folder / f"{name}.fmu").attrib["guid"] for folder in (fmus, native_fmus) for name in NAMES]
-    assert len(set(guids)) == 2 * len(NAMES)
+    guids = [description_of(folder / f"{name}.fmu").attrib["guid"]
+             for folder in (fmus, native_fmus) for name in DEFINITIONS]
+    assert len(set(guids)) == 2 * len(DEFINITIONS)
 
 
 def test_builds_are_reproducible(native_fmus: Path, tmp_path: Path) -> None:

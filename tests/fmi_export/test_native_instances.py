@@ -10,9 +10,10 @@ import pytest
 from command_line import error_line, maglev
 from fmu_access import bits, outputs, put, read, refusal, step
 
-import fmi_export.compiler
-import fmi_export.translation
-from scenarios.component import Component
+import fmi_export.native.compiler
+import fmi_export.native.translation
+from fmi_export.errors import ExportError
+from maglev.cosim.fmu import Component
 
 Load = Callable[[str], Component]
 
@@ -132,8 +133,8 @@ def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, m
     def find_spec(name: str) -> object | None:
         return None if name == missing else object()
 
-    monkeypatch.setattr(fmi_export.translation, "find_spec", find_spec)
-    monkeypatch.setattr(fmi_export.compiler, "find_spec", find_spec)
+    monkeypatch.setattr(fmi_export.native.translation, "find_spec", find_spec)
+    monkeypatch.setattr(fmi_export.native.compiler, "find_spec", find_spec)
     said = error_line(maglev("build", "--native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
     assert missing in said and "pip install 'maglev-fmus[native]'" in said
     assert list(tmp_path.rglob("*.fmu*")) == []
@@ -147,14 +148,15 @@ def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
 
 def test_compiler_that_refuses() -> None:
     pytest.importorskip("ziglang")
-    with pytest.raises(ValueError, match="the C compiler refuses the sources"):
-        fmi_export.compiler.library({"broken.c": "int f("}, "broken", fmi_export.compiler.PLATFORMS["linux64"])
+    with pytest.raises(ExportError, match="the C compiler refuses the sources"):
+        fmi_export.native.compiler.library({"broken.c": "int f("}, "broken",
+                                           fmi_export.native.compiler.PLATFORMS["linux64"])
 
 
 def test_machine_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    from fmi_export.native import host_platform
+    from fmi_export.native.build import host_platform
     monkeypatch.setattr("platform.system", lambda: "Plan9")
-    with pytest.raises(ValueError, match="system = 'Plan9', expected Linux, Windows or Darwin"):
+    with pytest.raises(ExportError, match="system = 'Plan9', expected Linux, Windows or Darwin"):
         host_platform()
 
 
@@ -162,7 +164,7 @@ def test_modules_of_a_native_run_need_no_python_of_the_project(native_fmus: Path
     """Nothing is imported by the FMU."""
     before = set(sys.modules)
     path = native_fmus / "PID2DOF.fmu"
-    from scenarios.component import read_description
+    from maglev.cosim.fmu import read_description
     with Component("PID2DOF", path, read_description("PID2DOF", path)) as component:
         component.initialise({}, 0.0, 1.0)
         step(component, 0, 3, 5e-4)

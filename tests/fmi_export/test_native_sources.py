@@ -5,14 +5,15 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import NAMES
 from native_builds import GENERATED, STRICT, require_command, unpacked_sources
+
+from maglev.build import DEFINITIONS
 
 # Sections; constant tables of addresses are in .data.rel.ro.
 WRITABLE = re.compile(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DEFINITIONS)
 def test_sources_alone_compile_without_a_warning_and_without_global_variables(
         native_fmus: Path, tmp_path: Path, name: str) -> None:
     sources = unpacked_sources(native_fmus / f"{name}.fmu", tmp_path)

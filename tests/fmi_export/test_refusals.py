@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 from fmu_access import outputs, put, read, refusal, step
 
-from scenarios.component import Component
+from maglev.cosim.fmu import Component
 
 Load = Callable[[str], Component]
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from fmu_access import bits, put, read, refusal, step, variables
 
-from scenarios.component import Component
+from maglev.cosim.fmu import Component
 
 Load = Callable[[str], Component]
 

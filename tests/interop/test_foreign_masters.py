@@ -11,7 +11,7 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
-from scenarios.catalogue import SYSTEMS, build_systems
+from maglev.build import SYSTEMS, build_systems
 
 KINDS = {"native": "native_fmus", "python": "fmus"}
 STOP_TIME = 5.0   # s

@@ -9,10 +9,11 @@ import pytest
 from command_line import maglev
 from fmpy.ssp.simulation import simulate_ssp
 
-from scenarios.catalogue import CONTAINERS, DEFINITIONS, build_containers, build_systems
-from scenarios.component import Component, read_description
-from scenarios.experiment import prepare
-from scenarios.loading import load_scenario
+from maglev.build import CONTAINERS, DEFINITIONS, build_containers, build_systems
+from maglev.cosim.fmu import Component, read_description
+from maglev.experiment.preparation import prepare
+from maglev.schema.loading import load_scenario
+from maglev.schema.toml_table import PACKAGED
 
 FOLDER = "mit Leerzeichen ünïcödé"
 KINDS = {"python": "fmus", "native": "native_fmus"}
@@ -67,7 +68,7 @@ def test_replacement_and_results(elsewhere: Path) -> None:
     scenario.write_text('extends = "2dof-setpoints.toml"\nname = "kurz"\nstop_time = "10 ms"\nclaims = []\n')
     shutil.copy(load_scenario("2dof-setpoints").path, elsewhere)
     for folder in ("loops", "gains", "references"):
-        shutil.copytree(load_scenario("2dof-setpoints").path.parent / folder, elsewhere / folder)
+        shutil.copytree(PACKAGED / folder, elsewhere / folder)
     done = maglev("run", scenario, "--fmus", elsewhere, "--controller", elsewhere / "PID2DOF.fmu",
                   "--out", elsewhere / "résultats")
     assert done.exit_code == 0, done.output

@@ -11,9 +11,10 @@ import pytest
 from command_line import maglev
 from lxml import etree
 
+from fmi_export.errors import ExportError
 from fmi_export.ssp import SSC, SSD, SSV, write_ssp
-from scenarios.catalogue import SYSTEMS, build_systems, definition
-from scenarios.loading import load_scenario
+from maglev.build import SYSTEMS, build_systems, definition
+from maglev.schema.loading import load_scenario
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
 FILES = [f"{system}{ports}.ssp" for system in SYSTEMS for ports in ("", "NoPorts")]
@@ -96,7 +97,7 @@ def test_start_values_are_those_of_the_scenario_and_of_the_fmus(system: str) -> 
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
     plant = (definition("Plant2DOF"), fmus / "Plant2DOF.fmu")
     twin = (replace(plant[0], name="Twin"), plant[1])
-    with pytest.raises(ValueError, match=r"plant and twin both have an open port motor\.i_a_cmd"):
+    with pytest.raises(ExportError, match=r"plant and twin both have an open port motor\.i_a_cmd"):
         write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
 
 

@@ -7,7 +7,7 @@ import pytest
 from fmu_access import put, read
 from stage_cases import phases
 
-from scenarios.component import Component
+from maglev.cosim.fmu import Component
 
 Load = Callable[[str], Component]
 

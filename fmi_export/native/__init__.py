@@ -1,0 +1,1 @@
+"""A block as C: translation, FMI layer, binaries for several platforms."""

@@ -1,0 +1,85 @@
+"""Build of native FMUs: the block as C, the FMI layer, and binaries that need no Python."""
+
+import platform
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from fmi_export.build import build_date, described, digest, write_archive
+from fmi_export.definition import FmuDefinition
+from fmi_export.errors import ExportError
+from fmi_export.model_description import model_description
+from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, Platform, library, require_zig
+from fmi_export.native.model_table import model_table
+from fmi_export.native.translation import translated
+from fmi_export.sources import carried_modules
+
+LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
+FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+TABLE = "model.c"
+
+
+def build_native_fmu(definition: FmuDefinition, version: str, licence: str, packages: tuple[str, ...],
+                     destination: Path, host_only: bool = False) -> Path:
+    """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
+
+    Parameters
+    ----------
+    definition : FmuDefinition
+    version, licence : str
+        Version and licence text of the project.
+    packages : tuple of str
+        Packages whose modules are translated, if the block imports them.
+    destination : Path
+        Folder, made if it is not there.
+    host_only : bool
+        A binary for this machine alone. FMI 2.0 has no folder for Linux on ARM: its binary is in linux64.
+
+    Raises
+    ------
+    ExportError
+        If pyccel or ziglang is not installed, or refuses the sources.
+    """
+    require_zig()
+    blocks = translated(carried_modules(definition.block.__module__, packages))
+    layer = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in LAYER}
+    headers = {name: fmi_header(name) for name in FMI_HEADERS}
+    chosen = host_platform() if host_only else PLATFORMS
+    without_guid = {**blocks, **layer, **headers, TABLE: model_table(definition, "")}
+    units = sorted(name for name in without_guid if name.endswith(".c"))
+    date = build_date()
+    described_as = model_description(definition, "", version, date, units).decode("utf-8")
+    parts = [described_as, *(part for item in sorted(without_guid.items()) for part in item), *sorted(chosen)]
+    guid = f"{{{digest(parts)[:32]}}}"
+    sources = {**without_guid, TABLE: model_table(definition, guid)}
+    contents = {f"sources/{name}": text.encode("utf-8") for name, text in sources.items()}
+    contents |= {f"binaries/{folder}/{definition.name}{each.ending}": library(sources, definition.name, each)
+                 for folder, each in chosen.items()}
+    contents |= described(definition, version, licence)
+    contents["documentation/licenses/fmi.txt"] = fmi_licence(headers[FMI_HEADERS[0]]).encode("utf-8")
+    contents["modelDescription.xml"] = model_description(definition, guid, version, date, units)
+    return write_archive(destination / f"{definition.name}.fmu", contents)
+
+
+def host_platform() -> dict[str, Platform]:
+    """Platform of this machine, by the folder of its binary."""
+    system, machine = platform.system(), platform.machine().lower()
+    if system == "Linux":
+        return {"linux64": LINUX_ON_ARM if machine in ("aarch64", "arm64") else PLATFORMS["linux64"]}
+    folder = {"Windows": "win64", "Darwin": "darwin64"}.get(system)
+    if folder is None:
+        raise ExportError(f"system = {system!r}, expected Linux, Windows or Darwin")
+    return {folder: PLATFORMS[folder]}
+
+
+def fmi_header(name: str) -> str:
+    """Header of the FMI standard, as fmpy brings it along."""
+    return files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8")
+
+
+def fmi_licence(header: str) -> str:
+    """Copyright and licence of the FMI headers, from the comment in one of them."""
+    found = re.search(r"^ *Copyright.*?(?=\*/)", header, re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise ExportError("FMI headers of fmpy: there is no licence in them, expected one to ship")
+    return "\n".join(line.strip() for line in found[0].splitlines()).strip() + "\n"

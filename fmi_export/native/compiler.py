@@ -1,0 +1,75 @@
+"""Shared libraries for several platforms from one machine, by zig's C compiler."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+from fmi_export.errors import ExportError
+from fmi_export.native.mach_o import universal
+
+# No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
+# visible. Debug information has paths in it, which would make the bytes depend on the machine.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s", "-shared")
+
+
+class Platform(NamedTuple):
+    """An FMI platform: zig's targets (several make a universal binary), the file's ending, further flags."""
+
+    targets: tuple[str, ...]
+    ending: str
+    flags: tuple[str, ...] = ()
+
+
+PLATFORMS = {
+    # The oldest C library that zig links against on both processors; newer ones run what was linked against it.
+    "linux64": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm")),
+    "win64": Platform(("x86_64-windows-gnu",), ".dll"),
+    "darwin64": Platform(("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", ("-fPIC",)),
+}
+
+LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm"))
+
+
+def require_zig() -> None:
+    """Raise ExportError if ziglang, an extra of this project, is not installed."""
+    if find_spec("ziglang") is None:
+        raise ExportError("native FMUs need ziglang, expected it to be installed: pip install 'maglev-fmus[native]'")
+
+
+def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+    """Shared library of C files by name, and their headers, for a platform; `name` is its file name's stem.
+
+    Raises
+    ------
+    ExportError
+        If the compiler refuses the sources.
+    """
+    require_zig()
+    with tempfile.TemporaryDirectory(prefix="maglev_compiler_") as folder:
+        root = Path(folder)
+        for file, text in sources.items():
+            (root / file).write_text(text, encoding="utf-8", newline="\n")
+        files = sorted(file for file in sources if file.endswith(".c"))
+        made = []
+        for target in platform.targets:
+            output = root / target / f"{name}{platform.ending}"
+            output.parent.mkdir()
+            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o", str(output.relative_to(root)), *files])
+            made.append(output.read_bytes())
+    return made[0] if len(made) == 1 else universal(made)
+
+
+def compiled(root: Path, arguments: list[str]) -> None:
+    """Run zig's C compiler in a folder."""
+    place = {}
+    if "HOME" not in os.environ:   # where zig keeps what it has compiled of the C libraries; not every service has one
+        place["ZIG_GLOBAL_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "maglev_zig")
+    done = subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], cwd=root, capture_output=True, text=True,
+                          env={**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
+    if done.returncode != 0:
+        raise ExportError(f"the C compiler refuses the sources: {' '.join(done.stderr.split())[-1000:]}")

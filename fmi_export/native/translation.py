@@ -1,0 +1,160 @@
+"""Blocks as C: pyccel translates their modules, and what it leaves to be done at run time is done here.
+
+pyccel keeps the constants of a module in global variables that a function of the module fills. Here they become
+constants, with the values that Python has computed, and the functions go: nothing is left that instances could share.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from importlib.util import find_spec
+from math import isinf
+from pathlib import Path
+from types import ModuleType
+
+from fmi_export.errors import ExportError
+from fmi_export.sources import imported_modules
+
+# One process for all modules: starting pyccel takes longer than a translation.
+TRANSLATE = """
+import os, sys
+from pyccel.codegen.pipeline import execute_pyccel
+root = os.getcwd()
+for path in sys.argv[1:]:
+    os.chdir(root)
+    execute_pyccel(os.path.join(root, path), convert_only=True, language="c")
+"""
+
+DECLARED = re.compile(r"^extern (double|int64_t|bool) (\w+);$", re.MULTILINE)
+INITIALISER = re.compile(r"^/\*\.+\*/\nvoid \w+__init\(void\)\n\{\n.*?^\}\n/\*\.+\*/\n", re.MULTILINE | re.DOTALL)
+FUNCTION = re.compile(r"^(\w[\w *]*)\(([^()\n]*)\)\n\{\n(.*?)^\}$", re.MULTILINE | re.DOTALL)
+LOCAL = re.compile(r"^    (?:double|int64_t|bool) (\w+);\n", re.MULTILINE)
+
+PRELUDE = """\
+/* math.h with what C99 leaves out, for the translated blocks. */
+
+#ifndef BLOCK_MATH_H
+#define BLOCK_MATH_H
+
+#include <math.h>
+
+#ifndef M_PI
+#define M_PI 3.14159265358979323846
+#endif
+
+/* A product and a sum stay two roundings, as in Python; compilers without this pragma keep to it with -std=c99. */
+#if defined(__clang__) || defined(_MSC_VER)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#endif
+"""
+
+
+def translated(texts: Mapping[str, str]) -> dict[str, str]:
+    """C files, by name, of Python modules in pyccel's subset.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        Source text by dotted name of every module that one of them imports, but `math`. They can be imported as well.
+
+    Raises
+    ------
+    ExportError
+        If pyccel is not installed, refuses a module, or writes something that is not known here.
+    """
+    if find_spec("pyccel") is None:
+        raise ExportError("native FMUs need pyccel, expected it to be installed: pip install 'maglev-fmus[native]'")
+    files = {"block_math.h": PRELUDE}
+    with tempfile.TemporaryDirectory(prefix="maglev_translation_") as folder:
+        root = Path(folder)
+        names = in_order(texts)
+        for name in names:
+            path = root / f"{name.replace('.', '/')}.py"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            (path.parent / "__init__.py").touch()
+            path.write_text(texts[name], encoding="utf-8")
+        run_pyccel(root, [f"{name.replace('.', '/')}.py" for name in names])
+        for name in names:
+            package, _, stem = name.rpartition(".")
+            generated = root / package.replace(".", "/") / "__pyccel__" / stem
+            header = generated.with_suffix(".h").read_text(encoding="utf-8")
+            source = generated.with_suffix(".c").read_text(encoding="utf-8")
+            constants = [found for _, found in DECLARED.findall(header)]
+            files[f"{stem}.h"] = finished_header(header, import_module(name))
+            files[f"{stem}.c"] = finished_source(name, source, constants)
+    return files
+
+
+def in_order(texts: Mapping[str, str]) -> list[str]:
+    """Names of modules, each after those that it imports."""
+    ordered: list[str] = []
+    waiting = sorted(texts)
+    while waiting:
+        ready = [name for name in waiting
+                 if all(imported in ordered or imported not in texts
+                        for imported in imported_modules(name, texts[name]))]
+        if not ready:
+            raise ExportError(f"modules {', '.join(waiting)} import each other, expected an order")
+        ordered += ready
+        waiting = [name for name in waiting if name not in ready]
+    return ordered
+
+
+def run_pyccel(root: Path, paths: Iterable[str]) -> None:
+    """Translate files below a folder, in their order."""
+    # pyccel names its output folder after the worker of a parallel test run, and writes some things in the order of a
+    # set, which depends on the hash seed.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTEST_XDIST_WORKER"}
+    done = subprocess.run([sys.executable, "-c", TRANSLATE, *paths], cwd=root, capture_output=True, text=True,
+                          env={**environment, "PYTHONPATH": str(root), "PYTHONHASHSEED": "0"})
+    if done.returncode != 0:
+        raise ExportError(f"pyccel cannot translate: {' '.join((done.stdout + done.stderr).split())[-1000:]}")
+
+
+def finished_header(header: str, module: ModuleType) -> str:
+    """Header with constants for variables, and without the function that fills them."""
+    header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = {literal(getattr(module, found[2]))};",
+                          header)
+    header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
+    return header.replace("#include <math.h>", '#include "block_math.h"')
+
+
+def literal(value: float | int | bool) -> str:
+    """C literal of a number, with the same value."""
+    if isinstance(value, float):
+        if isinf(value):
+            return "INFINITY" if value > 0.0 else "-INFINITY"
+        return repr(value)
+    return str(int(value)) if isinstance(value, bool) else f"INT64_C({value})"
+
+
+def finished_source(name: str, source: str, constants: Iterable[str]) -> str:
+    """Source without global variables, without the function that fills them, and without unused locals."""
+    for constant in constants:
+        source = re.sub(rf"^\w+ {constant};\n", "", source, flags=re.MULTILINE)
+    source = INITIALISER.sub("", source.replace("bool initialised = 0;\n", ""))
+    source = FUNCTION.sub(used_names_only, source)
+    if re.search(r"initialised|__init\(", source) or re.search(r"^(double|int64_t|bool) \w+( =.*)?;", source, re.M):
+        raise ExportError(f"{name}: the C that pyccel has made of it has global variables, expected none to be left")
+    return source
+
+
+def used_names_only(function: re.Match[str]) -> str:
+    """A function without the local variables that nothing uses; parameters that nothing uses are marked."""
+    head, parameters, body = function.groups()
+
+    def uses(name: str) -> int:
+        return len(re.findall(rf"\b{name}\b", body))
+
+    for local in LOCAL.findall(body):
+        if uses(local) == 1:
+            body = re.sub(rf"^    \w+ {local};\n", "", body, flags=re.MULTILINE)
+    names = [] if parameters == "void" else [parameter.split()[-1].lstrip("*") for parameter in parameters.split(",")]
+    unused = "".join(f"    (void){name};\n" for name in names if not uses(name))
+    return f"{head}({parameters})\n{{\n{unused}{body}}}"

@@ -1,0 +1,1 @@
+"""The command line `maglev`: options and what is printed; what is done is in the rooms below."""

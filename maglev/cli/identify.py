@@ -1,0 +1,109 @@
+"""The command `maglev identify`: constants of a rig from a person's own recording."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from maglev.cli.options import Debug, Out
+from maglev.cli.terminal import one_line_errors, report_console
+from maglev.errors import IdentificationError, QuantityError, nearest
+from maglev.identification.settings import EPSILON, GAMMA
+from maglev.units import number_or_text, parse_quantity
+
+if TYPE_CHECKING:
+    from maglev.identification.identify import Identification
+    from maglev.identification.rigs import Rig
+
+Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
+RigName = Annotated[str | None, typer.Option("--rig", help="`2dof` or `3dof`; seen from the columns if not given.",
+                                             show_default=False)]
+Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
+Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]
+Gamma = Annotated[float, typer.Option(help="Attenuation γ, more than 1.")]
+Guesses = Annotated[list[str] | None, typer.Option(
+    "--guess", metavar="C1=value", help="Initial value of a constant; may be repeated.", show_default=False)]
+Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and currents as the observer filters the "
+                                       "velocity: more accurate thrust constants.")]
+
+
+def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilon: Epsilon = str(EPSILON),
+             gamma: Gamma = GAMMA, guess: Guesses = None, matched: Matched = False, out: Out = Path("results"),
+             debug: Debug = False) -> None:
+    """Identify the constants of a rig from recorded data.
+
+    The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`, `i_q`
+    or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors). Results of `maglev run` will do.
+
+    **Examples:** `maglev identify my_recording.csv --matched`, `maglev identify results/2dof-identification-rig.csv
+    --guess C1=10`
+
+    The results are `NAME.identified.toml`, for `maglev run --model`, and `NAME.convergence.csv` with a picture of it.
+    """
+    # numpy and scipy take their time to load: only who identifies waits for them.
+    from maglev.identification.convergence import write_convergence, write_picture
+    from maglev.identification.identify import identify as identified
+    from maglev.identification.model_file import write_model
+    from maglev.identification.recording import read_recording
+
+    with one_line_errors(debug):
+        recording = read_recording(data, rig)
+        try:
+            seconds = parse_quantity(number_or_text(epsilon), "s")
+        except QuantityError as error:
+            raise IdentificationError(f"--epsilon {epsilon}: {error}") from None
+        start = read_guesses(guess or [], recording.rig)
+        try:
+            found = identified(recording, method, seconds, gamma, start, matched)
+        except IdentificationError as error:
+            raise IdentificationError(f"{data}: {error}") from None
+        out.mkdir(parents=True, exist_ok=True)
+        model, convergence = out / f"{data.stem}.identified.toml", out / f"{data.stem}.convergence.csv"
+        write_model(model, found, data)
+        write_convergence(convergence, found)
+        picture = write_picture(out / f"{data.stem}.convergence", found)
+        show(report_console(), found)
+        typer.echo(f"results: {', '.join(str(path) for path in (model, convergence, picture) if path is not None)}")
+
+
+def read_guesses(texts: list[str], rig: "Rig") -> dict[str, float]:
+    """Initial values of `--guess C1=value`."""
+    guesses = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        name = name.strip()
+        if not equals or name not in rig.constants:
+            raise IdentificationError(f"--guess {text}: expected one of {', '.join(rig.constants)} and a value, such "
+                                      f"as C1=10; nearest is {nearest(name, rig.constants)}")
+        try:
+            guesses[name] = parse_quantity(number_or_text(value.strip()), "1")
+        except QuantityError as error:
+            raise IdentificationError(f"--guess {text}: {error}") from None
+    return guesses
+
+
+def show(console: Console, found: "Identification") -> None:
+    """Print constants, rows and warnings."""
+    from maglev.identification.replay import HORIZON
+
+    recording, estimate = found.recording, found.estimate
+    length = recording.time[-1] - recording.time[0]
+    console.print(f"[bold]{recording.rig.name}[/]: {len(recording.time)} samples over {length:.3g} s, "
+                  f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
+                  f"{', matched filters' if found.matched else ''}")
+    table = Table("constant", "guess", "estimate", "standard error", "with friction")
+    for name, value in estimate.final.items():
+        error, other = found.standard_error[name], found.with_friction[name]
+        share = f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
+        table.add_row(name, f"{found.guess[name]:.5g}", f"{value:.5g}", share,
+                      f"{other:.5g}" if other == other else "–")
+    console.print(table)
+    table = Table("axis", "excitation", "unexplained", "acceleration", f"replay over {1e3 * HORIZON:g} ms", "way")
+    for (axis, row), error, way in zip(found.diagnostics.items(), found.replay_error, found.replay_motion, strict=True):
+        table.add_row(axis, f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²", f"{row.motion:.3g} m/s²",
+                      f"{1e3 * error:.3g} mm", f"{1e3 * way:.3g} mm")
+    console.print(table)
+    for warning in found.warnings:
+        console.print(f"warning: {warning}", markup=False, soft_wrap=True)

@@ -1,0 +1,231 @@
+"""One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
+
+import ctypes
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
+from itertools import count
+from pathlib import Path
+from typing import Any, ClassVar
+
+import fmpy
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription, ScalarVariable
+
+from maglev.cosim.port_map import Scale
+from maglev.errors import FmuError, nearest
+
+WARNING = 1   # fmi2Warning; a higher status is a failure
+FATAL = 4     # fmi2Fatal
+
+# How pythonfmu's binary reports an exception; its text is what a person wants to read.
+PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
+
+COUNT = count(1)   # makes instance names unique
+
+OWN_TOOL = "Maglev FMUs"   # generationTool of this project
+
+UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
+
+
+class Buffer:
+    """Values of variables of one FMI type, in memory that the FMU reads and writes directly."""
+
+    C_TYPES: ClassVar[dict[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+
+    def __init__(self, kind: str, variables: Sequence[ScalarVariable]):
+        self.kind = kind
+        self.names = [v.name for v in variables]
+        self.references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
+        self.values = (self.C_TYPES[kind] * len(variables))()
+
+    def arguments(self) -> tuple[c_void_p, c_size_t, c_void_p]:
+        """Value references, their number and the values, as the C functions take them."""
+        return (c_void_p(ctypes.addressof(self.references)), c_size_t(len(self.names)),
+                c_void_p(ctypes.addressof(self.values)))
+
+
+def read_description(name: str, path: Path) -> ModelDescription:
+    """Model description of an FMI 2.0 co-simulation FMU; FmuError says what is wrong with another file."""
+    if not path.is_file():
+        raise FmuError(f"{name}: there is no file {path}, expected an FMU; `maglev build` makes those of this "
+                       "project in the folder fmus, `maglev build --native` those in fmus/native")
+    try:
+        version = fmpy.read_model_description(str(path), validate=False).fmiVersion
+        if version != "2.0":
+            raise FmuError(f"{name}: {path} is an FMI {version} FMU, expected FMI 2.0")
+        description = fmpy.read_model_description(str(path))
+    except FmuError:
+        raise
+    except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
+        raise FmuError(f"{name}: {path} cannot be read as an FMU: {error}") from error
+    if description.coSimulation is None:
+        raise FmuError(f"{name}: {path} is for model exchange only, expected co-simulation")
+    return description
+
+
+LOADED: "dict[bytes, Component]" = {}   # by instance name
+
+
+def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+    """Keep a message of an FMU.
+
+    fmpy's proxy, which formats messages, passes those of all FMUs to one function: the instance name tells them apart.
+    """
+    component = LOADED.get(instance)
+    if component is not None and status > 0:
+        component.fatal = component.fatal or status == FATAL
+        component.messages.append(message.decode("utf-8", "replace").strip())
+
+
+LOGGER = fmi2CallbackLoggerTYPE(take_message)
+
+
+class Component:
+    """An instance of an FMU; a context manager that frees it and the folder it was unpacked to.
+
+    `scales` converts the variables, by name, that the FMU does not count in SI units.
+    """
+
+    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale] | None = None):
+        self.name = name
+        self.path = path
+        self.description = description
+        self.scales = scales or {}
+        self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
+        self.messages: list[str] = []
+        self.fatal = False
+        self.folder = unpacking_folder()
+        self.instance: FMU2Slave | None = None
+        self.key = f"{name}#{next(COUNT)}".encode()
+        LOADED[self.key] = self
+        self.set_functions: dict[str, Any] = {}
+        self.get_functions: dict[str, Any] = {}
+        try:
+            self.load()
+        except Exception as error:
+            self.close()
+            raise FmuError(f"{name}: {path} cannot be loaded: {self.said() or error}") from error
+
+    def load(self) -> None:
+        """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
+        fmpy.extract(str(self.path), str(self.folder))
+        identifier = self.description.coSimulation.modelIdentifier
+        instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
+                             modelIdentifier=identifier, instanceName=self.key.decode())
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = LOGGER
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(callbacks))
+        # Logging stays on: an FMU says why it refuses only there.
+        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        self.instance = instance
+        # Function objects of our own, without argument types: arguments that are C objects already need no conversion.
+        for kind in ("Real", "Integer", "Boolean"):
+            self.set_functions[kind] = instance.dll[f"fmi2Set{kind}"]
+            self.get_functions[kind] = instance.dll[f"fmi2Get{kind}"]
+        self.do_step = instance.dll["fmi2DoStep"]
+
+    def __enter__(self) -> "Component":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance and remove what was unpacked."""
+        # After fmi2Fatal FMI forbids every call. The FMUs of this project can be freed all the same, and should be:
+        # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
+        own = (self.description.generationTool or "").startswith(OWN_TOOL)
+        if self.instance is not None and (own or not self.fatal):
+            self.instance.freeInstance()
+        self.instance = None
+        LOADED.pop(self.key, None)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def said(self) -> str:
+        """What the FMU has said, and forget it."""
+        text = "; ".join(PYTHON_EXCEPTION.sub(r"\2", " ".join(message.split())) for message in self.messages)
+        self.messages.clear()
+        return text
+
+    def failed(self, call: str, status: int) -> FmuError:
+        """Error for a call that returned a status beyond a warning."""
+        self.fatal = self.fatal or status == FATAL
+        return FmuError(f"{self.name} ({self.path.name}) refused {call} with status {status}: "
+                        f"{self.said() or 'it gave no message'}")
+
+    def variable(self, name: str) -> ScalarVariable:
+        """A variable by its name; FmuError with the nearest name if there is none."""
+        if name not in self.variables:
+            raise FmuError(f"{self.name} ({self.path.name}) has no variable {name}; nearest is "
+                           f"{nearest(name, self.variables)}")
+        return self.variables[name]
+
+    def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float) -> None:
+        """Set start values and go through the initialization."""
+        instance = self.instance
+        assert instance is not None
+        buffers = self.buffers([self.variable(name) for name in start])
+        for buffer in buffers:
+            for i, name in enumerate(buffer.names):
+                value = self.scales[name].to_own(start[name]) if name in self.scales else start[name]
+                buffer.values[i] = type(buffer.values[i])(value)
+        try:
+            instance.setupExperiment(startTime=start_time, stopTime=stop_time)
+            for buffer in buffers:
+                self.set(buffer)
+            instance.enterInitializationMode()
+            instance.exitInitializationMode()
+        except FmuError:
+            raise
+        except Exception as error:
+            raise FmuError(f"{self.name} ({self.path.name}) refused its initialization: "
+                           f"{self.said() or error}") from error
+
+    def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
+        """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""
+        found = []
+        for kind in ("Real", "Integer", "Boolean"):
+            chosen = [v for v in variables if ("Integer" if v.type == "Enumeration" else v.type) == kind]
+            if chosen:
+                found.append(Buffer(kind, chosen))
+        return found
+
+    def handle(self) -> c_void_p:
+        """The C instance."""
+        assert self.instance is not None
+        return c_void_p(self.instance.component)
+
+    def set(self, buffer: Buffer) -> None:
+        """Set the variables of a buffer."""
+        status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
+        if status > WARNING:
+            raise self.failed(f"fmi2Set{buffer.kind} of {', '.join(buffer.names)}", status)
+
+    def get(self, buffer: Buffer) -> None:
+        """Get the variables of a buffer."""
+        status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
+        if status > WARNING:
+            raise self.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
+
+
+def unpacking_folder() -> Path:
+    """New temporary folder whose path pythonfmu's binary can load from."""
+    for place in (None, "/tmp"):
+        folder = Path(tempfile.mkdtemp(prefix="maglev_", dir=place))
+        if str(folder).isascii() and not set(str(folder)) & set(UNSAFE_IN_PATH):
+            return folder
+        folder.rmdir()
+    raise FmuError(f"temporary folder {tempfile.gettempdir()}: expected an ASCII path without any of "
+                   f"{UNSAFE_IN_PATH}; set TMPDIR")

@@ -1,0 +1,184 @@
+"""Fixed-step master for FMI 2.0 co-simulation FMUs, Gauss–Seidel if not asked for Jacobi.
+
+At t_k = k h every FMU, in its order, gets its inputs, steps to t_k + h and gives its outputs, which the FMUs after it
+already see. With the controller first and the plant second this is the sampled loop with a zero-order hold.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from maglev.cosim.fmu import Component, read_description
+from maglev.cosim.port_map import PortMap, apply
+from maglev.cosim.stepping import Phase, StepFailed, step_over
+from maglev.cosim.wiring import Order, Rate, Track, wire
+from maglev.errors import FmuError, MaglevError
+
+PROGRESS_STEPS = 500   # communication steps between two reports of progress
+
+Progress = Callable[[int, int], None]   # steps done, steps in all
+
+
+@dataclass(frozen=True)
+class Participant:
+    """An FMU of a co-simulation: its name in it, its file and its start values; names and units of a foreign one."""
+
+    name: str
+    path: Path
+    start: Mapping[str, float | bool] = field(default_factory=dict)
+    ports: PortMap | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Outputs of every FMU and the driven inputs at each communication point.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Communication points, s.
+    columns : mapping of str to ndarray, shape (n,)
+        By name, `fmu.variable`; Booleans as 0 and 1.
+    """
+
+    time: npt.NDArray[np.float64]
+    columns: Mapping[str, npt.NDArray[Any]]
+
+
+class RunFailed(MaglevError):
+    """A co-simulation that ended early; `recording` has what was recorded until then."""
+
+    def __init__(self, message: str, recording: Recording):
+        super().__init__(message)
+        self.recording = recording
+
+
+class Master:
+    """Co-simulation of FMUs; a context manager that frees them.
+
+    Parameters
+    ----------
+    participants : sequence of Participant
+        In the order in which they step.
+    connections : sequence of (str, str)
+        From an output to an input, both `fmu.variable`.
+    step : float
+        Communication step h, s.
+    order : str
+        "sequential" or "jacobi", see `wire`.
+
+    Raises
+    ------
+    FmuError
+        If an FMU cannot be loaded.
+    """
+
+    def __init__(self, participants: Sequence[Participant], connections: Sequence[tuple[str, str]], step: float,
+                 order: Order = "sequential"):
+        if not 0.0 < step < float("inf"):
+            raise FmuError(f"communication step = {step} s, expected a positive, finite step")
+        self.step = step
+        self.order = order
+        self.participants = participants
+        self.connections = connections
+        self.stack = ExitStack()
+        self.components: dict[str, Component] = {}
+        described = [(p, read_description(p.name, p.path)) for p in participants]
+        try:
+            for participant, description in described:
+                scales = {} if participant.ports is None else apply(participant.ports, description)
+                component = Component(participant.name, participant.path, description, scales)
+                self.components[participant.name] = self.stack.enter_context(component)
+        except BaseException:
+            self.stack.close()
+            raise
+
+    def __enter__(self) -> "Master":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stack.close()
+
+    def run(self, stop_time: float, drives: Mapping[str, Sequence[float]] | None = None,
+            progress: Progress | None = None) -> Recording:
+        """Run from 0 to the stop time (s), which must be a whole number of communication steps.
+
+        Parameters
+        ----------
+        stop_time : float
+            End of the run, s.
+        drives : mapping of str to sequence of float
+            Values of driven inputs, `fmu.variable`, at every communication point, the last one included.
+        progress : callable, optional
+            Called now and then with the steps done and the steps in all.
+
+        Raises
+        ------
+        FmuError
+            If the wiring or a start value is wrong.
+        RunFailed
+            If an FMU refuses a step; the recording until then is in the error.
+        """
+        steps = whole_steps(stop_time, self.step)
+        drives = drives or {}
+        for target, values in drives.items():
+            if len(values) != steps + 1:
+                raise FmuError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
+                               "one for each communication point")
+        rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.participants
+                 if p.ports is not None and p.ports.step is not None}
+        initial, phases, tracks = wire(self.components, self.connections, drives, steps + 1, self.step, self.order,
+                                       rates)
+        for participant in self.participants:
+            self.components[participant.name].initialise(participant.start, 0.0, stop_time)
+        done = 0
+        try:
+            for call in initial:
+                call.at(0)
+            bound = [Phase(calls) for calls in phases]
+            while done < steps:
+                last = min(done + PROGRESS_STEPS, steps)
+                step_over(bound, done, last)
+                done = last
+                if progress is not None:
+                    progress(done, steps)
+        except (FmuError, StepFailed) as error:
+            if isinstance(error, StepFailed):
+                done = error.step
+            raise RunFailed(f"at t = {done * self.step:.9g} s: {error}",
+                            recording(tracks, self.step, done + 1)) from error
+        except KeyboardInterrupt as error:   # between steps
+            raise RunFailed(f"at t = {done * self.step:.9g} s: interrupted",
+                            recording(tracks, self.step, done + 1)) from error
+        return recording(tracks, self.step, steps + 1)
+
+
+def whole_steps(stop_time: float, step: float) -> int:
+    """Number of communication steps (s) in a run to the stop time (s); FmuError if it is not whole."""
+    steps = round(stop_time / step)
+    if steps < 1 or abs(steps * step - stop_time) > 1e-6 * step:
+        raise FmuError(f"stop time = {stop_time} s, expected a whole number of communication steps of {step} s")
+    return steps
+
+
+def rate(name: str, own: float, step: float, steps: int) -> Rate:
+    """Steps of an FMU that wants steps of its own (s) among communication steps (s); FmuError if they misfit."""
+    found = Rate(every=round(own / step)) if own > step else Rate(parts=round(step / own))
+    if abs(found.every * step - found.parts * own) > 1e-9 * step:
+        raise FmuError(f"{name} is to be stepped with {own} s, expected a multiple of the communication step of "
+                       f"{step} s, or a whole fraction of it")
+    if steps % found.every:
+        raise FmuError(f"{name} is to be stepped with {own} s, expected a part of the stop time of "
+                       f"{steps * step:.9g} s")
+    return found
+
+
+def recording(tracks: Sequence[Track], step: float, rows: int) -> Recording:
+    """Recording of the first rows of the tracks."""
+    columns = {name: track.array[:rows, i] for track in tracks for i, name in enumerate(track.names)}
+    return Recording(step * np.arange(rows, dtype=np.float64), columns)

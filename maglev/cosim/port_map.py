@@ -1,0 +1,221 @@
+"""What an FMU that somebody brings calls its ports, the units it counts in, and the step it wants: a TOML file.
+
+    [controller]
+    step = "1 ms"                                      # only if it is not the communication step
+    "v.measured" = { port = "gap", unit = "mm" }       # ours = theirs
+    "motor.i_a_cmd" = "current_u"
+
+With such a map, and with units that the FMU declares itself, it is seen as if it had our names and SI units.
+"""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fmpy.model_description import ModelDescription, ScalarVariable
+
+from maglev.errors import QuantityError, ScenarioError, key_path, nearest, shortened
+from maglev.units import factor, parse_quantity, si_unit
+
+PARTICIPANTS = ("controller", "plant")
+
+
+class Scale(NamedTuple):
+    """Conversion of a variable: its value in the FMU's unit is the SI value × up / down.
+
+    One of the two is 1: 20 mm / 1000 is the number nearest to 0.02, 20 mm × 0.001 need not be.
+    """
+
+    up: float
+    down: float
+
+    def to_own(self, value: float) -> float:
+        """Value in the FMU's unit of a value in SI."""
+        return value * self.up / self.down
+
+    def to_si(self, value: float) -> float:
+        """Value in SI of a value in the FMU's unit."""
+        return value * self.down / self.up
+
+
+class Port(NamedTuple):
+    """What an FMU calls one of our ports, and its unit there; None: the one that the FMU declares."""
+
+    name: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class PortMap:
+    """Ports of one FMU.
+
+    Attributes
+    ----------
+    place : str
+        File and table, for messages.
+    ports : mapping of str to Port
+        By our names.
+    step : float, optional
+        Step that the FMU wants, s; None: the communication step.
+    units : mapping of str to str or None
+        Units of our ports, assumed where the FMU declares none.
+    """
+
+    place: str = ""
+    ports: Mapping[str, Port] = field(default_factory=dict)
+    step: float | None = None
+    units: Mapping[str, str | None] = field(default_factory=dict)
+
+    def refuse(self, ours: str, expectation: str) -> ScenarioError:
+        """Error about the line of one of our ports."""
+        port = self.ports[ours]
+        value: object = port.name if port.unit is None else {"port": port.name, "unit": port.unit}
+        return ScenarioError(f"{self.place}.{key_path([ours])} = {shortened(value)}: {expectation}")
+
+    def require_known(self, known: Mapping[str, str | None]) -> None:
+        """Refuse a line about a port that we do not have, or in a unit of another dimension.
+
+        Parameters
+        ----------
+        known : mapping of str to str or None
+            Names of our ports, and their units where they are known.
+        """
+        for ours, port in self.ports.items():
+            if ours not in known:
+                raise self.refuse(ours, f"unknown port, nearest is {nearest(ours, known)}")
+            unit = known[ours]
+            if port.unit is not None and unit is not None and si_unit(port.unit) != si_unit(unit):
+                raise self.refuse(ours, f"expected a unit that converts to {unit}")
+
+
+def read_port_maps(path: Path) -> dict[str, PortMap]:
+    """Read the maps of a file, by participant.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, or something in it is not as expected; one line with file, key and value.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: TOML syntax: {error}") from None
+    for name, table in tables.items():
+        if name not in PARTICIPANTS:
+            raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, PARTICIPANTS)}")
+        if not isinstance(table, dict):
+            raise ScenarioError(f"{path}: {name} = {shortened(table)}: expected a table")
+    return {name: read_port_map(f"{path}: {name}", table) for name, table in tables.items()}
+
+
+def read_port_map(place: str, table: dict[str, Any]) -> PortMap:
+    """Read one table."""
+    step = None
+    if "step" in table:
+        try:
+            step = parse_quantity(table["step"], "s")
+        except QuantityError as error:
+            raise ScenarioError(f"{place}.step = {shortened(table['step'])}: {error}") from None
+        if not step > 0.0:
+            raise ScenarioError(f"{place}.step = {shortened(table['step'])}: expected a step > 0")
+    return PortMap(place, {ours: read_port(f"{place}.{key_path([ours])}", value)
+                           for ours, value in table.items() if ours != "step"}, step)
+
+
+def read_port(key: str, value: object) -> Port:
+    """Read one line: a name, or a table of a name and a unit."""
+    entries = {"port": value} if isinstance(value, str) else value
+    if not isinstance(entries, dict) or not all(isinstance(entry, str) for entry in entries.values()):
+        raise ScenarioError(f"{key} = {shortened(value)}: expected the name of a port, or a table such as "
+                            "{ port = \"gap\", unit = \"mm\" }")
+    for entry in entries:
+        if entry not in ("port", "unit"):
+            raise ScenarioError(f"{key}.{entry} = {shortened(entries[entry])}: unknown key, expected port or unit")
+    if "port" not in entries:
+        raise ScenarioError(f"{key} = {shortened(value)}: expected the name of a port under the key port")
+    try:
+        if "unit" in entries:
+            si_unit(entries["unit"])
+    except QuantityError as error:
+        raise ScenarioError(f"{key}.unit = {entries['unit']!r}: {error}") from None
+    return Port(entries["port"], entries.get("unit"))
+
+
+def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
+    """Give the variables of a model description our names and SI units; returns the conversions, by our names.
+
+    One output can be several of our ports. A variable of the FMU whose name the map gives to another one is hidden.
+
+    Raises
+    ------
+    ScenarioError
+        If the map names a port that the FMU does not have, or one input twice, or a unit that does not fit.
+    """
+    theirs = {variable.name: variable for variable in description.modelVariables}
+    first: dict[str, str] = {}
+    seen: list[ScalarVariable] = []
+    for ours, port in ports.ports.items():
+        if port.name not in theirs:
+            raise ports.refuse(ours, f"the FMU has no {port.name!r}, nearest is {nearest(port.name, theirs)}")
+        variable = copy(theirs[port.name])
+        if port.name in first and variable.causality != "output":
+            raise ports.refuse(ours, f"{port.name!r} is {first[port.name]!r} already, expected another "
+                                     f"{variable.causality or 'variable'}")
+        first.setdefault(port.name, ours)
+        if port.unit is not None and variable.type != "Real":
+            raise ports.refuse(ours, f"{port.name!r} is {variable.type}, expected a unit only of a Real")
+        own = declared_unit(variable)
+        if port.unit is not None and (declared := known_si_unit(own)) not in (None, si_unit(port.unit)):
+            raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared}")
+        variable.name, variable.unit = ours, port.unit or own
+        seen.append(variable)
+    seen += others(theirs, first, ports.ports)
+    description.modelVariables = seen
+    for variable in seen:
+        if variable.type == "Real":
+            variable.unit = variable.unit or ports.units.get(variable.name)
+    return {variable.name: scale for variable in seen if (scale := to_si_units(variable)) is not None}
+
+
+def others(theirs: Mapping[str, ScalarVariable], mapped: Iterable[str], ours: Iterable[str]) -> list[ScalarVariable]:
+    """Variables that keep their names."""
+    hidden = {*mapped, *ours}
+    kept = [copy(variable) for name, variable in theirs.items() if name not in hidden]
+    for variable in kept:
+        variable.unit = declared_unit(variable)
+    return kept
+
+
+def declared_unit(variable: ScalarVariable) -> str | None:
+    """Unit that the FMU declares, for the variable or for its type."""
+    unit = variable.unit or getattr(variable.declaredType, "unit", None)
+    return None if unit is None else str(unit)
+
+
+def known_si_unit(unit: str | None) -> str | None:
+    """SI unit that a unit converts to; None if there is no unit, or it is not known here."""
+    try:
+        return None if unit is None else si_unit(unit)
+    except QuantityError:
+        return None
+
+
+def to_si_units(variable: ScalarVariable) -> Scale | None:
+    """Give a variable the SI unit and its start value in it; returns the conversion, None if there is none."""
+    si = known_si_unit(variable.unit)
+    if variable.type != "Real" or si is None:
+        return None
+    by = factor(variable.unit)
+    variable.unit = si
+    if by == 1.0:
+        return None
+    inverse = round(1.0 / by)
+    scale = Scale(float(inverse), 1.0) if by < 1.0 and abs(inverse * by - 1.0) < 1e-12 else Scale(1.0, by)
+    if variable.start is not None:
+        variable.start = repr(scale.to_si(float(variable.start)))
+    return scale

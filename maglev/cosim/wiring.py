@@ -1,0 +1,275 @@
+"""Calls of a communication step, prepared so that stepping only moves pointers and calls.
+
+Every output is read straight into the row of its recording, and every input is set straight from the row of the output
+or signal that feeds it. So a step copies nothing and looks nothing up. Only an FMU with units of its own has buffers of
+its own, and calls that convert between these and the rows.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
+from math import lcm
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from fmpy.model_description import ScalarVariable
+
+from maglev.cosim.fmu import WARNING, Component
+from maglev.cosim.port_map import Scale
+from maglev.errors import FmuError
+
+KINDS = ("Real", "Integer", "Boolean")
+
+Order = Literal["sequential", "jacobi"]
+
+
+class Track:
+    """Values of variables of one FMI type at every communication point, row by row, where the FMUs read and write."""
+
+    def __init__(self, names: list[str], kind: str, rows: int):
+        self.names = names
+        self.array = np.zeros((rows, len(names)), dtype=np.float64 if kind == "Real" else np.int32)
+        self.address = self.array.ctypes.data
+        self.item = self.array.itemsize
+        self.stride = self.item * len(names)   # bytes from one row to the next
+
+
+class Call(NamedTuple):
+    """A call of an FMU's function at every communication point k: its moving argument is base + k stride.
+
+    That is the address of a row, the time of the point (s), or, of a conversion, the number of a row.
+    """
+
+    moving: Any        # c_void_p, c_double or c_int64, one of the arguments
+    base: float
+    stride: float
+    function: Any
+    arguments: tuple[Any, ...]
+    what: tuple[Component, str]   # for messages
+
+    def at(self, k: int) -> None:
+        """Call at a communication point; FmuError if the FMU refuses."""
+        self.moving.value = self.base + k * self.stride
+        status = self.function(*self.arguments)
+        if status > WARNING:
+            raise self.failed(status)
+
+    def failed(self, status: int) -> FmuError:
+        """Error for a status beyond a warning."""
+        component, call = self.what
+        return component.failed(call, status)
+
+
+class Wiring(NamedTuple):
+    """A co-simulation made ready: the calls before the first step, those of each step, and what they record.
+
+    Communication step k makes the calls of phase k modulo the number of phases: one, unless an FMU has longer steps.
+    """
+
+    initial: list[Call]
+    phases: list[list[Call]]
+    tracks: list[Track]
+
+
+class Rate(NamedTuple):
+    """Steps of an FMU: one in `every` communication steps, or `parts` in one."""
+
+    every: int = 1
+    parts: int = 1
+
+
+class Place(NamedTuple):
+    """Where a value lies: its track, its column there, and the place of its FMU in the order; -1 for a signal."""
+
+    track: Track
+    column: int
+    order: int
+
+
+def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
+         drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential",
+         rates: Mapping[str, Rate] | None = None) -> Wiring:
+    """Prepare a co-simulation of the components in their order, with a communication step (s).
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+    connections : sequence of (str, str)
+        From an output to an input, both `fmu.variable`.
+    drives : mapping of str to sequence of float
+        Values of inputs at every communication point.
+    rows : int
+        Number of communication points.
+    step : float
+        Communication step, s.
+    order : str
+        "sequential": an FMU gets what those before it in the order have given in this step (Gauss-Seidel). "jacobi":
+        all get what was given in the step before.
+    rates : mapping of str to Rate, optional
+        Steps of FMUs whose steps are not the communication steps, by name. Of several communication steps, the first
+        FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
+        holds, and they give at their end what they have come to.
+
+    Raises
+    ------
+    FmuError
+        If a name does not exist, is not an output or input (for a drive: or parameter) as it should be, or if an input
+        has two sources.
+    """
+    sources = sources_of(components, connections, drives)
+    places: dict[str, Place] = {}   # of each output and signal
+    sets: list[list[Call]] = []
+    gets: list[list[Call]] = []
+    for number, (name, component) in enumerate(components.items()):
+        gets.append([])
+        for track, variables in output_tracks(name, component, sources, rows):
+            places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
+            gets[-1] += value_calls(component, "Get", variables, track, 0, 1)
+    for name in components:
+        driven = [target for target in drives if target.partition(".")[0] == name]
+        if driven:
+            track = Track(driven, "Real", rows)
+            track.array[:] = np.array([drives[target] for target in driven]).T
+            places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
+    for number, (name, component) in enumerate(components.items()):
+        sets.append(list(input_calls(number, name, component, sources, places, order)))
+    every = {name: rates[name].every if rates and name in rates else 1 for name in components}
+    phases = []
+    for phase in range(lcm(*every.values())):
+        stepping = [(phase if number == 0 else phase + 1) % length == 0 for number, length in enumerate(every.values())]
+        setting = [calls if now else [] for calls, now in zip(sets, stepping, strict=True)]
+        steps = [list(step_calls(component, step, number, (rates or {}).get(name, Rate()))) if stepping[number] else []
+                 for number, (name, component) in enumerate(components.items())]
+        phases.append(ordered(setting, steps, gets, order))
+    # A step reads the outputs at its end, the initial calls those of the first point: one row before.
+    initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
+    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()))
+
+
+def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Sequence[list[Call]],
+            order: Order) -> list[Call]:
+    """Calls of a step in their order; arguments by FMU."""
+    if order == "jacobi":
+        return [call for calls in (*sets, *steps, *gets) for call in calls]
+    return [call for calls in zip(sets, steps, gets, strict=True) for each in calls for call in each]
+
+
+def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
+               drives: Mapping[str, Sequence[float]]) -> dict[str, str]:
+    """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
+    sources: dict[str, str] = {}
+    for source, target in [*connections, *((target, target) for target in drives)]:
+        if target in sources:
+            raise FmuError(f"{target} has two sources, expected one connection or signal")
+        sources[target] = source
+        kind = kind_of(endpoint(components, target, *(("input", "parameter") if source == target else ("input",))))
+        if source != target and kind_of(endpoint(components, source, "output")) != kind:
+            raise FmuError(f"{source} and {target} differ in type, expected {kind} at both ends")
+        if source == target and kind != "Real":
+            raise FmuError(f"{target} is of type {kind}, expected a Real input for a signal")
+    return sources
+
+
+def output_tracks(name: str, component: Component, sources: Mapping[str, str],
+                  rows: int) -> Iterator[tuple[Track, list[ScalarVariable]]]:
+    """Tracks of an FMU's outputs, one for each FMI type that occurs."""
+    wanted = list(sources.values())
+    for kind in KINDS:
+        variables = [v for v in component.description.modelVariables
+                     if v.causality == "output" and kind_of(v) == kind]
+        # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
+        variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
+        if variables:
+            yield Track([f"{name}.{v.name}" for v in variables], kind, rows), variables
+
+
+def input_calls(number: int, name: str, component: Component, sources: Mapping[str, str],
+                places: Mapping[str, Place], order: Order) -> Iterator[Call]:
+    """Calls that set an FMU's inputs, one for each run of values that lie side by side."""
+    fed = [(component.variables[target.partition(".")[2]], places[source]) for target, source in sources.items()
+           if target.partition(".")[0] == name]
+    fed.sort(key=lambda item: (item[1].track.address, item[1].column))
+    run: list[tuple[ScalarVariable, Place]] = []
+    for item in fed:
+        if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
+            yield from set_calls(component, run, number, order)
+            run = []
+        run.append(item)
+    if run:
+        yield from set_calls(component, run, number, order)
+
+
+def set_calls(component: Component, run: Sequence[tuple[ScalarVariable, Place]], number: int,
+              order: Order) -> Iterator[Call]:
+    """Calls that set inputs from values side by side in a track."""
+    _, (track, column, source) = run[0]
+    # What FMUs before this one have given in this step is in the next row already.
+    ahead = 1 if order == "sequential" and 0 <= source < number else 0
+    yield from value_calls(component, "Set", [variable for variable, _ in run], track, column, ahead)
+
+
+def value_calls(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+                ahead: int) -> Iterator[Call]:
+    """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units."""
+    call = value_call(component, verb, variables, track, column, ahead)
+    if not any(v.name in component.scales for v in variables):
+        yield call
+        return
+    own = np.zeros(len(variables))   # in the FMU's units
+    rows = track.array[:, column:column + len(variables)]
+    scales = [component.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
+    up, down = np.array([scale.up for scale in scales]), np.array([scale.down for scale in scales])
+    row = c_int64()
+
+    def to_si(at: c_int64) -> int:
+        rows[at.value] = own * down / up
+        return 0
+
+    def to_own(at: c_int64) -> int:
+        own[:] = rows[at.value] * up / down
+        return 0
+
+    call = call._replace(base=own.ctypes.data, stride=0)
+    conversion = Call(row, ahead, 1, to_si if verb == "Get" else to_own, (row,), (component, "a conversion of units"))
+    yield from (call, conversion) if verb == "Get" else (conversion, call)
+
+
+def value_call(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+               ahead: int) -> Call:
+    """Call that gets or sets variables in the columns of a track from `column` on, `ahead` rows after point k."""
+    kind = kind_of(variables[0])
+    references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
+    values = c_void_p()
+    functions = component.get_functions if verb == "Get" else component.set_functions
+    arguments = (component.handle(), references, c_size_t(len(variables)), values)
+    what = f"fmi2{verb}{kind} of {', '.join(v.name for v in variables)}"
+    return Call(values, track.address + column * track.item + ahead * track.stride, track.stride, functions[kind],
+                arguments, (component, what))
+
+
+def step_calls(component: Component, step: float, number: int, rate: Rate) -> Iterator[Call]:
+    """Calls that step an FMU, which is at a place in the order, in one communication step (s) from point k."""
+    # A long step of an FMU after the first is made at its end.
+    behind = rate.every - 1 if number > 0 else 0
+    own = step * rate.every / rate.parts
+    for part in range(rate.parts):
+        time = c_double()
+        yield Call(time, part * own - behind * step, step, component.do_step,
+                   (component.handle(), time, c_double(own), c_int(1)), (component, "fmi2DoStep"))
+
+
+def kind_of(variable: ScalarVariable) -> str:
+    """FMI type by which a variable is accessed."""
+    return "Integer" if variable.type == "Enumeration" else str(variable.type)
+
+
+def endpoint(components: Mapping[str, Component], name: str, *causalities: str) -> ScalarVariable:
+    """Variable of a name `fmu.variable`; FmuError if it does not exist or is of another causality."""
+    fmu, _, variable = name.partition(".")
+    if fmu not in components:
+        raise FmuError(f"{name}: there is no FMU {fmu}, expected one of {', '.join(components)}")
+    found = components[fmu].variable(variable)
+    if found.causality not in causalities:
+        raise FmuError(f"{name} is of causality {found.causality}, expected an {' or '.join(causalities)}")
+    if found.type not in (*KINDS, "Enumeration"):
+        raise FmuError(f"{name} is of type {found.type}, expected one of {', '.join(KINDS)}")
+    return found

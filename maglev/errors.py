@@ -1,0 +1,94 @@
+"""What users can put right, told from bugs: one root of errors, and the words that all refusals share.
+
+    MaglevError
+    ├── ScenarioError          a scenario file, a port map or an option cannot be used
+    ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
+    ├── FmuError               an FMU cannot be loaded, or refused a call
+    ├── RunFailed              a co-simulation ended early; what was recorded until then is in `cosim.master`
+    ├── MeasurementError       a recording on which nothing can be measured or judged
+    ├── BaselineError          a baseline that is missing or cannot be used
+    ├── IdentificationError    data, settings or a model file of an identification
+    └── BuildError             an FMU cannot be built
+
+Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+LONGEST_VALUE = 80   # characters of an offending value in a message
+
+
+class MaglevError(Exception):
+    """What the user of this package can put right; one line with the name, its value and what was expected."""
+
+
+class ScenarioError(MaglevError):
+    """A scenario, port map or option that cannot be used; one line with file, key, value and what was expected."""
+
+
+class QuantityError(MaglevError, ValueError):
+    """A quantity that is no finite number, has no known unit, or is of another dimension than needed."""
+
+
+class FmuError(MaglevError):
+    """An FMU that cannot be loaded, or that refused a call; the message has the FMU's own words."""
+
+
+class MeasurementError(MaglevError):
+    """A recording on which nothing can be measured or judged."""
+
+
+class BaselineError(MaglevError):
+    """A baseline that cannot be used; one line with file, line, value and what was expected."""
+
+
+class IdentificationError(MaglevError):
+    """Data, settings or a model file that cannot be used; one line with file, key or column, value and expectation."""
+
+
+class BuildError(MaglevError):
+    """An FMU that cannot be built."""
+
+
+FAILURES = (MaglevError, OSError)   # what users can put right; everything else is a bug
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return the valid name most like `name`, quoted, or the words 'none exists'."""
+    # Cutoff 0 names the best match however poor: it at least shows what a valid name looks like.
+    matches = get_close_matches(name, list(valid), n=1, cutoff=0.0)
+    return repr(matches[0]) if matches else "none exists"
+
+
+def nearest_file(path: Path) -> str:
+    """Say which file beside a missing one has the most similar name, of those with the same ending."""
+    if path.exists() or not path.parent.is_dir():
+        return ""
+    files = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file() and entry.suffix == path.suffix)
+    return f", nearest is {nearest(path.name, files)}" if files else ""
+
+
+def in_one_line(error: Exception) -> str:
+    """Message of an error in one line."""
+    return " ".join(str(error).split())
+
+
+def shortened(value: object) -> str:
+    """Return the value as it would be written, cut to a readable length."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "…"
+
+
+def key_path(keys: Sequence[str | int]) -> str:
+    """Write keys as TOML does, list entries in brackets."""
+    path = ""
+    for key in keys:
+        if isinstance(key, int):
+            path += f"[{key}]"
+        else:
+            bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
+            path += ("." if path else "") + (key if bare else f'"{key}"')
+    return path

@@ -1,0 +1,94 @@
+"""Runs that start from the results of others: in which order they go, and what is handed on."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol, TypeVar
+
+from maglev.cosim.master import Recording
+from maglev.errors import ScenarioError
+from maglev.experiment.processes import Task, Watcher, side_by_side
+from maglev.schema.scenario import Scenario, StartValue
+
+Ends = Mapping[str, Mapping[str, float]]   # every output at the end of a run, by name of the run; empty if it failed
+
+
+class Ended(Protocol):
+    """The result of a run, as far as others start from it."""
+
+    @property
+    def ends(self) -> Mapping[str, float]:
+        """Every output at the end, empty if the run did not complete."""
+        ...
+
+
+T = TypeVar("T", bound=Ended)
+
+
+def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
+             died: Callable[[str, str], T], watch: Watcher) -> dict[str, T]:
+    """Do the tasks of runs, those that others need before them, otherwise side by side.
+
+    Parameters
+    ----------
+    needs : mapping of str to set of str
+        By name of the run, the runs that it starts from.
+    task : callable
+        From the name of a run and the ends of those that it needs to its task.
+    jobs, died, watch
+        As of `side_by_side`.
+
+    Returns
+    -------
+    dict of str to result
+        In the order of `needs`.
+
+    Raises
+    ------
+    ScenarioError
+        If runs need each other, or one that is not there.
+    """
+    results: dict[str, T] = {}
+    for ready in waves(needs):
+        ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
+        results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch)
+    return {name: results[name] for name in needs}
+
+
+def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
+    """Runs that can go side by side, after those of the waves before; arguments and errors as of `in_order`."""
+    found: list[list[str]] = []
+    done: set[str] = set()
+    while len(done) < len(needs):
+        ready = [name for name in needs if name not in done and needs[name] <= done]
+        if not ready:
+            stuck = next(name for name in needs if name not in done)
+            missing = ", ".join(sorted(needs[stuck] - done))
+            raise ScenarioError(f"{stuck}: start_from needs {missing}, expected a run that can go before it")
+        found.append(ready)
+        done |= set(ready)
+    return found
+
+
+def ends_of(recording: Recording) -> dict[str, float]:
+    """Every output at the end of a run."""
+    return {name: float(values[-1]) for name, values in recording.columns.items()}
+
+
+def started(scenario: Scenario, ends: Ends) -> Scenario:
+    """Scenario with the start values that it takes from the ends of other runs.
+
+    Raises
+    ------
+    ScenarioError
+        If such a run did not complete.
+    """
+    fmus = {}
+    for name, fmu in scenario.fmus.items():
+        taken = {}
+        for variable, source in fmu.start_from.items():
+            values = ends.get(source.run)
+            if not values:
+                raise ScenarioError(f"{name}.{variable} starts from {source.output} of {source.run}, which did not "
+                                    "complete, or was not run to its end")
+            taken[variable] = StartValue(values[source.output], None, values[source.output])
+        fmus[name] = fmu.model_copy(update={"start": {**fmu.start, **taken}, "start_from": {}})
+    return scenario.model_copy(update={"fmus": fmus})

@@ -1,0 +1,113 @@
+"""Runs, one or many at once, and what each of them gives."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.master import Progress, Recording, RunFailed
+from maglev.errors import FAILURES, in_one_line
+from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.preparation import Experiment
+from maglev.experiment.processes import Watcher
+from maglev.experiment.results import write_csv
+from maglev.judging.metrics import Metrics, evaluate
+from maglev.judging.verdicts import Judgements, judge
+from maglev.schema.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """One run of a study.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    time : ndarray, shape (n,)
+        Times of the rows, s: every output interval of the scenario; none if the run did not complete.
+    columns : mapping of str to ndarray, shape (n,)
+        By name, `fmu.variable`, SI; Booleans as 0 and 1.
+    metrics : Metrics or None
+        What was measured; None if the run did not complete.
+    failure : str or None
+        Why the run did not complete.
+    ends : mapping of str to float
+        Every output at the end; empty if the run did not complete.
+    parameters : mapping of str to float
+        Every Real parameter that the run started with; empty if it did not complete.
+    """
+
+    scenario: Scenario
+    time: NDArray[np.float64]
+    columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    metrics: Metrics | None = None
+    failure: str | None = None
+    ends: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def execute(experiment: Experiment, out: Path, progress: Progress | None = None) -> RunResult:
+    """Run an experiment, write its CSV, and measure it.
+
+    Raises
+    ------
+    RunFailed
+        If an FMU ends the run; what was recorded until then is in `NAME.partial.csv`.
+    FmuError, ScenarioError, ValueError, OSError
+        If it cannot run, be measured or be written.
+    """
+    scenario = experiment.scenario
+    every = experiment.output_every()
+    try:
+        recording = experiment.run(progress)
+    except RunFailed as error:
+        rescued = out / f"{scenario.name}.partial.csv"
+        write_csv(rescued, error.recording, every)
+        raise RunFailed(f"{error}; what was recorded until then is in {rescued}", error.recording) from error
+    write_csv(out / f"{scenario.name}.csv", recording, every)
+    metrics = evaluate(scenario, recording.time, recording.columns)
+    thin = thinned(recording, every)
+    return RunResult(scenario, thin.time, thin.columns, metrics, ends=ends_of(recording),
+                     parameters=experiment.parameters())
+
+
+def thinned(recording: Recording, every: int) -> Recording:
+    """Copy every n-th communication point of a recording."""
+    return Recording(recording.time[::every].copy(),
+                     {name: values[::every].copy() for name, values in recording.columns.items()})
+
+
+def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watcher) -> list[RunResult]:
+    """Run experiments, each in a process of its own, at most `jobs` at a time.
+
+    Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
+    the others go on.
+    """
+    by_name = {experiment.scenario.name: experiment for experiment in experiments}
+    return list(in_order({name: experiment.scenario.needs for name, experiment in by_name.items()},
+                         lambda name, ends: partial(execute_or_fail, by_name[name], out, ends), jobs,
+                         lambda name, message: failed(by_name[name], message), watch).values())
+
+
+def execute_or_fail(experiment: Experiment, out: Path, ends: Ends, progress: Progress) -> RunResult:
+    """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
+    try:
+        return execute(replace(experiment, scenario=started(experiment.scenario, ends)), out, progress)
+    except FAILURES as error:
+        return failed(experiment, in_one_line(error))
+
+
+def failed(experiment: Experiment, message: str) -> RunResult:
+    """Result of a run that did not complete."""
+    return RunResult(experiment.scenario, np.zeros(0), failure=message)
+
+
+def judge_all(results: Sequence[RunResult]) -> Judgements:
+    """Judge the claims of every run, by name, comparative ones against the other runs."""
+    metrics = {result.scenario.name: result.metrics for result in results}
+    return {result.scenario.name: [judge(claim, result.metrics, metrics) for claim in result.scenario.claims]
+            for result in results}

@@ -1,0 +1,180 @@
+"""Check of the names, causalities, types and units in a scenario against the FMUs it runs."""
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.schema.scenario import Scenario, StartValue
+from maglev.units import UNITS, si_unit
+
+REAL = ("Real", "Float64", "Float32")
+INTEGER = ("Integer", "Int64", "Int32", "Int16", "Int8", "UInt64", "UInt32", "UInt16", "UInt8", "Enumeration")
+
+
+class Variable(Protocol):
+    """What is needed of an FMU variable; fmpy's ScalarVariable has it."""
+
+    name: str
+    causality: str
+    variability: str | None
+    type: str
+    unit: str | None
+
+
+Descriptions = Mapping[str, Mapping[str, Variable]]
+
+
+class PortCheck:
+    """The check of one scenario; refusals name its file."""
+
+    def __init__(self, scenario: Scenario, descriptions: Descriptions):
+        self.scenario = scenario
+        self.descriptions = descriptions
+        self.fed: dict[str, str] = {}   # input: key that feeds it
+
+    def refuse(self, key: str, value: object, expectation: str) -> ScenarioError:
+        """Return the error."""
+        return ScenarioError(f"{self.scenario.path}: {key} = {shortened(value)}: {expectation}")
+
+    def variable(self, key: str, port: str, *causalities: str) -> Variable:
+        """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
+        fmu, _, name = port.partition(".")
+        if fmu not in self.scenario.fmus:
+            raise self.refuse(key, port, f"there is no FMU {fmu!r}; nearest is {nearest(fmu, self.scenario.fmus)}")
+        return self.variable_of(key, port, fmu, name, *causalities)
+
+    def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Variable:
+        """Return a variable of an FMU; `value` is what the file says at the key."""
+        variables = self.descriptions[fmu]
+        wanted = " or ".join(causalities)
+        if name not in variables:
+            fitting = [known for known, variable in variables.items() if variable.causality in causalities]
+            raise self.refuse(key, value, f"missing port: {fmu} has no {wanted} {name!r}; nearest is "
+                                          f"{nearest(name, fitting)}")
+        variable = variables[name]
+        if variable.causality not in causalities:
+            raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
+        return variable
+
+    def feed(self, key: str, port: str, *causalities: str) -> Variable:
+        """Return the input, or a variable of another causality; refuse it if it is fed already."""
+        variable = self.variable(key, port, "input", *causalities)
+        if port in self.fed:
+            raise self.refuse(key, port, f"the input is fed by {self.fed[port]} already, expected one source")
+        self.fed[port] = key
+        return variable
+
+    def connections(self) -> None:
+        """Check that connections run from outputs to inputs of the same type and unit."""
+        for key, (start, end) in self.scenario.wires.items():
+            ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
+            output = self.variable(ends[0], start, "output")
+            target = self.feed(ends[1], end)
+            if output.type != target.type:
+                raise self.refuse(key, [start, end],
+                                  f"connects {output.type} to {target.type}, expected the same type")
+            if output.unit and target.unit and output.unit != target.unit:
+                raise self.refuse(key, [start, end],
+                                  f"connects {output.unit} to {target.unit}, expected the same unit")
+
+    def signals(self) -> None:
+        """Check that signals feed Real inputs of their dimension."""
+        for i, signal in enumerate(self.scenario.signals):
+            key = f"signals[{i}].to"
+            target = self.feed(key, signal.to, "parameter")
+            self.real(key, signal.to, target)
+            if target.causality == "parameter" and target.variability != "tunable":
+                raise self.refuse(key, signal.to, f"{target.name!r} is a {target.variability} parameter, expected an "
+                                                  "input or a tunable parameter")
+            if signal.unit is not None:
+                self.dimension(key, signal.to, signal.unit, target)
+            if signal.rate_to is not None:
+                key = f"signals[{i}].rate_to"
+                self.real(key, signal.rate_to, self.feed(key, signal.rate_to))
+
+    def real(self, key: str, port: str, variable: Variable) -> None:
+        """Refuse a variable that is not Real."""
+        if variable.type not in REAL:
+            raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real")
+
+    def dimension(self, key: str, value: object, unit: str, variable: Variable) -> None:
+        """Refuse a unit of another dimension than the variable's."""
+        own = variable.unit or "1"
+        own_si, factor = UNITS.get(own, (own, 1.0))
+        if si_unit(unit) != own_si:
+            raise self.refuse(key, value, f"{unit} given, expected a quantity in {own}")
+        # The value has been converted to SI, which this FMU does not use.
+        if factor != 1.0:
+            raise self.refuse(key, value, f"the FMU uses {own}, expected a plain number of {own} without a unit")
+
+    def start_values(self) -> None:
+        """Check that start values are of parameters or inputs, and of their type and dimension."""
+        for fmu, entry in self.scenario.fmus.items():
+            for name, start in entry.start.items():
+                key = key_path(["fmus", fmu, "start", name])
+                variable = self.variable_of(key, start.written, fmu, name, "parameter", "input")
+                expected = expected_start(start, variable)
+                if expected:
+                    raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
+                if start.unit is not None:
+                    self.dimension(key, start.written, start.unit, variable)
+            for name, source in entry.start_from.items():
+                key = key_path(["fmus", fmu, "start_from", name])
+                self.real(key, name, self.variable_of(key, source.output, fmu, name, "parameter", "input"))
+
+    def recorded(self) -> None:
+        """Check the variables that metrics are computed from."""
+        for key, port in self.recorded_numbers():
+            self.real(key, port, self.variable(key, port, "output", "local", "input"))
+        for key, flag in (("stop_flag", self.scenario.stop_flag), ("trip_flag", self.scenario.trip_flag)):
+            if flag is not None and self.variable(key, flag, "output", "local").type != "Boolean":
+                raise self.refuse(key, flag, "expected a Boolean variable")
+
+    def recorded_numbers(self) -> Iterator[tuple[str, str]]:
+        """Yield key and name of every variable of the axes and motors."""
+        for name, axis in self.scenario.axes.items():
+            yield f"axes.{name}.position", axis.position
+            yield f"axes.{name}.reference", axis.reference
+        for name, motor in self.scenario.motors.items():
+            for i, current in enumerate(motor.currents):
+                yield f"motors.{name}.currents[{i}]", current
+            for i, command in enumerate(motor.commands):
+                yield f"motors.{name}.commands[{i}]", command
+
+    def checked(self) -> None:
+        """Check the signals that are compared with a baseline."""
+        for signal in self.scenario.check.signals:
+            self.variable(key_path(["check", "signals", signal]), signal, "output", "local", "input")
+
+
+def expected_start(start: StartValue, variable: Variable) -> str:
+    """Return what the variable expects instead of the start value; empty if it fits."""
+    boolean = isinstance(start.value, bool)
+    if variable.type == "Boolean":
+        return "" if boolean else "true or false"
+    if variable.type in INTEGER:
+        return "" if isinstance(start.value, int) and not boolean else "a whole number"
+    return "a number" if boolean or variable.type not in REAL else ""
+
+
+def check_names(scenario: Scenario, descriptions: Descriptions) -> None:
+    """Check a scenario against the FMUs it runs.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    descriptions : mapping
+        By name of FMU in the scenario: its variables by name.
+
+    Raises
+    ------
+    ScenarioError
+        If a port is missing, of another causality, type or unit than needed, or an input is fed twice.
+    """
+    check = PortCheck(scenario, descriptions)
+    check.connections()
+    check.signals()
+    check.start_values()
+    check.recorded()
+    check.checked()

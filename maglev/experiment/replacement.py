@@ -1,0 +1,182 @@
+"""FMUs that somebody puts in the place of a scenario's: what they lack, what is left out for it, and what is said."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from fmpy.model_description import ModelDescription
+
+from maglev.cosim.fmu import OWN_TOOL, read_description
+from maglev.cosim.port_map import PortMap, apply
+from maglev.errors import ScenarioError, nearest
+from maglev.schema.claims import Claim
+from maglev.schema.scenario import Motor, Scenario
+from maglev.units import si_unit
+
+
+@dataclass(frozen=True)
+class Replacement:
+    """An FMU file that takes the place of a scenario's, and what it calls its ports."""
+
+    path: Path
+    ports: PortMap = field(default_factory=PortMap)
+
+    def description(self, name: str) -> ModelDescription:
+        """Model description with our names and SI units."""
+        description = read_description(name, self.path)
+        apply(self.ports, description)
+        return description
+
+
+class Fitted(NamedTuple):
+    """A scenario without what the FMUs that were put in lack, and sentences about it for the user."""
+
+    scenario: Scenario
+    notes: tuple[str, ...]
+
+
+def known_ports(scenario: Scenario, name: str, own: Path) -> dict[str, str | None]:
+    """Names of the variables that an FMU of a scenario can have, with units: those named in it, and those of ours."""
+    named = [*essential_ports(scenario), *(port for _, port in optional_ports(scenario))]
+    known: dict[str, str | None] = {port.partition(".")[2]: None for port in named if port.startswith(f"{name}.")}
+    known |= dict.fromkeys(scenario.fmus[name].start)
+    for signal in scenario.signals:
+        if signal.unit is not None and signal.to.startswith(f"{name}."):
+            known[signal.to.partition(".")[2]] = si_unit(signal.unit)
+    if own.is_file():
+        known |= {variable.name: variable.unit for variable in read_description(name, own).modelVariables}
+    return known
+
+
+def essential_ports(scenario: Scenario) -> dict[str, str]:
+    """Causalities of the ports without which a scenario means nothing, by `fmu.variable`."""
+    ports = {}
+    for source, target in scenario.wires.values():
+        ports[source], ports[target] = "output", "input"
+    ports |= {signal.to: "input" for signal in scenario.signals}
+    for axis in scenario.axes.values():
+        ports.setdefault(axis.position, "output")
+        ports.setdefault(axis.reference, "input")
+    return ports
+
+
+def optional_ports(scenario: Scenario) -> list[tuple[str, str]]:
+    """Ports that a scenario can do without, `fmu.variable`, and what is left out then: a word and the port itself."""
+    found = [(key, flag) for key, flag in (("stop contact", scenario.stop_flag), ("trip", scenario.trip_flag)) if flag]
+    found += [("rate", signal.rate_to) for signal in scenario.signals if signal.rate_to is not None]
+    found += [("comparison", signal) for signal in scenario.check.signals]
+    for motor in scenario.motors.values():
+        found += [("currents", port) for port in motor.currents] + [("commands", port) for port in motor.commands]
+    return found
+
+
+def require_essential(scenario: Scenario, put_in: Mapping[str, Path],
+                      descriptions: Mapping[str, ModelDescription]) -> None:
+    """Refuse FMUs that were put in and lack essential ports: all of these in one message, with the nearest names."""
+    for name, path in put_in.items():
+        missing = missing_ports(scenario, name, descriptions[name])
+        if not missing:
+            continue
+        needed = {port.partition(".")[2] for port in essential_ports(scenario)}
+        lines = []
+        for port, causality in missing.items():
+            free = [v.name for v in descriptions[name].modelVariables
+                    if v.causality == causality and v.name not in needed]
+            lines.append(f"{causality} {port}" + (f" (nearest is {nearest(port, free)})" if free else ""))
+        raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "
+                            "expected them under these names, or --map with a file that says what they are called "
+                            "(docs/importing.md)")
+
+
+def missing_ports(scenario: Scenario, name: str, description: ModelDescription) -> dict[str, str]:
+    """Causalities of the essential ports that an FMU lacks, by name."""
+    variables = {variable.name for variable in description.modelVariables}
+    ports = {port.partition(".")[2]: causality for port, causality in essential_ports(scenario).items()
+             if port.startswith(f"{name}.")}
+    return {port: causality for port, causality in ports.items() if port not in variables}
+
+
+def fit(scenario: Scenario, replaced: Mapping[str, Replacement], known: Mapping[str, Mapping[str, object]]) -> Fitted:
+    """Leave out of a scenario what the FMUs that were put in lack, as far as it can do without.
+
+    A signal to compare that FMUs of this project lack, too, is misspelt, and stays to be refused.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    replaced : mapping of str to Replacement
+        By participant.
+    known : mapping of str to mapping
+        The ports that FMUs of this project have there, by participant.
+    """
+    notes: list[str] = []
+    for name, replacement in replaced.items():
+        description = replacement.description(name)
+        if missing_ports(scenario, name, description):
+            continue   # refused before it runs, with all of them
+        variables = {variable.name for variable in description.modelVariables}
+        lacking = [(what, port) for what, port in optional_ports(scenario) if port.startswith(f"{name}.")
+                   and port.partition(".")[2] not in variables
+                   and (what != "comparison" or port.partition(".")[2] in known[name])]
+        if lacking:
+            scenario = without(scenario, lacking)
+            listed = ", ".join(dict.fromkeys(port for _, port in lacking))
+            notes.append(f"the FMU that was put in has no {listed}: metrics and claims that need them are left out")
+        notes += remarks(scenario, name, replacement, description, known[name])
+    return Fitted(scenario, tuple(notes))
+
+
+def remarks(scenario: Scenario, name: str, replacement: Replacement, description: ModelDescription,
+            known: Mapping[str, object]) -> list[str]:
+    """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
+    fed = {target for _, target in scenario.wires.values()} | {signal.to for signal in scenario.signals}
+    extra = [v.name for v in description.modelVariables
+             if v.causality == "input" and f"{name}.{v.name}" not in fed and v.name not in known]
+    found = []
+    if extra:
+        found.append(f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "
+                     + ("they keep their start values" if len(extra) > 1 else "it keeps its start value"))
+    own = (description.generationTool or "").startswith(OWN_TOOL)
+    named = getattr(description.defaultExperiment, "stepSize", None)
+    fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
+    asked = replacement.ports.step
+    if not own and fixed and asked is None and named is not None and abs(float(named) - scenario.step) > 1e-9:
+        found.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
+                     f"gets the communication step unless a --map has step = ... under [{name}]")
+    return found
+
+
+def without(scenario: Scenario, lacking: Sequence[tuple[str, str]]) -> Scenario:
+    """Scenario without ports, given with what each is for; claims that would need them are not testable."""
+    ports = {port for _, port in lacking}
+    signals = [signal.model_copy(update={"rate_to": None}) if signal.rate_to in ports else signal
+               for signal in scenario.signals]
+    motors = {name: Motor(currents=complete(motor.currents, ports), commands=complete(motor.commands, ports))
+              for name, motor in scenario.motors.items()}
+    compared = {name: tolerance for name, tolerance in scenario.check.signals.items() if name not in ports}
+    return scenario.model_copy(update={
+        "check": scenario.check.model_copy(update={"signals": compared}), "signals": signals, "motors": motors,
+        "stop_flag": None if scenario.stop_flag in ports else scenario.stop_flag,
+        "trip_flag": None if scenario.trip_flag in ports else scenario.trip_flag,
+        "claims": [judgeable(claim, scenario, lacking) for claim in scenario.claims]})
+
+
+def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
+    """The names, none if one of them is lacking: a peak of the others would pass for that of all."""
+    return [] if set(names) & set(lacking) else list(names)
+
+
+def judgeable(claim: Claim, scenario: Scenario, lacking: Sequence[tuple[str, str]]) -> Claim:
+    """The claim, not testable if its metric needs what is lacking."""
+    needs = {"trip_time": "trip", "tripped": "trip", "stop_contact": "stop contact", "failed": "stop contact",
+             "lost_setpoints": "stop contact", "peak_current": "currents", "mean_current": "currents",
+             "peak_command": "commands", "mean_command": "commands"}
+    needed = needs.get(str(claim.metric))
+    names = {port for what, port in lacking if what == needed}
+    if needed in ("currents", "commands"):
+        names &= {port for name in claim.motors or scenario.motors for port in getattr(scenario.motors[name], needed)}
+    if not names:
+        return claim
+    return claim.model_copy(update={"metric": None, "than": None, "than_axis": None, "not_testable":
+                                    f"the FMU that was put in has no {', '.join(sorted(names))}"})

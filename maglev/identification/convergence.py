@@ -1,0 +1,91 @@
+"""Convergence of the estimates as CSV and as a picture."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from maglev.identification.identify import Identification
+from maglev.identification.rigs import Array
+
+ROWS = 2000   # of the CSV, at most about
+
+
+def table_of(found: Identification) -> tuple[list[str], Array]:
+    """Header and rows: time, every constant, the excitation of every axis."""
+    estimate = found.estimate
+    every = max(1, len(estimate.time) // ROWS)
+    kept = np.unique([*range(0, len(estimate.time), every), len(estimate.time) - 1])
+    time = estimate.time[kept]
+    excitation = [np.interp(time, d.time, d.excitation, left=0.0) for d in found.diagnostics.values()]
+    return (["time", *estimate.names, *(f"excitation.{axis}" for axis in found.diagnostics)],
+            np.column_stack([time, estimate.theta[kept], *excitation]))
+
+
+def write_convergence(path: Path, found: Identification) -> None:
+    """Write the estimates over time as CSV."""
+    header, rows = table_of(found)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
+    path.write_text("\n".join(text) + "\n", encoding="utf-8", newline="\n")
+
+
+def write_picture(stem: Path, found: Identification) -> Path | None:
+    """Write `stem`.png with matplotlib or `stem`.html with plotly, whichever is there; None if neither is."""
+    if find_spec("matplotlib") is not None:
+        path = stem.with_name(stem.name + ".png")
+        write_png(path, found)
+        return path
+    if find_spec("plotly") is not None:
+        path = stem.with_name(stem.name + ".html")
+        write_html(path, found)
+        return path
+    return None
+
+
+def write_png(path: Path, found: Identification) -> None:
+    """Write a PNG: every constant over time with its standard error at the end, and the excitation."""
+    from matplotlib.figure import Figure  # an extra: only who plots needs it
+
+    header, rows = table_of(found)
+    names = found.estimate.names
+    figure = Figure(figsize=(10, 1.8 * (len(names) + 1)), layout="constrained")
+    figure.suptitle(title(found))
+    panels = figure.subplots(len(names) + 1, 1, sharex=True)
+    for k, name in enumerate(names):
+        value, error = rows[-1, 1 + k], found.standard_error[name]
+        panels[k].plot(rows[:, 0], rows[:, 1 + k], linewidth=1.0)
+        if np.isfinite(error):
+            panels[k].axhspan(value - error, value + error, color="0.85")
+        low, high = sorted((found.guess[name], value))
+        room = 0.2 * (high - low) + 0.05 * abs(value)
+        panels[k].set_ylim(low - room, high + room)   # the first samples may swing far
+        panels[k].set_ylabel(name)
+    for k, axis in enumerate(found.diagnostics):
+        panels[-1].plot(rows[:, 0], rows[:, 1 + len(names) + k], linewidth=1.0, label=axis)
+    panels[-1].set_ylabel("excitation")
+    panels[-1].legend(loc="upper left", fontsize="small", ncols=3)
+    panels[-1].set_xlabel("time (s)")
+    figure.savefig(path, dpi=110)
+
+
+def write_html(path: Path, found: Identification) -> None:
+    """Write the same as an HTML page."""
+    import plotly.graph_objects as go  # an extra: only who plots needs it
+    from plotly.subplots import make_subplots
+
+    header, rows = table_of(found)
+    names = found.estimate.names
+    figure = make_subplots(rows=len(names) + 1, cols=1, shared_xaxes=True, vertical_spacing=0.02)
+    for k, name in enumerate(header[1:]):
+        row = min(k, len(names)) + 1
+        figure.add_trace(go.Scatter(x=rows[:, 0], y=rows[:, 1 + k], name=name), row=row, col=1)
+        figure.update_yaxes(title_text=name if k < len(names) else "excitation", row=row, col=1)
+    figure.update_xaxes(title_text="time (s)", row=len(names) + 1, col=1)
+    figure.update_layout(title=title(found), height=200 * (len(names) + 1))
+    figure.write_html(str(path), include_plotlyjs=True)
+
+
+def title(found: Identification) -> str:
+    """One line about the run."""
+    return f"{found.recording.rig.name}: {found.estimate.method} estimator, ε = {found.estimate.epsilon:g} s"

@@ -1,0 +1,148 @@
+"""What a recording says about an estimate: excitation, correlation, standard errors, residuals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from maglev.identification.estimators import Estimate, behind_lag
+from maglev.identification.rigs import Array, RowData
+
+SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder counts says nothing
+SMALLEST_EXCITATION = 1e-6   # of ∫Q dt, scaled; below, its columns are one
+BLOCK = 0.5                  # s, residuals further apart count as independent: about a stroke; assumed
+CREEP = 5e-3                 # m/s, speed over which the Coulomb term of the check for friction turns; assumed
+SETTLING = 6.0               # ε, after which what a lag of ε began with is gone (0.2 %)
+OBSERVER_SETTLING = 0.02     # s, the same for the observer's two time constants of 1 ms
+CURVE = 200                  # points of the excitation over time
+
+UNIDENTIFIABLE = 0.25        # standard error over value from which a constant counts as not identified
+HELD_BACK = 0.10             # change of a constant by friction terms from which it is warned of
+RELATED = 0.95               # correlation of two constants from which it is warned of
+
+
+@dataclass(frozen=True)
+class RowDiagnostics:
+    """Diagnostics of one row with p constants.
+
+    Attributes
+    ----------
+    excited : bool
+        Whether the row says anything: the axis moves, and the columns of A are there and differ.
+    time, excitation : ndarray, shape (m,)
+        λmin of ∫Q dt (3.5), each column of A scaled such that its ∫a² over the whole recording is 1: from 0, at the end
+        1 for columns that are orthogonal and 0 for columns that are one.
+    correlation : ndarray, shape (p, p)
+        Of the constants, from (∫AᵀA dt)⁻¹.
+    standard_error : ndarray, shape (p,)
+        Of the estimate at the end; infinite where not excited.
+    with_friction : ndarray, shape (p,)
+        Least-squares constants when a viscous and a Coulomb term join the row; NaN where not excited.
+    residual, motion : float
+        RMS of velocity' − b − A θ and of velocity' (m/s²), both behind a lag of ε.
+    """
+
+    excited: bool
+    time: Array
+    excitation: Array
+    correlation: Array
+    standard_error: Array
+    with_friction: Array
+    residual: float
+    motion: float
+
+
+def filtered_row(data: RowData, dt: float, epsilon: float) -> tuple[Array, Array, Array]:
+    """A, velocity' − b and the friction terms behind a lag of ε, at all samples but the first.
+
+    Differences of a velocity are noise; behind the lag they are what the estimators compare.
+    """
+    friction = np.stack([data.velocity, np.tanh(data.velocity / CREEP)], axis=1)
+    a, c, terms = (behind_lag(held, dt, epsilon)[1:] for held in (
+        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(friction)))
+    return a, c, terms
+
+
+def between(signal: Array) -> Array:
+    """Mean of each two neighbouring samples."""
+    return np.asarray(0.5 * (signal[1:] + signal[:-1]))
+
+
+def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> RowDiagnostics:
+    """Diagnostics of a row, whose axis moves over a range `motion` (m)."""
+    dt = float(time[-1] - time[0]) / (len(time) - 1)
+    theta = np.array([estimate.final[name] for name in data.row.constants])
+    count = len(theta)
+    information = np.cumsum(between(data.a)[:, :, None] * between(data.a)[:, None, :], axis=0) * dt
+    total = np.diag(information[-1])
+    present = bool(np.all(total > 0.0))
+    scale = 1.0 / np.sqrt(np.where(total > 0.0, total, 1.0))
+    points = np.unique(np.linspace(0, len(information) - 1, CURVE).astype(int))
+    curve = np.linalg.eigvalsh(information[points] * np.outer(scale, scale))[:, 0].clip(min=0.0)
+    excited = present and motion >= SMALLEST_MOTION and bool(curve[-1] >= SMALLEST_EXCITATION)
+    # A recording may begin in motion, but the observer and the lag begin at rest.
+    settled = min(round((SETTLING * estimate.epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
+    a, c, friction = (signal[settled:] for signal in filtered_row(data, dt, estimate.epsilon))
+    left = c - a @ theta
+    correlation, error, other = np.eye(count), np.full(count, np.inf), np.full(count, np.nan)
+    if excited:
+        # The estimators give late data more weight, in proportion to Σ^(1/κ − 1): the variance grows by this.
+        weighting = 1.0 - estimate.gamma**-2
+        lateness = 1.0 / (weighting * (2.0 - weighting))
+        correlation = correlated(np.linalg.inv(information[-1] * np.outer(scale, scale)))
+        error = np.sqrt(lateness * np.diag(block_covariance(a, c, max(1, round(BLOCK / dt)))))
+        other = least_squares(np.concatenate([a, friction], axis=1), c)[:count]
+    return RowDiagnostics(excited, time[points + 1], curve, correlation, error, other,
+                          float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean((c + data.b[0])**2))))
+
+
+def least_squares(a: Array, c: Array) -> Array:
+    """Solution of A θ = c; the columns are scaled, for their units differ by orders of magnitude."""
+    scale = np.sqrt(np.sum(a * a, axis=0))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    return np.asarray(np.linalg.lstsq(a / scale, c, rcond=None)[0] / scale)
+
+
+def block_covariance(a: Array, c: Array, block: int) -> Array:
+    """Covariance of the least-squares solution of A θ = c with residuals that are correlated over a block of samples.
+
+    (AᵀA)⁻¹ (Σ g gᵀ) (AᵀA)⁻¹ with g = Aᵀr of each block: friction and encoders leave anything but white residuals.
+    """
+    scale = np.sqrt(np.sum(a * a, axis=0))
+    scaled = a / scale
+    residual = c - scaled @ np.linalg.lstsq(scaled, c, rcond=None)[0]
+    blocks = max(1, len(c) // block)
+    scores = (scaled * residual[:, None])[:blocks * block].reshape(blocks, -1, a.shape[1]).sum(axis=1)
+    inverse = np.linalg.inv(scaled.T @ scaled)
+    return np.asarray(inverse @ scores.T @ scores @ inverse / np.outer(scale, scale))
+
+
+def correlated(covariance: Array) -> Array:
+    """Correlation matrix of a covariance matrix."""
+    deviation = np.sqrt(np.diag(covariance))
+    return np.asarray(covariance / np.outer(deviation, deviation))
+
+
+def warnings_of(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:
+    """What a person should know before using the constants of a row, one plain sentence each."""
+    names, axis = data.row.constants, data.row.axis
+    if not diagnostics.excited:
+        return [f"{', '.join(names)}: cannot be identified, for nothing in this recording of axis {axis} tells "
+                f"{'it' if len(names) == 1 else 'them'}: move all axes, as with the excitation of section 4.3.1 or 5.3"]
+    told = []
+    for name, error, other in zip(names, diagnostics.standard_error, diagnostics.with_friction, strict=True):
+        value = estimate.final[name]
+        if value <= 0.0:
+            told.append(f"{name}: cannot be identified, {value:.4g} comes out where only more than 0 can be")
+        elif error > UNIDENTIFIABLE * value:
+            told.append(f"{name}: cannot be identified, its standard error is {error / value:.0%} of its value: what "
+                        f"it does to axis {axis} is lost in what the model leaves unexplained there")
+        elif abs(other - value) > HELD_BACK * value:
+            told.append(f"{name}: friction may be counted in, or epsilon be too large for this motion: with terms for "
+                        f"friction least squares give {other:.4g} instead of {value:.4g}")
+    for i in range(len(names)):
+        for k in range(i):
+            together = diagnostics.correlation[i, k]
+            if abs(together) > RELATED:
+                told.append(f"{names[k]} and {names[i]}: only a combination of them is known well, their correlation "
+                            f"is {together:.3f}")
+    return told

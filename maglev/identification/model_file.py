@@ -1,0 +1,95 @@
+"""Identified constants as a TOML file, and back as start values of a scenario's FMUs."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from maglev.errors import IdentificationError, in_one_line, nearest, nearest_file
+from maglev.identification.identify import Identification
+from maglev.identification.rigs import RIGS
+
+PARTICIPANTS = ("plant", "controller")
+CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
+SMALLEST = 1e-9   # the controllers divide by them
+
+
+def write_model(path: Path, found: Identification, source: Path) -> None:
+    """Write the constants for the plant and for the controller's model; one that cannot be used stays a comment."""
+    lines = [f"# Identified by maglev identify from {source.name}: {found.estimate.method} estimator, "
+             f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
+             "# To be used by: maglev run SCENARIO --model FILE. Standard errors behind the values.",
+             *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
+    for participant in PARTICIPANTS:
+        lines += ["", f"[{participant}]"]
+        for name, value in found.estimate.final.items():
+            usable = value >= SMALLEST and math.isfinite(found.standard_error[name])
+            lines.append(f"{'' if usable else '# '}{name} = {value!r}   # ± {found.standard_error[name]:.2g}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def model_settings(path: Path, rig: str | None = None) -> list[str]:
+    """Settings `plant.C1=…` of a model file, as for --set.
+
+    The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
+    and those of a table go before them. `rig = "2dof"` or `"3dof"` may say which rig they belong to.
+
+    Parameters
+    ----------
+    path : Path
+    rig : str, optional
+        Rig of the scenario; a file for the other one is refused.
+
+    Raises
+    ------
+    IdentificationError
+        If the file cannot be read, or has an unknown key or a value that is no number above 0.
+    """
+    table = read_toml(path)
+    named = table.pop("rig", None)
+    if named is not None and named not in RIGS:
+        raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "
+                                  f"nearest is {nearest(str(named), RIGS)}")
+    if named is not None and rig is not None and named != rig:
+        raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig}, the scenario's")
+    rig = named or rig
+    valid = RIGS[rig].constants if rig in RIGS else CONSTANTS
+    tables = {name: table.pop(name, {}) for name in PARTICIPANTS}
+    both = checked(path, "", table, valid, (*valid, *PARTICIPANTS, "rig"))
+    settings = []
+    for participant, own in tables.items():
+        if not isinstance(own, dict):
+            raise IdentificationError(f"{path}: {participant} = {own!r}: expected a table [{participant}]")
+        values = {**both, **checked(path, f"{participant}.", own, valid, valid)}
+        settings += [f"{participant}.{name}={values[name]!r}" for name in sorted(values)]
+    if not settings:
+        raise IdentificationError(f"{path}: has no constants, expected C1 = … in [plant], in [controller] or for both")
+    return settings
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise IdentificationError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+    except UnicodeDecodeError:
+        raise IdentificationError(f"{path}: no text, expected a TOML file with constants") from None
+    except tomllib.TOMLDecodeError as error:
+        raise IdentificationError(f"{path}: no TOML: {in_one_line(error)}") from None
+
+
+def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, ...], keys: tuple[str, ...]
+            ) -> dict[str, float]:
+    """Constants of a table, each a number above 0."""
+    constants = {}
+    for key, value in table.items():
+        if key not in valid:
+            raise IdentificationError(f"{path}: {above}{key}: unknown key, nearest valid key is {nearest(key, keys)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not (
+                math.isfinite(value) and value >= SMALLEST):
+            raise IdentificationError(f"{path}: {above}{key} = {value!r}: expected a number above 0")
+        constants[key] = float(value)
+    return constants

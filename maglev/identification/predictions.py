@@ -1,0 +1,69 @@
+"""What the model of a rig predicts from its constants: thrust and equilibrium currents over the air gap."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from maglev.errors import IdentificationError
+from maglev.identification.rigs import Array, Rig, Row, shape_functions
+
+
+def row_of(rig: Rig, axis: str) -> Row:
+    """Velocity row of an axis."""
+    return next(row for row in rig.rows if row.axis == axis)
+
+
+def thrust_shape(gaps: Array) -> Array:
+    """L/C = f1 at air gaps (m), shape (n,); L is the thrust of one motor per current, m/(s² A), of (4.3) and (5.3)."""
+    return np.asarray(shape_functions(gaps)[0])
+
+
+def thrust_factor(rig: Rig, axis: str) -> float:
+    """Acceleration of a horizontal axis over −L i_q: the number of motors that drive it."""
+    motors = np.ones((1, len(rig.motors)))
+    return -float(row_of(rig, axis).columns(np.ones((4, 1)), motors, motors)[0, 0])
+
+
+def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
+    """Start (m) and acceleration (m/s²) of x(t) = x(0) + ½ x'' t², from rest, by least squares; shape (n,) each."""
+    columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
+    start, acceleration = np.linalg.lstsq(columns, position, rcond=None)[0].tolist()
+    return start, acceleration
+
+
+def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: float) -> float:
+    """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
+
+    `time` (s) from the start at rest, `position` (m), shape (n,) each. IdentificationError without a current.
+    """
+    if i_q == 0.0:
+        raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
+    _, acceleration = fitted_parabola(time, position)
+    return -acceleration / (thrust_factor(rig, axis) * i_q)
+
+
+def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) -> Array:
+    """Direct currents (A), the same in all motors, that hold air gaps (m), shape (n,), without quadrature current.
+
+    The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
+    """
+    row = rig.rows[0]
+    theta = np.array([constants[name] for name in row.constants])
+    f = shape_functions(gaps)
+    none = np.zeros((len(gaps), len(rig.motors)))
+
+    def acceleration(current: float) -> Array:
+        return np.asarray(row.offset + row.columns(f, none + current, none) @ theta)
+
+    # It is quadratic in the current: three values tell its coefficients.
+    below, zero, above = acceleration(-1.0), acceleration(0.0), acceleration(1.0)
+    square, linear = 0.5 * (above + below) - zero, 0.5 * (above - below)
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(linear**2 - 4.0 * square * zero)
+        # The form without a difference of like numbers, for square is small.
+        return np.asarray(-2.0 * zero / (linear + root))
+
+
+def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:
+    """Force (N) of one motor's attraction at air gaps (m): M C f2, with a constant or a difference of constants."""
+    return np.asarray(mass * constant * shape_functions(gaps)[1])

@@ -1,0 +1,190 @@
+"""Recorded data of a rig, read from CSV and checked before anything is computed from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from maglev.csv_table import CsvTable, read_csv
+from maglev.errors import IdentificationError, nearest
+from maglev.identification.rigs import RIGS, Array, Rig
+from pmlsm.dq_transform import clarke, park
+from pmlsm.gap_functions import LARGEST_GAP, SMALLEST_GAP
+
+SHORTEST = 1.0            # s
+SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms
+UNEVEN = 0.01             # of the sample time
+LARGEST_TRAVEL = 0.5      # m
+LARGEST_CURRENT = 100.0   # A
+PARTICIPANT = "plant."    # before the names in results of this project
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Positions and delivered currents of a rig at n evenly spaced times.
+
+    Attributes
+    ----------
+    rig : Rig
+    time : ndarray, shape (n,)
+        s.
+    positions : ndarray, shape (n, axes)
+        m, measured.
+    i_d, i_q : ndarray, shape (n, motors)
+        A, delivered.
+    """
+
+    rig: Rig
+    time: Array
+    positions: Array
+    i_d: Array
+    i_q: Array
+
+    @property
+    def dt(self) -> float:
+        """Sample time, s."""
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+
+def read_recording(path: Path, rig_name: str | None = None) -> Recording:
+    """Read a recording.
+
+    The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), and of each motor `i_d`, `i_q` or `i_a`,
+    `i_b`, `i_c` (A), with the motor's name and a point in front where there are two. Names as in results of this
+    project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position.
+
+    Raises
+    ------
+    IdentificationError
+        One line with file, column, row, value and what was expected.
+    """
+    table = read_csv(path)
+    rig = chosen_rig(table, rig_name)
+    time = table.column(find(table, ["time", "t"]))
+    kept = even_part(table, time)
+    axes = [find(table, axis_names(axis)) for axis in rig.axes]
+    positions = np.stack([table.column(name)[:kept] for name in axes], axis=1)
+    check_positions(table, axes, positions)
+    i_d, i_q = np.empty((kept, len(rig.motors))), np.empty((kept, len(rig.motors)))
+    for k, motor in enumerate(rig.motors):
+        # Of two motor pairs, alpha drives the first horizontal axis and beta the second.
+        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, positions[:, 1 + k])
+    return Recording(rig, time[:kept], positions, i_d, i_q)
+
+
+def axis_names(axis: str) -> list[str]:
+    """Columns that an axis may be recorded in, the best first."""
+    return [f"{prefix}{axis}{suffix}" for suffix in ("", ".encoder", ".measured", ".position")
+            for prefix in ("", PARTICIPANT)]
+
+
+def current_names(rig: Rig, motor: str, current: str) -> list[str]:
+    """Columns that a current of a motor may be recorded in, the best first."""
+    bare = [current] if len(rig.motors) == 1 else []
+    return [*bare, f"{motor}.{current}", f"{PARTICIPANT}{motor}.{current}"]
+
+
+def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
+    """The rig asked for, or the one whose positions are there."""
+    if rig_name is not None:
+        if rig_name not in RIGS:
+            raise IdentificationError(f"--rig {rig_name}: expected one of {', '.join(RIGS)}; "
+                                      f"nearest is {nearest(rig_name, RIGS)}")
+        return RIGS[rig_name]
+    present = {rig.name: sum(found(table, axis_names(axis)) is not None for axis in rig.axes) for rig in RIGS.values()}
+    best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
+    whole = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
+    if len(whole) == 2:
+        raise IdentificationError(f"{table.path}: has the positions of both rigs, expected --rig 2dof or --rig 3dof "
+                                  "with it")
+    if present[best] == 0:
+        raise IdentificationError(f"{table.path}: no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); "
+                                  f"its columns are {few(table.names)}")
+    return RIGS[best]
+
+
+def found(table: CsvTable, names: Sequence[str]) -> str | None:
+    """First of the names that is a column."""
+    return next((name for name in names if name in table.names), None)
+
+
+def find(table: CsvTable, names: Sequence[str]) -> str:
+    """First of the names that is a column; IdentificationError if none is."""
+    name = found(table, names)
+    if name is None:
+        raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
+                                  f"nearest is {nearest(names[0], table.names)}")
+    return name
+
+
+def few(names: Sequence[str]) -> str:
+    """Names in a row, not too many."""
+    return ", ".join(names[:8]) + (" …" if len(names) > 8 else "")
+
+
+def even_part(table: CsvTable, time: Array) -> int:
+    """Number of evenly spaced samples from the first on; results of this project may end with a shorter step."""
+    step = np.diff(time)
+    backwards = np.flatnonzero(step <= 0.0)
+    if len(backwards):
+        k = int(backwards[0]) + 1
+        raise table.refusal("time", k, f"expected more than {time[k - 1]}, the time of the row before: sort the rows "
+                                       "and leave out duplicates")
+    dt = float(np.median(step)) if len(step) else 0.0
+    if dt > SLOWEST:
+        in_ms = ", looks like ms" if 0.05 <= dt <= 1e3 * SLOWEST else ""
+        raise IdentificationError(f"{table.path}: column time has a sample every {dt:.6g} s, expected every {SLOWEST} "
+                                  f"s or more often{in_ms}")
+    kept = len(time)
+    if len(step) > 1 and step[-1] < (1.0 - UNEVEN) * dt:
+        kept -= 1
+    uneven = np.flatnonzero(np.abs(step[:kept - 1] - dt) > UNEVEN * dt)
+    if len(uneven):
+        k = int(uneven[0]) + 1
+        raise table.refusal("time", k, f"expected {time[k - 1] + dt:.9g} ± {UNEVEN:.0%} of the sample time {dt:.6g} s: "
+                                       "resample to even times")
+    length = float(time[kept - 1] - time[0]) if kept else 0.0
+    if length < SHORTEST - 0.5 * dt:
+        raise IdentificationError(f"{table.path}: {length:.6g} s of data in {len(time)} rows, expected {SHORTEST} s or "
+                                  "more; 20 to 40 s are good")
+    return kept
+
+
+def check_positions(table: CsvTable, names: Sequence[str], positions: Array) -> None:
+    """Refuse positions in another unit than m, and gaps that the model does not know."""
+    gap = float(np.median(positions[:, 0]))
+    for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
+        if gap >= least:
+            raise table.refusal(names[0], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
+    for k, name in enumerate(names):
+        lower, upper = (SMALLEST_GAP, LARGEST_GAP) if k == 0 else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
+        outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
+        if len(outside):
+            hint = ": looks like mm" if k > 0 else ""
+            raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} m{hint}")
+
+
+def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -> tuple[Array, Array]:
+    """i_d and i_q of a motor (A): recorded, or of three phases by (2.1) at the measured displacement (m)."""
+    kept = len(displacement)
+    direct = [found(table, current_names(rig, motor, current)) for current in ("i_d", "i_q")]
+    phases = [found(table, current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
+    if None in direct and None in phases:
+        missing = "i_q" if direct[0] is not None else "i_d" if phases == [None] * 3 else (
+            "i_a", "i_b", "i_c")[phases.index(None)]
+        names = current_names(rig, motor, missing)
+        raise IdentificationError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of "
+                                  f"motor {motor}; nearest is {nearest(names[0], table.names)}")
+    used = [name for name in (phases if None in direct else direct) if name is not None]
+    currents = [table.column(name)[:kept] for name in used]
+    for name, current in zip(used, currents, strict=True):
+        outside = np.flatnonzero(np.abs(current) > LARGEST_CURRENT)
+        if len(outside):
+            raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like mA")
+    if None not in direct:
+        return currents[0], currents[1]
+    dq = np.array([park(*clarke(a, b, c), d)
+                   for a, b, c, d in zip(*(current.tolist() for current in currents), displacement.tolist(),
+                                         strict=True)])
+    return dq[:, 0], dq[:, 1]

@@ -1,0 +1,221 @@
+"""What is measured on a recorded run: settling, overshoot, tracking errors, currents, failure."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import MeasurementError, nearest
+
+if TYPE_CHECKING:
+    from maglev.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+STEADY_SHARE = 0.1      # of a window, at its end
+TRANSIENT = 1.1         # times the steady peak of the tracking error; what is beyond belongs to the transient
+TIME_TOLERANCE = 1e-9   # s
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """Response of one axis to one step of its own reference, from the step to the next step of any axis."""
+
+    axis: str
+    time: float                     # s, of the step
+    start: float                    # m, reference before
+    target: float                   # m, reference after
+    settling: Mapping[float, float]   # band (m): time (s) from the step to the last sample outside, inf = not settled
+    overshoot: float                # share of the step size, 0.3 = 30 %
+    steady_state_error: float       # m, mean |e| over the last 10 % of the window
+
+
+@dataclass(frozen=True)
+class TrackingError:
+    """Tracking of one axis."""
+
+    axis: str
+    mean: float       # m, mean |e| from `tracking_from` on
+    peak: float       # m, largest |e| from `tracking_from` on
+    settling: float   # s, last time |e| was beyond 1.1 times that peak; 0 if never
+
+
+@dataclass(frozen=True)
+class MotorCurrents:
+    """Currents of one motor over the whole run, absolute values."""
+
+    motor: str
+    peak_current: float   # A, largest of the delivered phase currents
+    mean_current: float   # A, mean of the phase with the largest mean
+    peak_command: float   # A, largest command
+    mean_command: float   # A, mean of the command with the largest mean
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Everything measured on one run."""
+
+    steps: tuple[StepResponse, ...]
+    tracking: tuple[TrackingError, ...]   # empty without `tracking_from`
+    motors: tuple[MotorCurrents, ...]
+    end_errors: Mapping[str, float]       # m, |e| of each axis at the end
+    stop_contact: float | None            # s, first time an end stop was touched, None = never
+    tripped: float | None                 # s, first time the controller had tripped, None = never
+    failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
+    lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
+
+
+def evaluate(scenario: "Scenario", time: Array, columns: Mapping[str, Array]) -> Metrics:
+    """Measure a run.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Names the columns of axes, motors and flags, and the bands.
+    time : ndarray, shape (n,)
+        Ascending times of the samples, s.
+    columns : mapping of str to ndarray, shape (n,)
+        Recorded variables by full name ("plant.y.position"), SI.
+
+    Raises
+    ------
+    MeasurementError
+        If there is no sample, a column is missing, of another length than time, or not finite.
+    """
+    time = np.asarray(time, dtype=np.float64)
+    if time.ndim != 1 or not len(time):
+        raise MeasurementError(f"time has the shape {time.shape}, expected at least one sample")
+    settings = scenario.metrics
+    positions = {axis: column(columns, names.position, len(time)) for axis, names in scenario.axes.items()}
+    references = {axis: column(columns, names.reference, len(time)) for axis, names in scenario.axes.items()}
+    end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in scenario.axes}
+    stop_contact = first_time(time, columns, scenario.stop_flag)
+    tripped = first_time(time, columns, scenario.trip_flag)
+    flags = [column(columns, flag, len(time)) for flag in (scenario.stop_flag, scenario.trip_flag) if flag is not None]
+    return Metrics(
+        steps=step_responses(time, positions, references, settings.bands),
+        lost=lost_setpoints(time, positions, references, flags, settings.fail_error),
+        tracking=() if settings.tracking_from is None else tuple(
+            tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
+            for axis in scenario.axes),
+        motors=tuple(MotorCurrents(motor,
+                                   *peak_and_mean([column(columns, name, len(time)) for name in names.currents]),
+                                   *peak_and_mean([column(columns, name, len(time)) for name in names.commands]))
+                     for motor, names in scenario.motors.items()),
+        end_errors=end_errors,
+        stop_contact=stop_contact,
+        tripped=tripped,
+        failed=(stop_contact is not None or tripped is not None
+                or any(error > settings.fail_error for error in end_errors.values())))
+
+
+def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
+    """Return a column as float64; MeasurementError if it is missing, too short or long, or not finite."""
+    if name not in columns:
+        raise MeasurementError(f"missing column {name!r}; nearest is {nearest(name, columns)}")
+    values = np.asarray(columns[name], dtype=np.float64)
+    if values.shape != (length,):
+        raise MeasurementError(f"column {name!r} has the shape {values.shape}, expected ({length},) as time has")
+    # A NaN is outside of no band: it would settle at once.
+    if not np.isfinite(values).all():
+        raise MeasurementError(f"column {name!r} is not finite at sample {int(np.argmin(np.isfinite(values)))}")
+    return values
+
+
+def first_time(time: Array, columns: Mapping[str, Array], flag: str | None) -> float | None:
+    """Return the time of the first sample with the flag set, None if there is none."""
+    if flag is None:
+        return None
+    is_set = column(columns, flag, len(time)) != 0.0
+    return float(time[np.argmax(is_set)]) if is_set.any() else None
+
+
+def peak_and_mean(signals: Sequence[Array]) -> tuple[float, float]:
+    """Return the largest absolute value of any signal, and the largest mean absolute value of one."""
+    return (max((float(np.abs(signal).max()) for signal in signals), default=0.0),
+            max((float(np.abs(signal).mean()) for signal in signals), default=0.0))
+
+
+def step_samples(reference: Array) -> list[int]:
+    """Return the samples at which a reference jumps from one held value to another.
+
+    A reference that changes at neighbouring samples is moving, not stepping.
+    """
+    changed = np.diff(reference) != 0.0
+    neighbours = np.zeros_like(changed)
+    neighbours[1:] |= changed[:-1]
+    neighbours[:-1] |= changed[1:]
+    return [int(k) + 1 for k in np.flatnonzero(changed & ~neighbours)]
+
+
+def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
+                   bands: Sequence[float]) -> tuple[StepResponse, ...]:
+    """Measure every step of every axis, in order of time; arguments as in `evaluate`, by axis."""
+    own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
+    return tuple(step_response(axis, time[start:end], positions[axis][start:end],
+                               float(references[axis][start - 1]), float(references[axis][start]), bands)
+                 for start, end in step_windows(references, len(time))
+                 for axis, steps in own_steps.items() if start in steps)
+
+
+def step_windows(references: Mapping[str, Array], length: int) -> list[tuple[int, int]]:
+    """Return the first sample of each stretch from a step of any axis to the next one, and the one behind its last."""
+    starts = sorted({k for reference in references.values() for k in step_samples(reference)})
+    return list(zip(starts, [*starts[1:], length], strict=False))
+
+
+def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
+                   flags: Sequence[Array], fail_error: float) -> tuple[float, ...]:
+    """Return the times (s) of the steps after which a flag was set or the error (m) at the end was too large."""
+    return tuple(float(time[start]) for start, end in step_windows(references, len(time))
+                 if any(flag[start:end].any() for flag in flags)
+                 or any(abs(positions[axis][end - 1] - references[axis][end - 1]) > fail_error for axis in references))
+
+
+def step_response(axis: str, time: Array, position: Array, start: float, target: float,
+                  bands: Sequence[float]) -> StepResponse:
+    """Measure one step on its window.
+
+    Parameters
+    ----------
+    axis : str
+        Name of the axis.
+    time, position : ndarray, shape (n,)
+        The window, s and m; its first sample is the step.
+    start, target : float
+        Reference before and after the step, m.
+    bands : sequence of float
+        Half widths of the settling bands, m.
+    """
+    error = position - target
+    beyond = float((error * math.copysign(1.0, target - start)).max())
+    steady = max(1, round(STEADY_SHARE * len(error)))
+    return StepResponse(axis, float(time[0]), start, target,
+                        {band: settling_time(time, error, band) for band in bands},
+                        max(0.0, beyond) / abs(target - start),
+                        float(np.abs(error[-steady:]).mean()))
+
+
+def settling_time(time: Array, error: Array, band: float) -> float:
+    """Return the time (s) from the first sample to the last with |error| > band; inf if that is the very last."""
+    outside = np.flatnonzero(np.abs(error) > band)
+    if not len(outside):
+        return 0.0
+    last = int(outside[-1])
+    return math.inf if last == len(error) - 1 else float(time[last] - time[0])
+
+
+def tracking_error(axis: str, time: Array, position: Array, reference: Array, tracking_from: float) -> TrackingError:
+    """Measure the tracking error from a time (s) on; MeasurementError if the run ends before."""
+    error = np.abs(position - reference)
+    steady = time >= tracking_from - TIME_TOLERANCE
+    if not steady.any():
+        raise MeasurementError(f"the run ends at {time[-1]} s, expected samples after tracking_from = "
+                               f"{tracking_from} s")
+    peak = float(error[steady].max())
+    beyond = np.flatnonzero(error > TRANSIENT * peak)
+    settling = float(time[beyond[-1]] - time[0]) if len(beyond) else 0.0
+    return TrackingError(axis, float(error[steady].mean()), peak, settling)

@@ -1,0 +1,120 @@
+"""Procedure 4: all constants at once, and the model with them beside the rig (sections 4.4.4, 5.4.4)."""
+
+import math
+
+import numpy as np
+
+from maglev.experiment.execution import RunResult
+from maglev.identification.estimators import estimate as estimate_offline
+from maglev.identification.identify import Identification, identify
+from maglev.identification.predictions import equilibrium_currents, row_of, thrust_shape
+from maglev.identification.recording import Recording
+from maglev.identification.rigs import Rig, regressors
+from maglev.identification.settings import METHODS
+from maglev.identification.velocity import observed
+from maglev.procedures.constants import constant_table, constant_values
+from maglev.procedures.equilibrium import beside_each_other, measured
+from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
+from maglev.procedures.parabolas import all_thrusts, at_epsilon, over_gap
+from maglev.procedures.rig_data import EPSILON, Array, Runs, column, estimate, estimators, mm, plant_column, rig_of
+from maglev.schema.procedure import ProcedureSettings
+
+POINTS = 31            # of a predicted curve over the air gap
+CONVERGENCE = 400      # points of an estimate over time, at most
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome of Procedure 4 on the runs that completed: `rig`, `model`; for the figures `currents` and `parabolas`."""
+    flown, model = runs.get(settings.runs["rig"]), runs.get(settings.runs["model"])
+    if flown is None:
+        return Outcome(settings, ())
+    rig = rig_of(flown.scenario)
+    values = constant_values(flown, rig.constants)
+    if model is not None:
+        for axis in rig.axes:
+            values.append(Found("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
+            values.append(Found("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
+    found = identify(recording_of(flown, rig))
+    charts = [thrust_chart(settings, rig, flown, runs), *current_charts(settings, rig, flown, runs),
+              convergence_chart(flown, rig)]
+    return Outcome(settings, tuple(run.scenario.name for run in (flown, model) if run is not None), tuple(values),
+                   (constant_table(settings, flown, rig.constants), offline_table(found)), tuple(charts),
+                   tuple(found.warnings))
+
+
+def deviation(flown: RunResult, model: RunResult, name: str) -> float:
+    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both flew."""
+    rows = min(len(model.time), len(flown.time))
+    there, here = plant_column(model, name)[:rows], plant_column(flown, name)[:rows]
+    motion = float(here.std())
+    return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
+
+
+def recording_of(result: RunResult, rig: Rig) -> Recording:
+    """The rows of a run as a person would record them."""
+    return Recording(rig, result.time,
+                     np.stack([plant_column(result, f"{axis}.encoder") for axis in rig.axes], axis=1),
+                     np.stack([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=1),
+                     np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
+
+
+def offline_table(found: Identification) -> ValueTable:
+    """Constants by the three estimators of chapter 3 on the recorded rows, with what is known about them."""
+    recording, rig = found.recording, found.recording.rig
+    rows = regressors(rig, recording.positions, recording.i_d, recording.i_q,
+                      observed(recording.positions, recording.dt))
+    by_method = {method: estimate_offline(method, rows, recording.time, found.guess, EPSILON).final
+                 for method in METHODS}
+    header = ("constant", *METHODS, "standard error", "with friction terms")
+    return ValueTable(
+        f"The same by the estimators offline, ε = {EPSILON:g}", header,
+        tuple((name, *(f"{by_method[method][name]:.5g}" for method in METHODS), f"{found.standard_error[name]:.2g}",
+               f"{found.with_friction[name]:.5g}") for name in rig.constants))
+
+
+def gap_range(settings: ProcedureSettings) -> Array:
+    """Air gaps (m) over which predictions are drawn."""
+    low, high = settings.gaps or (0.015, 0.025)
+    return np.linspace(low, high, POINTS)
+
+
+def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs: Runs) -> Chart:
+    """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
+    gaps = gap_range(settings)
+    constants = estimate(flown, EPSILON, rig.constants)
+    thrusts = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
+    panels = []
+    for axis in rig.axes[1:]:
+        constant = row_of(rig, axis).constants[0]
+        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(gaps)).tolist())]
+        held = [thrust for thrust in thrusts if thrust.axis == axis]
+        if held:
+            curves += [Curve("parabolas", *over_gap(held, [thrust.by_parabola for thrust in held]), marked=True),
+                       Curve(f"held air gaps, ε = {EPSILON:g}",
+                             *over_gap(held, [at_epsilon(thrust.by_estimator) for thrust in held]))]
+        panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
+    return Chart(settings.figures.get("thrust"),
+                 "Thrust over the air gap, by all constants at once and at held air gaps.", tuple(panels))
+
+
+def current_charts(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs: Runs) -> list[Chart]:
+    """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
+    currents = runs.get(settings.runs["currents"])
+    if currents is None:
+        return []
+    seen = measured(currents, rig)
+    theory = equilibrium_currents(rig, seen.gaps, estimate(flown, EPSILON, rig.rows[0].constants))
+    return [Chart(settings.figures.get("currents"),
+                  "Equilibrium currents: measured, and predicted by all constants at once.",
+                  (beside_each_other(seen, theory),))]
+
+
+def convergence_chart(flown: RunResult, rig: Rig) -> Chart:
+    """Every estimate over time, with every ε."""
+    rows = np.unique(np.linspace(0, len(flown.time) - 1, CONVERGENCE).astype(int))
+    time = flown.time[rows].tolist()
+    panels = tuple(Panel("time (s)", constant, tuple(
+        Curve(f"ε = {epsilon:g}", time, column(flown, f"{name}.{constant}")[rows].tolist())
+        for epsilon, name in estimators(flown).items())) for constant in rig.constants)
+    return Chart(None, f"{flown.scenario.title}: the estimates over time, from half of the values of the thesis.",
+                 panels)

@@ -1,0 +1,67 @@
+"""Procedure 2: equilibrium currents, measured and predicted by estimated constants (sections 4.4.2, 5.4.2)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.experiment.execution import RunResult
+from maglev.identification.predictions import equilibrium_currents
+from maglev.identification.rigs import Rig
+from maglev.judging.metrics import step_samples
+from maglev.procedures.constants import constant_table, constant_values
+from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
+from maglev.procedures.rig_data import EPSILON, Array, Runs, column, entry, estimate, mm, plant_column, rig_of
+from maglev.schema.procedure import ProcedureSettings
+
+SETTLED = 1.0 / 3.0   # of the time at an air gap, at its end
+
+
+class Measured(NamedTuple):
+    """Equilibria, shape (n,): air gaps asked for, their measured means (m), and mean direct currents (A)."""
+
+    asked: Array
+    gaps: Array
+    currents: Array
+
+
+def measured(result: RunResult, rig: Rig) -> Measured:
+    """Equilibria of a run that holds one air gap after the other, ascending."""
+    axis = rig.axes[0]
+    reference = column(result, entry(result.scenario.axes, axis, result).reference)
+    position = plant_column(result, f"{axis}.encoder")
+    current = np.mean([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=0)
+    starts = [0, *step_samples(reference)]
+    ends = [*starts[1:], len(reference)]
+    windows = [slice(end - max(1, round(SETTLED * (end - start))), end)
+               for start, end in zip(starts, ends, strict=True)]
+    rows = sorted((float(reference[window][0]), float(position[window].mean()), float(current[window].mean()))
+                  for window in windows)
+    return Measured(*np.array(rows).T)
+
+
+def beside_each_other(seen: Measured, theory: Array) -> Panel:
+    """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps."""
+    return Panel("air gap (mm)", "i_d (A)", (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
+                                             Curve("predicted", mm(seen.gaps), theory.tolist())))
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome of Procedure 2 on the runs that completed: `currents` and `excitation`."""
+    currents, excitation = (runs.get(settings.runs[part]) for part in ("currents", "excitation"))
+    names = tuple(run.scenario.name for run in (currents, excitation) if run is not None)
+    if excitation is None:
+        return Outcome(settings, names)
+    rig = rig_of(excitation.scenario)
+    constants = rig.rows[0].constants
+    values = constant_values(excitation, constants)
+    tables = (constant_table(settings, excitation, constants),)
+    if currents is None:
+        return Outcome(settings, names, tuple(values), tables)
+    seen = measured(currents, rig)
+    theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, EPSILON, constants))
+    values += [Found("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
+               in zip(seen.asked.tolist(), seen.currents.tolist(), theory.tolist(), strict=True)]
+    chart = Chart(settings.figures.get("currents"),
+                  f"Equilibrium currents: measured, and predicted by the constants with ε = {EPSILON:g}.",
+                  (beside_each_other(seen, theory),))
+    return Outcome(settings, names, tuple(values), tables, (chart,))

@@ -1,0 +1,76 @@
+"""Constants that jump during a run: what the estimates make of it, with and without forgetting, and what that costs.
+
+The thesis leaves constants that change to future work; nothing here is a claim of its.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.errors import ScenarioError
+from maglev.experiment.execution import RunResult
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ValueTable
+from maglev.procedures.rig_data import Runs, column, estimators_by
+from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.signals import Steps
+
+BEFORE = 5.0     # s before the jump over which the scatter is taken
+AFTER = 5.0      # s after the jump at which what is left of it is taken
+POINTS = 400     # of a curve, at most
+PLANT = "plant."
+
+
+class Jump(NamedTuple):
+    """A constant of the plant that jumps: name, time (s), values before and after."""
+
+    constant: str
+    time: float
+    before: float
+    after: float
+
+
+def jumps(result: RunResult) -> list[Jump]:
+    """Jumps of the plant's constants, by the scenario's signals."""
+    return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
+            for signal in result.scenario.signals
+            if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1
+            and result.time[0] < signal.times[-1] <= result.time[-1] - AFTER
+            and 0.0 != signal.values[-2] != signal.values[-1]]
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome on the run `jump`, if it completed."""
+    result = runs.get(settings.runs["jump"])
+    if result is None:
+        return Outcome(settings, ())
+    found = jumps(result)
+    if not found:
+        raise ScenarioError(f"{result.scenario.name}: no constant of the plant jumps to another value {AFTER:g} s or "
+                            "more before the end, expected a signal of kind steps to plant.C1 or another")
+    estimators = estimators_by(result, "forgetting")
+    rows, panels = [], []
+    kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
+    for jump in found:
+        curves = []
+        for forgetting, name in estimators.items():
+            path = column(result, f"{name}.{jump.constant}")
+            earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
+            later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])
+            left = (later - jump.after) / (jump.before - jump.after)
+            rows.append((jump.constant, f"{forgetting:g}", percent(earlier.mean() / jump.before - 1.0),
+                         percent(earlier.std() / jump.before), percent(left)))
+            curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept].tolist(), path[kept].tolist()))
+        true = np.where(result.time[kept] < jump.time, jump.before, jump.after)
+        curves.append(Curve("of the plant", result.time[kept].tolist(), true.tolist()))
+        panels.append(Panel("time (s)", jump.constant, tuple(curves)))
+    table = ValueTable(
+        "Constants that jump", ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before",
+                                        "scatter in this time", f"left of the jump {AFTER:g} s after"), tuple(rows))
+    chart = Chart(None, "Constants of the plant that jump, and their estimates with several rates of forgetting.",
+                  tuple(panels))
+    return Outcome(settings, (result.scenario.name,), tables=(table,), charts=(chart,))
+
+
+def percent(share: float) -> str:
+    """A share in percent, without a sign on what rounds to nothing."""
+    return f"{100.0 * share:z.2f} %"

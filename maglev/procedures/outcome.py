@@ -1,0 +1,110 @@
+"""What a procedure finds: values at places, a table of constants, curves, and what a reader should know."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from maglev.schema.procedure import ProcedureClaim, ProcedureSettings
+
+
+@dataclass(frozen=True)
+class Found:
+    """One value and where it was found; None where that does not apply.
+
+    Attributes
+    ----------
+    name : str
+        See `settings.VALUES`.
+    value : float
+        SI.
+    constant, axis : str or None
+    epsilon : float or None
+        s.
+    gap : float or None
+        Air gap, m.
+    """
+
+    name: str
+    value: float
+    constant: str | None = None
+    axis: str | None = None
+    epsilon: float | None = None
+    gap: float | None = None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points of a chart, shape (n,) each, joined by a line or marked one by one; curves of one kin have one colour."""
+
+    label: str
+    x: Sequence[float]
+    y: Sequence[float]
+    marked: bool = False
+    kin: str | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over one axis of abscissae; titles have the units."""
+
+    x_title: str
+    y_title: str
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A figure that is no time plot of a run: panels below each other; the number is the thesis's, if it has one."""
+
+    number: str | None
+    caption: str
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
+class ValueTable:
+    """A table: header and rows of text, the first column names what the row is about."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything that a procedure finds.
+
+    Attributes
+    ----------
+    settings : ProcedureSettings
+    runs : tuple of str
+        Names of the runs that it rests on.
+    values : tuple of Found
+    tables : tuple of ValueTable
+    charts : tuple of Chart
+    notes : tuple of str
+        What a reader should know, such as a constant that cannot be identified; one sentence each.
+    """
+
+    settings: ProcedureSettings
+    runs: tuple[str, ...]
+    values: tuple[Found, ...] = ()
+    tables: tuple[ValueTable, ...] = ()
+    charts: tuple[Chart, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def select(self, claim: ProcedureClaim, epsilon: float | None, gaps: tuple[float, float] | None) -> list[float]:
+        """Values that a claim is about, at ε (s), in a range of gaps (m); None for all."""
+        return [found.value for found in self.values
+                if found.name == claim.value
+                and claim.constant in (None, found.constant)
+                and (claim.axes is None or found.axis in claim.axes)
+                and (epsilon is None or close(found.epsilon, epsilon))
+                and (gaps is None or (found.gap is not None and gaps[0] - SAME <= found.gap <= gaps[1] + SAME))]
+
+
+SAME = 1e-6   # m or s; gaps and ε are compared as written
+
+
+def close(value: float | None, other: float) -> bool:
+    """Whether two values are the same as written."""
+    return value is not None and abs(value - other) < SAME

@@ -1,0 +1,196 @@
+"""Procedure 1: the thrust L at held air gaps, by parabola fit and by the estimator (sections 4.4.1, 5.4.1)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.errors import ScenarioError
+from maglev.experiment.execution import RunResult
+from maglev.identification.predictions import fitted_parabola, row_of, thrust_of_parabola, thrust_shape
+from maglev.identification.rigs import Rig
+from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
+from maglev.procedures.rig_data import (
+    EPSILON,
+    Array,
+    Runs,
+    column,
+    estimators,
+    millimetres,
+    mm,
+    motor_of,
+    moving_axes,
+    no_such_epsilon,
+    plant_column,
+    rig_of,
+)
+from maglev.schema.loading import load_runs
+from maglev.schema.procedure import ProcedureSettings
+
+FEWEST = 4    # rows that make a parabola
+POINTS = 25   # marked on a recorded parabola
+
+
+class Thrust(NamedTuple):
+    """L of one axis in one run, m/(s² A): by parabola fit, and by the estimators by their ε (s)."""
+
+    run: RunResult
+    axis: str
+    gap: float       # m
+    alone: bool      # whether the other axes were held
+    time: Array      # s, shape (n,), of the stroke
+    position: Array  # m, shape (n,)
+    by_parabola: float
+    by_estimator: dict[float, float]
+
+
+def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
+    """Thrust of every axis that moves in a run."""
+    gap = float(plant_column(result, f"{rig.axes[0]}.encoder").mean())
+    shape = float(thrust_shape(np.array([gap]))[0])
+    axes = moving_axes(result, rig)
+    if not axes:
+        return []
+    end = min(stroke(plant_column(result, f"{axis}.encoder")) for axis in axes)
+    if end < FEWEST:
+        raise ScenarioError(f"{result.scenario.name}: {end} rows of a parabola, expected {FEWEST} or more")
+    time = result.time[:end]
+    found = []
+    for axis in axes:
+        constant = row_of(rig, axis).constants[0]
+        # The first row is what was there before the first command.
+        i_q = float(plant_column(result, f"{motor_of(rig, axis)}.i_q")[1:end].mean())
+        position = plant_column(result, f"{axis}.encoder")[:end]
+        by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
+        by_estimator = {epsilon: shape * float(column(result, f"{name}.{constant}")[end - 1])
+                        for epsilon, name in estimators(result).items()}
+        found.append(Thrust(result, axis, gap, len(axes) == 1, time, position, by_parabola, by_estimator))
+    return found
+
+
+def stroke(position: Array) -> int:
+    """Number of rows until an axis is as far on the other side as it began; behind that it may touch a stop."""
+    there = np.flatnonzero(position * np.sign(position[0]) <= -abs(position[0]))
+    return int(there[0]) + 1 if len(there) else len(position)
+
+
+def all_thrusts(procedure: str, runs: Runs) -> list[Thrust]:
+    """Thrusts of the runs of a procedure, by ascending air gap."""
+    mine = [run for run in runs.values() if run.scenario.procedure is not None
+            and run.scenario.procedure.name == procedure]
+    found = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.scenario))]
+    return sorted(found, key=lambda thrust: thrust.gap)
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome of Procedure 1 on the runs that completed."""
+    thrusts = all_thrusts(settings.name, runs)
+    if not thrusts:
+        return Outcome(settings, ())
+    rig = rig_of(thrusts[0].run.scenario)
+    alone = [thrust for thrust in thrusts if thrust.alone]
+    together = [thrust for thrust in thrusts if not thrust.alone]
+    axes = list(dict.fromkeys(thrust.axis for thrust in alone))
+    values = [found for thrust in alone for found in values_of(thrust)]
+    for axis in axes:
+        constant = row_of(rig, axis).constants[0]
+        of_axis = [thrust for thrust in alone if thrust.axis == axis]
+        shapes = thrust_shape(np.array([thrust.gap for thrust in of_axis]))
+        average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
+        values.append(Found("average_constant", float(average), constant=constant, axis=axis))
+    single = {(thrust.axis, millimetres(thrust.gap)): thrust.by_estimator for thrust in alone}
+    for thrust in together:
+        other = single.get((thrust.axis, millimetres(thrust.gap)))
+        if other is not None:
+            share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
+            values.append(Found("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
+    names = tuple(sorted({thrust.run.scenario.name for thrust in thrusts}))
+    every = load_runs(thrusts[0].run.scenario.path)
+    notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
+    return Outcome(settings, names, tuple(values),
+                   tuple(table(axis, [thrust for thrust in alone if thrust.axis == axis]) for axis in axes),
+                   tuple(charts(settings, axes, alone, together)), notes)
+
+
+def deviation(value: float, other: float) -> float:
+    """Share by which a value differs from another."""
+    return abs(value / other - 1.0) if other != 0.0 else math.inf
+
+
+def at_epsilon(by_estimator: Mapping[float, float]) -> float:
+    """The value with the ε that the thesis goes on with; ScenarioError if there is none."""
+    if EPSILON not in by_estimator:
+        raise no_such_epsilon(EPSILON, by_estimator)
+    return by_estimator[EPSILON]
+
+
+def values_of(thrust: Thrust) -> list[Found]:
+    """What claims may be about."""
+    return [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
+            *(Found("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
+                    epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
+
+
+def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
+    """L over the air gap."""
+    epsilons = list(thrusts[0].by_estimator)
+    return ValueTable(
+        f"Thrust of the {axis}-axis, m/(s² A)",
+        ("air gap (mm)", "parabola", *(f"NPFSI, ε = {epsilon:g}" for epsilon in epsilons)),
+        tuple((millimetres(thrust.gap), f"{thrust.by_parabola:.4g}",
+               *(f"{thrust.by_estimator[epsilon]:.4g}" for epsilon in epsilons)) for thrust in thrusts))
+
+
+def charts(settings: ProcedureSettings, axes: Sequence[str], alone: Sequence[Thrust],
+           together: Sequence[Thrust]) -> list[Chart]:
+    """The figures: motion and parabolas of each axis, L by every method, and L with all axes moving."""
+    found = []
+    for axis in axes:
+        number = settings.figures.get(f"motion {axis}")
+        # The thesis draws every second air gap.
+        shown = [thrust for thrust in alone if thrust.axis == axis][::2]
+        found.append(Chart(number, f"Displacement of the {axis}-axis under a constant current at held air gaps, and "
+                           "the parabolas that were fitted to it.",
+                           (Panel("time (s)", f"{axis} (mm)", tuple(c for thrust in shown for c in motion(thrust))),)))
+    panels = []
+    for axis in axes:
+        of_axis = [thrust for thrust in alone if thrust.axis == axis]
+        curves = [Curve("parabola", *over_gap(of_axis, [thrust.by_parabola for thrust in of_axis]), marked=True)]
+        curves += [Curve(f"NPFSI, ε = {epsilon:g}",
+                         *over_gap(of_axis, [thrust.by_estimator[epsilon] for thrust in of_axis]))
+                   for epsilon in of_axis[0].by_estimator]
+        panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
+    found.append(Chart(settings.figures.get("thrust"), "Thrust over the air gap: by parabola fit, and by the estimator "
+                       "with three values of ε.", tuple(panels)))
+    if together:
+        found.append(Chart(settings.figures.get("simultaneous"), "Thrust over the air gap with one axis moving, and "
+                           f"with both at once; by the estimator, ε = {EPSILON:g}.",
+                           tuple(comparison(axis, alone, together) for axis in axes)))
+    return found
+
+
+def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -> Panel:
+    """L of an axis that moves alone, and of one that moves with the other."""
+    kinds = {"one axis": [thrust for thrust in alone if thrust.axis == axis],
+             "both axes": [thrust for thrust in together if thrust.axis == axis]}
+    return Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(
+        Curve(label, *over_gap(thrusts, [at_epsilon(thrust.by_estimator) for thrust in thrusts]))
+        for label, thrusts in kinds.items()))
+
+
+def motion(thrust: Thrust) -> list[Curve]:
+    """Recorded displacement and fitted parabola of one run."""
+    time, position = thrust.time, thrust.position
+    start, acceleration = fitted_parabola(time, position)
+    fitted = start + 0.5 * acceleration * time**2
+    rows = np.unique(np.linspace(0, len(time) - 1, POINTS).astype(int))
+    gap = f"{millimetres(thrust.gap)} mm"
+    return [Curve(f"simulated, {gap}", time[rows].tolist(), mm(position[rows]), marked=True, kin=gap),
+            Curve(f"parabola, {gap}", time[rows].tolist(), mm(fitted[rows]), kin=gap)]
+
+
+def over_gap(thrusts: Sequence[Thrust], values: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Air gaps (mm) and values."""
+    gaps: Array = np.array([thrust.gap for thrust in thrusts])
+    return mm(gaps), list(values)

@@ -1,0 +1,101 @@
+"""What the procedures need of a run: its rig, its estimators, constants and recorded columns."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import ScenarioError, nearest
+from maglev.experiment.execution import RunResult
+from maglev.identification.rigs import RIGS, Rig
+from maglev.schema.scenario import Scenario
+from maglev.units import to_unit
+
+T = TypeVar("T")
+
+Array = NDArray[np.float64]
+Runs = Mapping[str, RunResult]   # runs that completed, by name
+
+EPSILON = 0.01   # s, of the estimates that the thesis goes on with
+
+
+def rig_of(scenario: Scenario) -> Rig:
+    """The rig of a scenario, by the names of its axes; ScenarioError if they are of neither."""
+    found = next((rig for rig in RIGS.values() if rig.axes[0] in scenario.axis_names), None)
+    if found is None:
+        raise ScenarioError(f"{scenario.path}: expected a start value or an axis of v (2-DOF) or y (3-DOF), by which a "
+                            "procedure knows the rig")
+    return found
+
+
+def estimators(result: RunResult) -> dict[float, str]:
+    """Estimators of a run by their ε (s), ascending; ScenarioError if two have the same."""
+    return estimators_by(result, "epsilon")
+
+
+def estimators_by(result: RunResult, parameter: str) -> dict[float, str]:
+    """Estimators of a run by a parameter of theirs, ascending; ScenarioError if two have the same."""
+    found: dict[float, str] = {}
+    for name in result.scenario.fmus:
+        value = result.parameters.get(f"{name}.{parameter}")
+        if value is None:
+            continue
+        if value in found:
+            raise ScenarioError(f"{found[value]} and {name} of {result.scenario.name} both have {parameter} = "
+                                f"{value:g}, expected estimators that differ in it")
+        found[value] = name
+    return dict(sorted(found.items()))
+
+
+def estimate(result: RunResult, epsilon: float, constants: Sequence[str]) -> dict[str, float]:
+    """Constants that the estimator with an ε (s) has at the end of a run; ScenarioError if there is none."""
+    found = estimators(result)
+    if epsilon not in found:
+        raise no_such_epsilon(epsilon, found)
+    name = found[epsilon]
+    return {constant: entry(result.ends, f"{name}.{constant}", result) for constant in constants}
+
+
+def no_such_epsilon(epsilon: float, found: Iterable[float]) -> ScenarioError:
+    """Refusal of a run without an estimator of an ε (s)."""
+    return ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one beside "
+                         f"{', '.join(f'{each:g} s' for each in found) or 'none'}")
+
+
+def entry(table: Mapping[str, T], name: str, result: RunResult) -> T:
+    """What a table of a run has under a name; ScenarioError if it has nothing."""
+    if name not in table:
+        raise ScenarioError(f"{result.scenario.name} has no {name}, nearest is {nearest(name, table)}")
+    return table[name]
+
+
+def column(result: RunResult, name: str) -> Array:
+    """A column, such as "plant.v.encoder"; ScenarioError if it was not recorded."""
+    return np.asarray(entry(result.columns, name, result), dtype=np.float64)
+
+
+def plant_column(result: RunResult, name: str) -> Array:
+    """A column of the plant, such as "v.encoder"; ScenarioError if it was not recorded."""
+    return column(result, f"plant.{name}")
+
+
+def moving_axes(result: RunResult, rig: Rig) -> list[str]:
+    """Horizontal axes that nothing holds."""
+    start = entry(result.scenario.fmus, "plant", result).start
+    return [axis for axis in rig.axes[1:] if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
+
+
+def motor_of(rig: Rig, axis: str) -> str:
+    """Motor, or motor pair, that drives a horizontal axis."""
+    return rig.motors[rig.axes.index(axis) - 1]
+
+
+def millimetres(length: float) -> str:
+    """A length in mm."""
+    return f"{to_unit(length, 'mm'):.4g}"
+
+
+def mm(lengths: Array) -> list[float]:
+    """Lengths in mm."""
+    return [to_unit(length, "mm") for length in lengths.tolist()]

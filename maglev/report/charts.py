@@ -1,0 +1,86 @@
+"""Charts of the procedures on the page: where they stand among the figures, and the numbers of their curves."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from maglev.procedures.outcome import Chart, Curve, Outcome
+from maglev.report.figures import Shown, anchor
+from maglev.report.series import thin
+
+DIGITS = 6              # significant ones of the numbers of a curve
+MOST_POINTS = 4000      # of a line
+FINEST = 1e-4           # of the height of a line: tolerance from which on points are left out of a longer one
+
+
+class ShownChart(NamedTuple):
+    """A chart that has points, the outcome that it belongs to, and its anchor in the page."""
+
+    outcome: Outcome
+    chart: Chart
+    id: str
+
+    @property
+    def number(self) -> str | None:
+        """Number in the thesis, if it has one."""
+        return self.chart.number
+
+    @property
+    def title(self) -> str:
+        """Heading of the chart."""
+        return f"Figure {self.number}" if self.number else self.outcome.settings.title
+
+    @property
+    def names(self) -> list[str]:
+        """What the chart is about: the procedure, and the runs that it rests on."""
+        return [self.outcome.settings.name, *self.outcome.runs]
+
+
+def shown_charts(outcomes: Iterable[Outcome]) -> list[ShownChart]:
+    """Charts that have points to draw."""
+    shown = []
+    for outcome in outcomes:
+        seen: Counter[str | None] = Counter()
+        for chart in outcome.charts:
+            if any(len(curve.x) for panel in chart.panels for curve in panel.curves):
+                seen[chart.number] += 1
+                number = [chart.number] if chart.number else []
+                again = [str(seen[chart.number])] if seen[chart.number] > 1 else []
+                shown.append(ShownChart(outcome, chart, anchor("figure", *number, outcome.settings.name, *again)))
+    return shown
+
+
+def in_order(figures: Iterable[Shown], charts: Iterable[ShownChart]) -> list[Shown | ShownChart]:
+    """Figures and charts by number, of the same number the figures first; then those that have no number."""
+    return sorted([*figures, *charts], key=place)
+
+
+def place(shown: Shown | ShownChart) -> tuple[bool, list[int]]:
+    """Sort key of a figure: chapter and number within it."""
+    return shown.number is None, [int(part) for part in re.findall(r"\d+", shown.number or "")]
+
+
+def chart_data(shown: ShownChart) -> dict[str, Any]:
+    """What the page's scripts know about a chart."""
+    return {"runs": [], "chart": [{"x": panel.x_title, "y": panel.y_title,
+                                   "curves": [curve_data(curve) for curve in panel.curves]}
+                                  for panel in shown.chart.panels]}
+
+
+def curve_data(curve: Curve) -> dict[str, Any]:
+    """One curve; a long line with as many points as can be told apart."""
+    x, y = np.asarray(curve.x, dtype=np.float64), np.asarray(curve.y, dtype=np.float64)
+    # Only of a line along ascending abscissae can points be left out.
+    if len(x) > MOST_POINTS and not curve.marked and np.isfinite(x + y).all() and (np.diff(x) > 0.0).all():
+        rows = thin(x, y, max(FINEST * float(np.ptp(y)), np.finfo(float).tiny), MOST_POINTS).rows
+        x, y = x[rows], y[rows]
+    return {"label": curve.label, "kin": curve.kin or curve.label, "marked": curve.marked,
+            "x": rounded(x.tolist()), "y": rounded(y.tolist())}
+
+
+def rounded(values: Sequence[float]) -> list[float | None]:
+    """Numbers as JSON has them; None, where a line has a gap, for what is not finite."""
+    return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values]

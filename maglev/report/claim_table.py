@@ -1,0 +1,205 @@
+"""The claims of the thesis as HTML: summary, table with groups by run and procedure, and links to the figures."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from typing import NamedTuple
+
+from maglev.experiment.execution import RunResult
+from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
+from maglev.procedures.outcome import Outcome
+from maglev.report.charts import ShownChart
+from maglev.report.figures import Shown, anchor
+from maglev.report.findings import found_anchor, has_text, procedure_anchor
+
+
+class Look(NamedTuple):
+    """How a verdict looks: CSS class, and a sign that needs no colour."""
+
+    css: str
+    sign: str
+
+
+LOOKS: dict[Verdict, Look] = {
+    "reproduced": Look("good", "✓"),
+    "within 10 %": Look("close", "≈"),
+    "not reproduced": Look("bad", "✗"),
+    "not testable": Look("open", "?"),
+    "not run": Look("none", "–"),
+}
+
+# "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
+FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
+FIGURE_NUMBER = re.compile(r"\d+\.\d+")
+FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
+
+
+def badge(verdict: Verdict) -> str:
+    """Verdict in its colour, with its sign."""
+    css, sign = LOOKS[verdict]
+    return f'<span class="verdict {css}"><span aria-hidden="true">{sign}</span> {verdict}</span>'
+
+
+def count_verdicts(judgements: Judgements) -> Counter[Verdict]:
+    """Count the claims by verdict."""
+    return Counter(result.verdict for claims in judgements.values() for result in claims)
+
+
+def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
+    """Numbers of claims by verdict, and of runs."""
+    counts = count_verdicts(judgements)
+    cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
+                    f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS)
+    failed = sum(result.failure is not None for result in results)
+    return (f'<ul class="cards">{cards}</ul>\n'
+            f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>')
+
+
+def filter_buttons(judgements: Judgements) -> str:
+    """Buttons that show the claims of one verdict."""
+    counts = count_verdicts(judgements)
+    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all ({counts.total()})</button>']
+    buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
+                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} ({counts[verdict]})</button>'
+                for verdict in VERDICTS if counts[verdict]]
+    return f'<div class="filter" role="group" aria-label="Show claims by verdict">{"".join(buttons)}</div>'
+
+
+def run_anchor(name: str) -> str:
+    """Anchor of a run's group of claims."""
+    return anchor("run", name)
+
+
+def claim_anchor(name: str, k: int) -> str:
+    """Anchor of the k-th claim about a run or a procedure."""
+    return anchor("claim", name, str(k))
+
+
+def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
+                 outcomes: Sequence[Outcome] = ()) -> str:
+    """Bodies of the table, one for each run, then one for each procedure."""
+    return "\n".join([run_group(result, judgements.get(result.scenario.name, ()), shown)
+                      for result in results if has_group(result, judgements)]
+                     + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
+                        for outcome in outcomes])
+
+
+def has_group(result: RunResult, judgements: Judgements) -> bool:
+    """Whether a run is in the table: of a procedure, where there are many, only those that have something to tell."""
+    return bool(result.scenario.procedure is None or result.failure is not None
+                or judgements.get(result.scenario.name))
+
+
+def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
+    """Body of the table with the claims about one run."""
+    name = result.scenario.name
+    status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
+    figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
+    return claim_group(run_anchor(name), name, result.scenario.title, status, figure_links(figures),
+                       claim_rows(name, claims, [*figures, *shown]))
+
+
+def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
+    """Body of the table with the claims about one procedure."""
+    name = outcome.settings.name
+    charts = [each for each in shown if isinstance(each, ShownChart) and each.outcome is outcome]
+    links = figure_links(charts)
+    if has_text(outcome):
+        links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
+    return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
+                       claim_rows(name, claims, [*charts, *shown]))
+
+
+def claim_group(identifier: str, name: str, title: str, status: str, links: Sequence[str],
+                rows: Sequence[str]) -> str:
+    """Body of the table under a heading; status, links and rows are HTML."""
+    where = f"<p>{', '.join(links)}</p>" if links else ""
+    return (f'<tbody id="{identifier}"><tr class="run"><th colspan="5" scope="rowgroup">'
+            f"<strong>{escape(name)}</strong> {escape(title)}{status}{where}</th></tr>\n"
+            + "\n".join(rows or ['<tr class="empty"><td colspan="5">no claims</td></tr>']) + "</tbody>")
+
+
+def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
+    """Rows of the claims about a run or a procedure."""
+    return [claim_row(claim_anchor(name, k), each, shown) for k, each in enumerate(claims)]
+
+
+def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
+    """Links to figures."""
+    return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
+
+
+def run_status(result: RunResult) -> Iterator[str]:
+    """What went wrong in a run, if anything."""
+    if result.failure is not None:
+        yield f"did not complete: {result.failure}"
+    for time, words in events(result):
+        yield f"{words} at {time:.3f} s"
+
+
+def events(result: RunResult) -> list[tuple[float, str]]:
+    """Times (s) of what stopped or disturbed a run, with words."""
+    if result.metrics is None:
+        return []
+    found = ((result.metrics.stop_contact, "touched an end stop"), (result.metrics.tripped, "the controller tripped"))
+    return [(time, words) for time, words in found if time is not None]
+
+
+def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart]) -> str:
+    """One claim; its source links to the figures, of those with the same number to the first."""
+    claim = result.claim
+    reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
+    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, shown)),
+             ("criterion", escape(unbroken(claim.criterion))),
+             ("measured", escape(unbroken(result.measured_text))),
+             ("verdict", f"{badge(result.verdict)}{reason}"))
+    return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
+            + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
+
+
+def unbroken(text: str) -> str:
+    """The text with numbers and their units kept on one line."""
+    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
+
+
+def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
+    """Source of a claim with links to the figures of the page that it cites."""
+    targets: dict[str, str] = {}
+    for each in shown:
+        targets.setdefault(str(each.number), each.id)
+
+    def link(match: re.Match[str]) -> str:
+        number = match.group()
+        return f'<a href="#{targets[number]}">{number}</a>' if number in targets else number
+
+    return FIGURE_LIST.sub(lambda found: FIGURE_NUMBER.sub(link, found.group()), escape(source))
+
+
+def cited_figures(source: str) -> set[str]:
+    """Numbers of the figures that a source cites, those within a range too."""
+    numbers: set[str] = set()
+    for text in FIGURE_LIST.findall(source):
+        numbers.update(FIGURE_NUMBER.findall(text))
+        for chapter, first, _, last in FIGURE_RANGE.findall(text):
+            numbers.update(f"{chapter}.{k}" for k in range(int(first), int(last) + 1))
+    return numbers
+
+
+def names_behind(shown: Shown) -> list[str]:
+    """Names of a figure's runs, and of the procedures that these belong to: all that claims may be about."""
+    procedures = [run.scenario.procedure.name for run in shown.runs if run.scenario.procedure is not None]
+    return list(dict.fromkeys([*(run.scenario.name for run in shown.runs), *procedures]))
+
+
+def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
+    """Links to the claims about a figure: those of what it shows that cite it, or all of a run if it has no number."""
+    names = shown.names if isinstance(shown, ShownChart) else names_behind(shown)
+    every = isinstance(shown, Shown) and shown.number is None
+    items = []
+    for name in names:
+        for k, result in enumerate(judgements.get(name, ())):
+            if every or shown.number in cited_figures(result.claim.source):
+                items.append(f'<li><a href="#{claim_anchor(name, k)}">{badge(result.verdict)}</a> '
+                             f"{escape(result.claim.text)}</li>")
+    return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

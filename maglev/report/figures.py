@@ -1,0 +1,210 @@
+"""The figures of the page: which runs they show in which panels, and the signals that this needs."""
+
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+from pydantic import Field, field_validator
+
+from maglev.experiment.execution import RunResult
+from maglev.report.series import tolerances
+from maglev.schema.scenario import Axis, Motor, Scenario
+from maglev.schema.toml_table import Seconds, Table
+
+AXIS_PANELS = ("position", "speed", "error")
+MOTOR_PANELS = ("commands", "currents")
+EVERY = "*"
+
+# The main runs, those that are also shown as a moving picture.
+MOVING = ("2dof-setpoints", "2dof-tracking-nonlinear", "2dof-step-4-linear",
+          "3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear")
+
+
+class Panel(NamedTuple):
+    """One panel: its kind, and the axis or motor it shows, "*" for all."""
+
+    kind: str
+    of: str
+
+
+class Figure(Table):
+    """A figure as the file describes it, or one of a run of which the file knows nothing.
+
+    Attributes
+    ----------
+    number : str or None
+        Number in the thesis.
+    variant : str or None
+        What sets it apart from another figure of the same number.
+    caption : str
+    runs : dict of str to str
+        Label in the legend by name of the run.
+    panels : list of str
+        Kind and axis or motor, such as "error y", "position *".
+    until : float or None
+        End of the time that is shown at first, s; None for all.
+    """
+
+    number: str | None = None
+    variant: str | None = None
+    caption: str
+    runs: dict[str, str] = Field(min_length=1)
+    panels: list[str] = Field(min_length=1)
+    until: Seconds | None = None
+
+    @field_validator("panels")
+    @classmethod
+    def known_kinds(cls, panels: list[str]) -> list[str]:
+        """Refuse a panel of an unknown kind."""
+        for text in panels:
+            kind, _, of = text.partition(" ")
+            if kind not in AXIS_PANELS + MOTOR_PANELS or not of:
+                raise ValueError(f"{text!r} is no panel, expected {', '.join(AXIS_PANELS + MOTOR_PANELS)} "
+                                 "and an axis, a motor or *")
+        return panels
+
+    @property
+    def title(self) -> str:
+        """Heading of the figure."""
+        heading = f"Figure {self.number}" if self.number else f"Run {next(iter(self.runs))}"
+        return f"{heading}: {self.variant}" if self.variant else heading
+
+    @property
+    def id(self) -> str:
+        """Anchor in the page."""
+        parts = [self.number, self.variant] if self.number else ["run", next(iter(self.runs))]
+        return anchor("figure", *(part for part in parts if part))
+
+
+class Shown(NamedTuple):
+    """A figure that has data: its runs among the results, also those that failed, and the panels that they fill."""
+
+    figure: Figure
+    runs: list[RunResult]
+    panels: list[Panel]
+
+    @property
+    def id(self) -> str:
+        """Anchor in the page."""
+        return self.figure.id
+
+    @property
+    def number(self) -> str | None:
+        """Number in the thesis."""
+        return self.figure.number
+
+    @property
+    def title(self) -> str:
+        """Heading of the figure."""
+        return self.figure.title
+
+    @property
+    def recorded(self) -> list[RunResult]:
+        """Runs that can be drawn."""
+        return [run for run in self.runs if len(run.time)]
+
+    def has(self, run: str) -> bool:
+        """Whether the figure is about a run."""
+        return any(result.scenario.name == run for result in self.runs)
+
+
+def read_figures() -> list[Figure]:
+    """Read the figures of the thesis, in its order."""
+    text = (Path(__file__).parent / "figures.toml").read_text(encoding="utf-8")
+    return [Figure.model_validate(table) for table in tomllib.loads(text)["figures"]]
+
+
+def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> list[Shown]:
+    """Figures with at least one run that was recorded; then one of every other such run with all its panels.
+
+    Runs of a procedure, many and short, get none of their own: the procedure has its charts.
+    """
+    shown = list(with_data(figures, results))
+    every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
+    others = [Figure(caption=result.scenario.title, runs={result.scenario.name: "simulated"}, panels=every_panel)
+              for result in results
+              if result.scenario.procedure is None and not any(each.has(result.scenario.name) for each in shown)]
+    return shown + list(with_data(others, results))
+
+
+def with_data(figures: Iterable[Figure], results: Sequence[RunResult]) -> Iterator[Shown]:
+    """Figures that have something to draw."""
+    by_name = {result.scenario.name: result for result in results}
+    for figure in figures:
+        runs = [by_name[run] for run in figure.runs if run in by_name]
+        panels = list(dict.fromkeys(panel for text in figure.panels for panel in expand(text, runs)))
+        if panels:
+            yield Shown(figure, runs, panels)
+
+
+def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
+    """Panels that a text such as "error *" means, as far as the runs have what they show."""
+    kind, _, of = text.partition(" ")
+    for result in runs:
+        scenario = result.scenario
+        recorded = recorded_columns(result)
+        names: Mapping[str, Axis | Motor] = scenario.axes if kind in AXIS_PANELS else scenario.motors
+        for name in names:
+            if of in (name, EVERY) and any(column in recorded for column in needed_columns(scenario, kind, name)):
+                yield Panel(kind, name)
+
+
+def anchor(*parts: str) -> str:
+    """Identifier of an element of the page."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
+
+
+def speed_of(axis: Axis) -> str:
+    """Name of the column with an axis's speed, if it was recorded."""
+    head, dot, _ = axis.position.rpartition(".")
+    return f"{head}{dot}velocity"
+
+
+def error_of(axis: Axis) -> str:
+    """Name of the column with the error of an axis; see `recorded_columns`."""
+    return f"{axis.position} - {axis.reference}"
+
+
+def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
+    """Columns of a run, and the errors of its axes, shape (n,), SI.
+
+    The errors are columns of their own since they have a finer scale than what they are the difference of.
+    """
+    columns = result.columns
+    errors = {error_of(axis): columns[axis.position] - columns[axis.reference]
+              for axis in result.scenario.axes.values() if axis.position in columns and axis.reference in columns}
+    return {**columns, **errors}
+
+
+def shown_commands(motor: Motor) -> list[str]:
+    """Return the direct and quadrature commands, or all if a motor has none of the kind."""
+    # The phases are shown as delivered.
+    return [name for name in motor.commands if "i_d" in name or "i_q" in name] or list(motor.commands)
+
+
+def needed_columns(scenario: Scenario, kind: str, of: str) -> list[str]:
+    """Names of the columns that a panel draws."""
+    if kind == "commands":
+        return shown_commands(scenario.motors[of])
+    if kind == "currents":
+        return list(scenario.motors[of].currents)
+    axis = scenario.axes[of]
+    return {"speed": [speed_of(axis)], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
+
+
+def needed_tolerances(result: RunResult, shown: Iterable[Shown]) -> dict[str, float]:
+    """Tolerances by name of the columns that the figures and the moving picture draw of a run."""
+    scenario = result.scenario
+    panels = {panel for each in shown if each.has(scenario.name) for panel in each.panels}
+    if scenario.name in MOVING:
+        panels |= {Panel("position", axis) for axis in scenario.axes}
+        panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in scenario.motors}
+    needed: dict[str, list[str]] = {"position": [], "speed": [], "current": []}
+    for kind, of in sorted(panels):
+        if of in (scenario.axes if kind in AXIS_PANELS else scenario.motors):
+            group = "current" if kind in MOTOR_PANELS else "speed" if kind == "speed" else "position"
+            needed[group] += needed_columns(scenario, kind, of)
+    return tolerances(needed["position"], needed["speed"], needed["current"])

@@ -1,0 +1,56 @@
+"""What the procedures found as HTML: tables of values, and what a reader should know about them."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from maglev.procedures.outcome import Outcome, ValueTable
+from maglev.report.figures import anchor
+
+LINK = '\n<a href="#identification">Identification</a>'
+
+
+def procedure_anchor(name: str) -> str:
+    """Anchor of a procedure's group of claims."""
+    return anchor("procedure", name)
+
+
+def found_anchor(name: str) -> str:
+    """Anchor of a procedure's tables."""
+    return anchor("found", name)
+
+
+def has_text(outcome: Outcome) -> bool:
+    """Whether an outcome has something to read."""
+    return bool(outcome.tables or outcome.notes)
+
+
+def findings_section(outcomes: Iterable[Outcome]) -> str:
+    """Section of the page with the tables and the notes; empty if there are none."""
+    parts = [findings(outcome) for outcome in outcomes if has_text(outcome)]
+    if not parts:
+        return ""
+    return '\n\n<section id="identification">\n<h2>Identification</h2>\n' + "\n".join(parts) + "\n</section>"
+
+
+def findings(outcome: Outcome) -> str:
+    """Tables and notes of one procedure."""
+    settings = outcome.settings
+    notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
+    return (f'<article id="{found_anchor(settings.name)}"><h3>{escape(settings.title)}</h3>'
+            f'<p class="origin"><a href="#{procedure_anchor(settings.name)}">{escape(settings.name)}</a></p>\n'
+            + "".join(value_table(table) for table in outcome.tables)
+            + (f'<ul class="notes">{notes}</ul>' if notes else "") + "</article>")
+
+
+def value_table(table: ValueTable) -> str:
+    """One table; the first cell of a row is its heading."""
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in table.header)
+    rows = "\n".join(value_row(row) for row in table.rows)
+    return (f'<div class="wide"><table class="values"><caption>{escape(table.title)}</caption>\n'
+            f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n")
+
+
+def value_row(row: Sequence[str]) -> str:
+    """One row of a table."""
+    return ("<tr>" + "".join(f'<th scope="row">{escape(text)}</th>' for text in row[:1])
+            + "".join(f"<td>{escape(text)}</td>" for text in row[1:]) + "</tr>")

@@ -1,0 +1,74 @@
+"""What a procedure found, as text and as CSV."""
+
+import csv
+from collections.abc import Iterable, Sequence
+from io import StringIO
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from maglev.judging.verdicts import ClaimResult, Judgements
+from maglev.procedures.outcome import Chart, Outcome, ValueTable
+from maglev.report.text import REPORT_WIDTH, claim_table
+
+COLUMNS = ("figure", "panel", "curve", "x", "y")
+
+
+def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResult]) -> None:
+    """Print what a procedure found, and the claims about it with their verdicts."""
+    console.print(Text.assemble((outcome.settings.name, "bold"), f": {outcome.settings.title}"))
+    for table in outcome.tables:
+        console.print(value_table(table))
+    for note in outcome.notes:
+        console.print(Text(f"note: {note}"))
+    console.print(claim_table(claims) if claims else "no claims")
+
+
+def value_table(table: ValueTable) -> Table:
+    """Table for the terminal."""
+    printed = Table(title=Text(table.title, style="table.title"))
+    for name in table.header:
+        printed.add_column(Text(name))
+    for row in table.rows:
+        printed.add_row(*map(Text, row))
+    return printed
+
+
+def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:
+    """What `show_outcome` prints, as text."""
+    text = StringIO()
+    show_outcome(Console(file=text, width=REPORT_WIDTH), outcome, claims)
+    return text.getvalue()
+
+
+def write_outcomes(outcomes: Iterable[Outcome], verdicts: Judgements, out: Path) -> list[Path]:
+    """Write `NAME.txt` of each outcome, and `NAME.curves.csv` if it has charts; returns the files."""
+    files = []
+    for outcome in outcomes:
+        name = outcome.settings.name
+        files.append(out / f"{name}.txt")
+        files[-1].write_text(outcome_text(outcome, verdicts[name]), encoding="utf-8")
+        if outcome.charts:
+            files.append(out / f"{name}.curves.csv")
+            files[-1].write_text(curves_csv(outcome.charts), encoding="utf-8", newline="\n")
+    return files
+
+
+def curves_csv(charts: Iterable[Chart]) -> str:
+    """Points of all curves, a row for each; numbers such that reading them gives the same bits.
+
+    A figure without a number goes by its caption. A panel is named by its place in the figure, from 1, and by what it
+    has over what.
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for chart in charts:
+        for k, panel in enumerate(chart.panels, start=1):
+            name = f"{k}: {panel.y_title} over {panel.x_title}"
+            for curve in panel.curves:
+                writer.writerows((chart.number or chart.caption, name, curve.label, repr(float(x)), repr(float(y)))
+                                 for x, y in zip(curve.x, curve.y, strict=True))
+    return text.getvalue()

@@ -1,0 +1,200 @@
+"""The page: claims with their verdicts, tables and figures, a moving picture, and what all this rests on."""
+
+import json
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from maglev.errors import ScenarioError
+from maglev.experiment.execution import RunResult
+from maglev.judging.verdicts import Judgements
+from maglev.procedures.outcome import Outcome
+from maglev.report import claim_table, findings
+from maglev.report.charts import ShownChart, chart_data, in_order, shown_charts
+from maglev.report.figures import (
+    MOVING,
+    Shown,
+    error_of,
+    needed_tolerances,
+    read_figures,
+    recorded_columns,
+    shown_commands,
+    shown_figures,
+    speed_of,
+)
+from maglev.report.series import pack
+
+FOLDER = Path(__file__).parent
+MOST_ROWS = 16000            # of a signal
+FEWEST_ROWS = 1000           # of a signal, however large the page
+LARGEST_DATA = 9_000_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
+SCRIPTS = ("series.js", "charts.js", "plots.js", "claims.js", "stage.js", "player.js")
+
+
+def require_plotly() -> None:
+    """Raise ScenarioError if plotly, an extra of this project, is not installed."""
+    if find_spec("plotly") is None:
+        raise ScenarioError("the report needs plotly, expected it to be installed: pip install 'maglev-fmus[report]'")
+
+
+def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
+                 outcomes: Sequence[Outcome] = ()) -> None:
+    """Write the report of a study as one HTML page that needs no network.
+
+    The file appears under its name when it is complete: what stood there before is intact until then.
+
+    Parameters
+    ----------
+    path : Path
+        The HTML file; its folder is made if needed.
+    results : sequence of RunResult
+        The runs, also those that failed.
+    judgements : mapping of str to sequence of ClaimResult
+        Claims with their verdicts by name of the run or the procedure.
+    outcomes : sequence of Outcome
+        What the procedures found that the runs belong to.
+
+    Raises
+    ------
+    ScenarioError
+        If plotly is not installed.
+    """
+    require_plotly()
+    page = report_page(results, judgements, plotly_script(), outcomes)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text(page, encoding="utf-8", newline="\n")
+    unfinished.replace(path)
+
+
+def plotly_script() -> str:
+    """plotly.js as plotly brings it along."""
+    # An extra without types.
+    return str(import_module("plotly.offline").get_plotlyjs())
+
+
+def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str,
+                outcomes: Sequence[Outcome] = ()) -> str:
+    """Text of the page; `plotly` is the source of plotly.js."""
+    figures = shown_figures(read_figures(), results)
+    shown = in_order(figures, shown_charts(outcomes))
+    section = findings.findings_section(outcomes)
+    data = {"runs": runs_data(results, figures),
+            "figures": {each.id: figure_data(each) for each in shown},
+            "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
+    return Template(read("page.html")).substitute(
+        style=read("style.css"),
+        summary=claim_table.summary(results, judgements),
+        filter=claim_table.filter_buttons(judgements),
+        claims=claim_table.claim_groups(results, judgements, shown, outcomes),
+        findings_link=findings.LINK if section else "",
+        findings=section,
+        figures="\n".join(figure_element(each, judgements) for each in shown) or no_figure(results),
+        assumptions=read("assumptions.html"),
+        descriptions="\n".join(description(result) for result in results),
+        data=json_in_html(data),
+        plotly=plotly,
+        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+
+
+def read(name: str) -> str:
+    """Text of a file of this package."""
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
+def json_in_html(data: object) -> str:
+    """JSON that can stand in a script element: no tag can begin in it."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def has_motion(result: RunResult, name: str) -> bool:
+    """Whether this is the run of that name, and has what the moving picture needs."""
+    axes = result.scenario.axes.values()
+    return (result.scenario.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
+            and all(error_of(axis) in recorded_columns(result) for axis in axes))
+
+
+def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str, dict[str, Any]]:
+    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
+    most = MOST_ROWS
+    while True:
+        runs = {result.scenario.name: run_data(result, shown, most) for result in results
+                if len(result.time) and is_drawn(result, shown)}
+        if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
+            return runs
+        most //= 2
+
+
+def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
+    """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
+    name = result.scenario.name
+    return result.scenario.procedure is None or name in MOVING or any(each.has(name) for each in shown)
+
+
+def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
+    """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
+    scenario = result.scenario
+    packed = pack(result.time, recorded_columns(result), scenario.output_interval, needed_tolerances(result, shown),
+                  most)
+    return {
+        "title": scenario.title,
+        "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
+                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in scenario.axes.items()},
+        "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
+                   for name, motor in scenario.motors.items()},
+        "bands": scenario.metrics.bands,
+        "events": [{"time": time, "text": words} for time, words in claim_table.events(result)],
+        **packed,
+    }
+
+
+def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
+    """What the page's scripts know about a figure."""
+    if isinstance(shown, ShownChart):
+        return chart_data(shown)
+    return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
+                     for run in shown.recorded],
+            "panels": [panel._asdict() for panel in shown.panels],
+            **({} if shown.figure.until is None else {"until": shown.figure.until})}
+
+
+def no_figure(results: Sequence[RunResult]) -> str:
+    """What stands where there is no figure."""
+    recorded = any(len(result.time) for result in results)
+    return "<p>No figure shows these runs.</p>" if recorded else "<p>No run was recorded.</p>"
+
+
+def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
+    """One figure: caption, what it is about, place for the plot, claims about it."""
+    if isinstance(shown, ShownChart):
+        name = shown.outcome.settings.name
+        caption, height = shown.chart.caption, 120 + 240 * len(shown.chart.panels)
+        about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
+    else:
+        caption, height = shown.figure.caption, 120 + 180 * len(shown.panels)
+        about = "".join(f"<li>{run_link(run, judgements)}"
+                        + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
+                                  for text in claim_table.run_status(run)) + "</li>" for run in shown.runs)
+    return (f'<figure id="{shown.id}"><figcaption><h3>{escape(shown.title)}</h3><p>{escape(caption)}</p>'
+            f'<ul class="runs">{about}</ul></figcaption>\n'
+            f'<div class="plot" data-figure="{shown.id}" style="height:{height}px"></div>\n'
+            f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
+
+
+def run_link(run: RunResult, judgements: Judgements) -> str:
+    """Name of a run with a link to its claims."""
+    name = run.scenario.name
+    if not claim_table.has_group(run, judgements):
+        return escape(name)
+    return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
+
+
+def description(result: RunResult) -> str:
+    """Name, title and description of a run."""
+    scenario = result.scenario
+    return (f"<dt>{escape(scenario.name)}: {escape(scenario.title)}</dt>"
+            f"<dd>{escape(scenario.description) or 'no description'}</dd>")

@@ -1,0 +1,179 @@
+"""Metrics and verdicts as tables for the terminal and the text report."""
+
+import math
+from collections.abc import Sequence
+from io import StringIO
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Column, Table
+from rich.text import Text
+
+from maglev.experiment.execution import RunResult
+from maglev.judging.metrics import Metrics
+from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
+from maglev.procedures.outcome import Outcome
+from maglev.schema.scenario import Scenario
+from maglev.units import to_unit
+
+REPORT_WIDTH = 120   # characters
+
+COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim",
+           "not run": "magenta"}
+
+
+def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
+    """Print what was measured on a run, and the claims with their verdicts."""
+    scenario = result.scenario
+    console.print(f"[bold]{escape(scenario.name)}[/]: {escape(scenario.title)}")
+    if result.metrics is None:
+        console.print(f"did not complete: {result.failure}", markup=False)
+        return
+    for table in metric_tables(scenario, result.metrics):
+        console.print(table)
+    console.print(claim_table(verdicts) if verdicts else "no claims")
+    console.print(outcome(result.metrics))
+
+
+def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
+    """What `show` prints, as text."""
+    text = StringIO()
+    show(Console(file=text, width=REPORT_WIDTH), result, verdicts)
+    return text.getvalue()
+
+
+def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
+    """Tables of the steps, the tracking errors and the currents, as far as the run has them."""
+    tables = []
+    if metrics.steps:
+        bands = scenario.metrics.bands
+        table = Table(title="Steps: time from the step to the last error beyond a band")
+        for name in ("t (s)", "axis", "step (mm)", *(f"settled to {length(band)}" for band in bands),
+                     "overshoot", "steady-state error"):
+            table.add_column(name, justify="right")
+        for step in metrics.steps:
+            table.add_row(f"{step.time:g}", step.axis,
+                          f"{to_unit(step.start, 'mm'):g} → {to_unit(step.target, 'mm'):g}",
+                          *(seconds(step.settling[band]) for band in bands),
+                          f"{100.0 * step.overshoot:.1f} %", length(step.steady_state_error))
+        tables.append(table)
+    if metrics.tracking:
+        table = Table(title=f"Tracking error from t = {scenario.metrics.tracking_from:g} s on")
+        for name in ("axis", "mean", "peak"):
+            table.add_column(name, justify="right")
+        for tracking in metrics.tracking:
+            table.add_row(tracking.axis, length(tracking.mean), length(tracking.peak))
+        tables.append(table)
+    if not metrics.motors:
+        return tables
+    table = Table(title="Currents: largest absolute values")
+    for name in ("motor", "phase current (A)", "command (A)"):
+        table.add_column(name, justify="right")
+    for motor in metrics.motors:
+        names = scenario.motors[motor.motor]
+        table.add_row(motor.motor, f"{motor.peak_current:.2f}" if names.currents else "not recorded",
+                      f"{motor.peak_command:.2f}" if names.commands else "not recorded")
+    tables.append(table)
+    return tables
+
+
+def claim_table(results: Sequence[ClaimResult]) -> Table:
+    """Table of the thesis's claims with what was measured and the verdicts."""
+    table = Table(title="Claims of the thesis")
+    for name in ("claim", "source", "expected", "measured", "verdict"):
+        table.add_column(name)
+    for result in results:
+        claim = result.claim
+        note = f": {result.note}" if result.note else ""
+        table.add_row(*map(Text, (claim.text, claim.source, claim.criterion, result.measured_text)),
+                      Text.assemble((result.verdict, COLOURS[result.verdict]), note))
+    return table
+
+
+def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
+    """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
+    table = Table(Column("run", no_wrap=True), "outcome",
+                  *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
+                  title="Verdicts on the claims")
+    for result in results:
+        if result.failure is None and result.scenario.procedure is not None and not verdicts[result.scenario.name]:
+            continue   # dozens of short runs, of which only the procedure has claims
+        ended = short_outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
+        table.add_row(escape(result.scenario.name), escape(ended), *counted_cells(verdicts[result.scenario.name]))
+    table.add_section()
+    for found in outcomes:
+        table.add_row(escape(found.settings.name), counted(found.values, "value"),
+                      *counted_cells(verdicts[found.settings.name]))
+    table.add_section()
+    every = [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]
+    totals = count_verdicts([claim for name in every for claim in verdicts[name]])
+    procedures = counted(outcomes, "procedure") if outcomes else ""
+    table.add_row(f"{len(results)} runs", procedures, *(str(total) for total in totals.values()))
+    return table
+
+
+def count_verdicts(claims: Sequence[ClaimResult]) -> dict[Verdict, int]:
+    """Numbers of claims by verdict, also those that are 0."""
+    return {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in VERDICTS}
+
+
+def counted_cells(claims: Sequence[ClaimResult]) -> list[str]:
+    """Cells of the table of many runs with the numbers of claims by verdict."""
+    return [f"[{COLOURS[verdict]}]{count}[/]" if count else ""
+            for verdict, count in count_verdicts(claims).items()] if claims else ["no claims"]
+
+
+def counted(items: Sequence[object], noun: str) -> str:
+    """Number of items with the noun, such as "1 value"."""
+    return f"{len(items)} {noun}" if len(items) == 1 else f"{len(items)} {noun}s"
+
+
+def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
+    """Table of all claims in Markdown: run or procedure, claim, source, the thesis's value, ours, verdict."""
+    lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
+    for name in [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]:
+        for judged in verdicts[name]:
+            claim = judged.claim
+            verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
+            cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text,
+                     verdict)
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    every = [judged.verdict for claims in verdicts.values() for judged in claims]
+    counts = ", ".join(f"{every.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in every)
+    subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
+    return f"{len(every)} claims on {subjects}: {counts}.\n\n" + "\n".join(lines) + "\n"
+
+
+def outcome(metrics: Metrics) -> str:
+    """One line on whether the run held."""
+    events = []
+    if metrics.stop_contact is not None:
+        events.append(f"an end stop was touched at {metrics.stop_contact:.3f} s")
+    if metrics.tripped is not None:
+        events.append(f"the controller tripped at {metrics.tripped:.3f} s")
+    events += [f"largest error at the end {error}" for error in end_error(metrics)]
+    return ("failed" if metrics.failed else "held") + (": " if events else "") + ", ".join(events)
+
+
+def short_outcome(metrics: Metrics) -> str:
+    """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
+    events = [(time, words) for time, words in ((metrics.stop_contact, "stop"), (metrics.tripped, "trip"))
+              if time is not None]
+    first = [f"{words} at {time:.3f} s" for time, words in sorted(events)[:1]] or end_error(metrics)
+    return ("failed" if metrics.failed else "held") + "".join(f", {event}" for event in first)
+
+
+def end_error(metrics: Metrics) -> list[str]:
+    """The largest error at the end with its axis, if there are axes."""
+    worst = max(metrics.end_errors.items(), key=lambda item: item[1], default=None)
+    return [] if worst is None else [f"{length(worst[1])} on {worst[0]}"]
+
+
+def seconds(time: float) -> str:
+    """A settling time."""
+    return "not settled" if math.isinf(time) else f"{time:.2f} s"
+
+
+def length(value: float) -> str:
+    """A length in mm, or µm if it is small."""
+    return f"{to_unit(value, 'mm'):.3g} mm" if value >= 0.1e-3 else f"{to_unit(value, 'um'):.3g} µm"

@@ -1,0 +1,1 @@
+"""The TOML files: scenarios, signals, claims, procedures."""

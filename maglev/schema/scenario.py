@@ -1,0 +1,187 @@
+"""A scenario: which FMUs run together, on which references, and what is measured and claimed."""
+
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
+
+from maglev.errors import key_path, nearest
+from maglev.schema.claims import TRACKING_METRICS, Claim
+from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.signals import Signal
+from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
+from maglev.units import parse_quantity, read_quantity
+
+
+class StartValue(NamedTuple):
+    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text."""
+
+    value: float | int | bool
+    unit: str | None
+    written: float | int | bool | str
+
+
+def read_start_value(value: Any) -> StartValue:
+    """Read a Boolean, a number, or text with a unit."""
+    if isinstance(value, bool | int):
+        return StartValue(value, None, value)
+    return StartValue(*read_quantity(value), value)
+
+
+class RunOutput(Table):
+    """What an output, `fmu.variable`, of another run is at the end of that run."""
+
+    run: str
+    output: str
+
+
+class Fmu(Table):
+    """One FMU: a model that this project builds, or a file.
+
+    `start` has its start values by variable name, `start_from` those that are results of other runs, and `inputs` the
+    outputs, `fmu.variable`, that feed its inputs.
+    """
+
+    model: str | None = None
+    file: str | None = None
+    start: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
+    start_from: dict[str, RunOutput] = {}
+    inputs: dict[str, str] = {}
+
+    @model_validator(mode="after")
+    def one_source(self) -> "Fmu":
+        """Refuse an FMU that is neither or both."""
+        if (self.model is None) == (self.file is None):
+            raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
+        return self
+
+
+class Axis(Table):
+    """Names of the recorded variables of an axis, and whether it points along gravity."""
+
+    position: str
+    reference: str
+    vertical: StrictBool = False
+
+
+class Motor(Table):
+    """Names of the recorded currents of a motor."""
+
+    currents: list[str] = []
+    commands: list[str] = []
+
+
+class MetricSettings(Table):
+    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure."""
+
+    bands: list[Metres] = []
+    tracking_from: Seconds | None = None
+    fail_error: Metres = 1e-3
+
+
+class SignalTolerance(Table):
+    """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
+
+    absolute: Annotated[float, BeforeValidator(parse_quantity), Field(ge=0.0)] = 0.0
+    relative: Annotated[float, Field(ge=0.0)] = 0.0
+
+
+class CheckSettings(Table):
+    """Which signals a baseline holds, how often, and how closely a run must follow them."""
+
+    interval: Annotated[Seconds, Field(gt=0.0)] = 0.05
+    signals: dict[str, SignalTolerance] = {}
+
+
+class Scenario(Table):
+    """One experiment.
+
+    The FMUs are stepped in the order of `fmus`. All quantities are SI.
+    """
+
+    name: str
+    title: str
+    description: str = ""
+    figures: list[str] = []
+    stop_time: Annotated[Seconds, Field(gt=0.0)]
+    step: Annotated[Seconds, Field(gt=0.0)]
+    output_interval: Annotated[Seconds, Field(gt=0.0)]
+    fmus: dict[str, Fmu] = Field(min_length=1)
+    connections: list[tuple[str, str]] = []   # from an output to an input; see also `wires`
+    signals: list[Signal] = []
+    axes: dict[str, Axis] = {}
+    motors: dict[str, Motor] = {}
+    stop_flag: str | None = None
+    trip_flag: str | None = None
+    metrics: MetricSettings = MetricSettings()
+    check: CheckSettings = CheckSettings()
+    claims: list[Claim] = []
+    procedure: ProcedureSettings | None = None
+    _path: Path = PrivateAttr(default=Path("scenario"))
+
+    @model_validator(mode="before")
+    @classmethod
+    def output_every_step(cls, table: Any) -> Any:
+        """Without `output_interval`, record every communication step."""
+        if isinstance(table, dict) and "output_interval" not in table and "step" in table:
+            return {**table, "output_interval": table["step"]}
+        return table
+
+    @model_validator(mode="after")
+    def whole_steps(self) -> "Scenario":
+        """Refuse times that are not whole numbers of communication steps."""
+        for key in ("output_interval", "stop_time"):
+            steps = getattr(self, key) / self.step
+            if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+                raise key_refused(key, getattr(self, key), f"expected a multiple of step = {self.step} s")
+        return self
+
+    @model_validator(mode="after")
+    def judgeable_claims(self) -> "Scenario":
+        """Refuse a claim about an axis, motor or band that is not measured."""
+        for i, claim in enumerate(self.claims):
+            for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):
+                for name in names or ():
+                    if name not in known:
+                        raise key_refused(key, name, f"not in [{key}], nearest is {nearest(name, known)}", "claims", i)
+            if claim.band is not None and claim.band not in self.metrics.bands:
+                raise key_refused("band", claim.band, f"expected one of metrics.bands, {self.metrics.bands} m",
+                                  "claims", i)
+            if claim.metric in TRACKING_METRICS and self.metrics.tracking_from is None:
+                raise key_refused("metric", claim.metric, "expected metrics.tracking_from to be given", "claims", i)
+            if claim.than is None and claim.than_axis is not None and claim.than_axis not in self.axes:
+                raise key_refused("than_axis", claim.than_axis,
+                                  f"not in [axes], nearest is {nearest(claim.than_axis, self.axes)}", "claims", i)
+        return self
+
+    @property
+    def wires(self) -> dict[str, tuple[str, str]]:
+        """Connections from an output to an input, by their keys in the file: those in `connections` come first."""
+        own = {key_path(["fmus", name, "inputs", variable]): (source, f"{name}.{variable}")
+               for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items()}
+        return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
+
+    @property
+    def axis_names(self) -> set[str]:
+        """Names of the axes that are measured or that have start values: a run may measure none."""
+        return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
+
+    @property
+    def needs(self) -> set[str]:
+        """Names of the runs whose results this one starts from."""
+        return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
+
+    @property
+    def path(self) -> Path:
+        """The file the scenario was read from."""
+        return self._path
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps."""
+        return round(self.stop_time / self.step)
+
+    @property
+    def output_every(self) -> int:
+        """Number of communication steps between two recorded samples."""
+        return round(self.output_interval / self.step)

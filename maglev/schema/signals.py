@@ -1,0 +1,255 @@
+"""Reference signals of a scenario, with their analytic time derivatives.
+
+Only `math` is used, so that a signal is the same on every machine with the same C library. That goes for sums, too: the
+bare `sum` has compensated the rounding of floats since Python 3.12, and did not before.
+"""
+
+import csv
+import math
+from bisect import bisect_right
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+
+from maglev.errors import QuantityError, nearest, nearest_file
+from maglev.schema.toml_table import Seconds, Table, key_refused
+from maglev.units import parse_quantity, read_quantity, si_unit
+
+TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must not be missed by rounding
+
+Radians = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad"))]
+RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s"))]
+
+
+class SignalTable(Table):
+    """What all signals have: the inputs they feed, and a unit for plain numbers.
+
+    Text carries its own unit, of the same dimension. Without `unit` plain numbers are SI, and the first text
+    decides the dimension.
+    """
+
+    to: str
+    rate_to: str | None = None
+    unit: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def unit_of_text(cls, table: Any) -> Any:
+        """Without `unit`, use the SI unit of the first text among the values."""
+        if not isinstance(table, dict) or "unit" in table:
+            return table
+        for value in values_of(table):
+            if isinstance(value, str):
+                try:
+                    return {**table, "unit": si_unit(str(read_quantity(value).unit))}
+                except QuantityError:
+                    return table   # refused with its key when the field itself is read
+        return table
+
+    @field_validator("unit")
+    @classmethod
+    def known_unit(cls, unit: str | None) -> str | None:
+        """Refuse an unknown unit."""
+        if unit is not None:
+            si_unit(unit)
+        return unit
+
+
+class Constant(SignalTable):
+    """One value at all times."""
+
+    kind: Literal["constant"]
+    level: float = Field(alias="value")
+
+    @field_validator("level", mode="before")
+    @classmethod
+    def to_si(cls, value: Any, info: ValidationInfo) -> float:
+        """Convert to SI."""
+        return parse_quantity(value, info.data.get("unit"))
+
+    def value(self, t: float) -> float:
+        """Return the value at time t (s), SI."""
+        return self.level
+
+    def rate(self, t: float) -> float:
+        """Return the time derivative at time t (s), SI."""
+        return 0.0
+
+
+class Steps(SignalTable):
+    """Piecewise constant: values[i] from times[i] on, values[0] before."""
+
+    kind: Literal["steps"]
+    times: list[Seconds] = Field(min_length=1)
+    values: list[float]
+
+    @field_validator("values", mode="before")
+    @classmethod
+    def to_si(cls, values: Any, info: ValidationInfo) -> list[float]:
+        """Convert to SI."""
+        if not isinstance(values, list):
+            raise ValueError("expected a list of values")
+        return [entry_to_si(values[i], info.data.get("unit"), i) for i in range(len(values))]
+
+    @model_validator(mode="after")
+    def match_times(self) -> "Steps":
+        """Refuse times that do not ascend, and values that are not one for each time."""
+        for i, (earlier, later) in enumerate(pairwise(self.times)):
+            if later <= earlier:
+                raise key_refused(i + 1, later, f"expected ascending times, the one before is {earlier}", "times")
+        if len(self.values) != len(self.times):
+            raise key_refused("values", self.values,
+                              f"expected as many as times, {len(self.times)}, got {len(self.values)}")
+        return self
+
+    def value(self, t: float) -> float:
+        """Return the value at time t (s), SI."""
+        return self.values[max(bisect_right(self.times, t + TIME_TOLERANCE) - 1, 0)]
+
+    def rate(self, t: float) -> float:
+        """Return the time derivative at time t (s), SI: none, also at a step."""
+        return 0.0
+
+
+class Term(Table):
+    """One sinusoid: amplitude · sin(omega t + phase)."""
+
+    amplitude: float
+    omega: RadiansPerSecond
+    phase: Radians = 0.0
+
+
+class Sinusoids(SignalTable):
+    """Offset plus a sum of sinusoids, whose amplitude is ramped in by 3 s² − 2 s³, s = t/ramp."""
+
+    kind: Literal["sinusoids"]
+    offset: float = 0.0
+    terms: list[Term] = Field(min_length=1)
+    ramp: Annotated[Seconds, Field(ge=0.0)] = 0.0
+
+    @field_validator("offset", mode="before")
+    @classmethod
+    def offset_to_si(cls, value: Any, info: ValidationInfo) -> float:
+        """Convert to SI."""
+        return parse_quantity(value, info.data.get("unit"))
+
+    @field_validator("terms", mode="before")
+    @classmethod
+    def amplitudes_to_si(cls, terms: Any, info: ValidationInfo) -> Any:
+        """Convert the amplitudes, whose unit stands outside the terms, to SI."""
+        if not isinstance(terms, list):
+            raise ValueError("expected a list of terms")
+        return [{**terms[i], "amplitude": entry_to_si(terms[i]["amplitude"], info.data.get("unit"), i, "amplitude")}
+                if isinstance(terms[i], dict) and "amplitude" in terms[i] else terms[i] for i in range(len(terms))]
+
+    def value(self, t: float) -> float:
+        """Return the value at time t (s), SI."""
+        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
+        return self.offset + self.envelope(t) * oscillation
+
+    def rate(self, t: float) -> float:
+        """Return the time derivative at time t (s), SI."""
+        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
+        slope = math.fsum(term.amplitude * term.omega * math.cos(term.omega * t + term.phase) for term in self.terms)
+        return self.envelope_rate(t) * oscillation + self.envelope(t) * slope
+
+    def envelope(self, t: float) -> float:
+        """Return the factor on the amplitude at time t (s), 0 to 1."""
+        if t >= self.ramp:
+            return 1.0
+        s = max(t, 0.0) / self.ramp
+        return 3.0 * s**2 - 2.0 * s**3
+
+    def envelope_rate(self, t: float) -> float:
+        """Return the time derivative of the envelope at time t (s), 1/s."""
+        if t >= self.ramp:
+            return 0.0
+        s = max(t, 0.0) / self.ramp
+        return (6.0 * s - 6.0 * s**2) / self.ramp
+
+
+class Csv(SignalTable):
+    """A column of a CSV file over its first column, time in s: linear between rows, held beyond both ends."""
+
+    kind: Literal["csv"]
+    file: str
+    column: str
+    _times: list[float] = PrivateAttr()
+    _values: list[float] = PrivateAttr()
+
+    @model_validator(mode="after")
+    def read(self) -> "Csv":
+        """Read the file."""
+        try:
+            with Path(self.file).open(newline="", encoding="utf-8") as file:
+                rows = [row for row in csv.reader(file) if row]
+        except OSError as error:
+            expectation = f"cannot be read: {error.strerror}{nearest_file(Path(self.file))}"
+            raise key_refused("file", self.file, expectation) from None
+        except UnicodeDecodeError:
+            raise key_refused("file", self.file, "cannot be read: expected UTF-8 text") from None
+        if len(rows) < 2:
+            raise key_refused("file", self.file, "expected a header and at least one row")
+        header = [name.strip() for name in rows[0]]
+        if self.column not in header[1:]:
+            raise key_refused("column", self.column,
+                              f"no such column in {self.file}, nearest is {nearest(self.column, header[1:])}")
+        self._times = self.read_column(rows, 0)
+        self._values = [parse_quantity(value, self.unit) for value in self.read_column(rows, header.index(self.column))]
+        for i, (earlier, later) in enumerate(pairwise(self._times)):
+            if later <= earlier:
+                raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
+        return self
+
+    def read_column(self, rows: list[list[str]], column: int) -> list[float]:
+        """Return the numbers of a column."""
+        numbers = []
+        for i, row in enumerate(rows[1:], start=2):
+            text = row[column] if column < len(row) else ""
+            try:
+                numbers.append(float(text))
+            except ValueError:
+                numbers.append(math.nan)
+            if not math.isfinite(numbers[-1]):
+                raise key_refused("file", self.file,
+                                  f"row {i}, column {rows[0][column]!r} is {text!r}, expected a finite number")
+        return numbers
+
+    def value(self, t: float) -> float:
+        """Return the value at time t (s), SI."""
+        times, values = self._times, self._values
+        if t <= times[0]:
+            return values[0]
+        if t >= times[-1]:
+            return values[-1]
+        i = bisect_right(times, t) - 1
+        return values[i] + self.rate(t) * (t - times[i])
+
+    def rate(self, t: float) -> float:
+        """Return the slope at time t (s), SI; at a row that of the segment after it."""
+        times, values = self._times, self._values
+        if t < times[0] or t >= times[-1]:
+            return 0.0
+        i = bisect_right(times, t) - 1
+        return (values[i + 1] - values[i]) / (times[i + 1] - times[i])
+
+
+Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind")]
+
+
+def values_of(table: dict[str, Any]) -> list[Any]:
+    """Return all that `unit` applies to in the table of a signal."""
+    values = table.get("values")
+    terms = table.get("terms")
+    return [table.get("value"), table.get("offset"), *(values if isinstance(values, list) else []),
+            *(term.get("amplitude") for term in (terms if isinstance(terms, list) else []) if isinstance(term, dict))]
+
+
+def entry_to_si(value: object, unit: str | None, *keys: str | int) -> float:
+    """Convert an entry of a list to SI; a refusal names the keys below that list."""
+    try:
+        return parse_quantity(value, unit)
+    except QuantityError as error:
+        raise key_refused(keys[-1], value, str(error), *keys[:-1]) from None

@@ -1,0 +1,220 @@
+"""The command line as a user types it: results, one-line errors with exit code 2, and scripts."""
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+
+from estimator_fmu.estimator_2dof import Estimator2DOF
+from estimator_fmu.estimator_3dof import Estimator3DOF
+
+SCRIPTS = Path(__file__).parents[3] / "scenarios" / "scripts"
+
+SHORT = """
+extends = "{loop}"
+name = "short"
+title = "A short hold"
+stop_time = "20 ms"
+[[signals]]
+to = "controller.y.reference"
+kind = "constant"
+value = "25 mm"
+"""
+
+
+@pytest.fixture
+def short(tmp_path: Path) -> Path:
+    """A scenario of 100 communication steps."""
+    path = tmp_path / "short.toml"
+    loop = Path(__file__).parents[3] / "scenarios" / "loops" / "3dof.toml"
+    path.write_text(SHORT.format(loop=os.path.relpath(loop, tmp_path)))
+    return path
+
+
+def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "out"
+    result = maglev("run", short, "--fmus", fmus, "--out", out, "--plot")
+    assert result.exit_code == 0, result.output
+    with (out / "short.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert rows[0][0] == "time"
+    assert {"plant.y.position", "controller.alpha.i_d_cmd", "controller.y.reference"} <= set(rows[0])
+    assert all(len(row) == len(rows[0]) for row in rows)
+    assert float(rows[1][0]) == 0.0
+    assert float(rows[-1][0]) == pytest.approx(0.02)
+    assert float(rows[-1][rows[0].index("plant.y.position")]) == pytest.approx(0.025, abs=1e-4)
+    assert "held" in (out / "short.txt").read_text()
+    assert (out / "short.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_order_reaches_the_master(fmus: Path, short: Path, tmp_path: Path) -> None:
+    """In Jacobi order the stage's first step is one without current."""
+    first = {}
+    for order in ("sequential", "jacobi"):
+        result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / order, "--order", order)
+        assert result.exit_code == 0, result.output
+        with (tmp_path / order / "short.csv").open() as file:
+            first[order] = float(list(csv.DictReader(file))[1]["plant.y.velocity"])
+    assert first["jacobi"] > first["sequential"] + 1e-4   # m/s, downwards
+    assert maglev("run", short, "--fmus", fmus, "--order", "parallel").exit_code == 2
+
+
+def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
+    for mass, folder in (("6.9", "a"), ("9 kg", "b")):
+        result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / folder, "--set", f"plant.y.mass={mass}",
+                        "--set", "plant.y.friction.coulomb=50", "--set", "controller.antiwindup=False")
+        assert result.exit_code == 0, result.output
+    assert (tmp_path / "a" / "short.csv").read_text() != (tmp_path / "b" / "short.csv").read_text()
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--set", "plant.y.mas=1"], "y.mass"),
+    (["--set", "plnt.y.mass=1"], "nearest is 'plant'"),
+    (["--set", "plant.y.mass"], "expected FMU.variable=value"),
+    (["--set", "plant.y.mass=2 m"], "kg"),
+    (["--set", "plant.y.mass=heavy"], "heavy"),
+    (["--set", "plant.y.mass=-1"], "y.mass = -1.0 kg, expected a number from 0.001"),
+    (["--set", "plant.y.position_start=40 mm"], "y.position_start = 0.04 m, expected a place between the stops"),
+    (["--step", "0.15 ms"], "stop time = 0.02 s, expected a whole number of communication steps of 0.00015 s"),
+    (["--step", "1 ms"], "sample_time = 0.0002 s"),
+    (["--step", "-1"], "communication step = -1.0 s"),
+    (["--step", "abc"], "--step abc: 'abc' is not a quantity"),
+    (["--set", "controller.antiwindup=7"], "expected true or false"),
+    (["--set", "plant.y.mass=nan"], "expected a finite number"),
+    (["--set", "plant.y.encoder=1"], "expected parameter or input"),
+    (["--plant", "."], "there is no file ."),
+    (["--plant", "missing.fmu"], "there is no file missing.fmu"),
+    (["--fmus", "nowhere"], "`maglev build`")])
+def test_user_errors(fmus: Path, short: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    places = [] if "--fmus" in arguments else ["--fmus", fmus]
+    assert message in error_line(maglev("run", short, *places, "--out", tmp_path, *arguments))
+
+
+def test_controller_without_a_needed_port(fmus: Path, short: Path, tmp_path: Path) -> None:
+    line = error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path,
+                             "--controller", fmus / "Regulator2DOF.fmu"))
+    assert "controller" in line
+    assert "nearest" in line
+
+
+def test_failed_run_leaves_earlier_results_and_a_partial_one(fmus: Path, short: Path, tmp_path: Path) -> None:
+    assert maglev("run", short, "--fmus", fmus, "--out", tmp_path).exit_code == 0
+    before = (tmp_path / "short.csv").read_bytes()
+    # The stops off and a blow to the side: the mover leaves the range that the controller can be given.
+    line = error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--set", "plant.x.stop.stiffness=0",
+                             "--set", "plant.x.stop.damping=0", "--set", "plant.x.mass=0.001", "--set",
+                             "plant.x.force=1e5", "--set", "plant.x.friction.viscous=0"))
+    assert "x.measured = " in line
+    assert "expected a number from -10.0 to 10.0 m" in line
+    assert "Fatal py exception" not in line
+    assert "short.partial.csv" in line
+    assert (tmp_path / "short.csv").read_bytes() == before
+    partial = (tmp_path / "short.partial.csv").read_text().splitlines()
+    assert partial[0].startswith("time,")
+    assert len(partial) > 2
+
+
+def test_unknown_scenario_and_key(short: Path) -> None:
+    assert "3dof-setpoints" in error_line(maglev("run", "3dof-setpoint"))
+    short.write_text(short.read_text().replace("title =", "tittle ="))
+    line = error_line(maglev("run", short))
+    assert "tittle" in line
+    assert "title" in line
+    assert short.name in line
+
+
+def test_unknown_fmu(tmp_path: Path) -> None:
+    assert "nearest is 'Plant3DOF'" in error_line(maglev("build", "Plant3DOFF", "--fmus", tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
+                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr("maglev.cli.app.execute", lambda *_: pytest.fail("it ran"))
+    assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
+
+
+def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
+                                                            monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("maglev.report.plot.find_spec", lambda _: None)
+    monkeypatch.setattr("maglev.cli.app.execute", lambda *_: pytest.fail("it ran"))
+    assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
+
+
+def test_debug_shows_the_traceback(short: Path) -> None:
+    with pytest.raises(Exception, match="there is no file"):
+        maglev("run", short, "--fmus", "nowhere", "--debug")
+
+
+def test_build_and_list(tmp_path: Path) -> None:
+    result = maglev("build", "Plant2DOF", "--fmus", tmp_path)
+    assert result.exit_code == 0
+    assert (tmp_path / "Plant2DOF.fmu").is_file()
+    listed = maglev("list", "--fmus", tmp_path)
+    assert listed.exit_code == 0
+    assert "Regulator3DOF" in listed.output
+    assert "3dof-setpoints-improved" in listed.output
+
+
+def test_help_teaches() -> None:
+    assert maglev("--help").exit_code == 0
+    for command in ("run", "build", "report", "check"):
+        result = maglev(command, "--help")
+        assert result.exit_code == 0
+        assert f"maglev {command}" in result.output
+
+
+def run_script(name: str, fmus: Path, out: Path) -> None:
+    """Run a command line of the folder scripts, the result to a file."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run(["sh", str(SCRIPTS / name)], check=True, cwd=out.parent,
+                   env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path})
+
+
+@pytest.mark.parametrize("rig", ["2dof", "3dof"])
+def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, rig: str) -> None:
+    """Each FMU alone gives what the other one was recorded to get from it."""
+    results, given = {}, {}
+    for fmu in ("plant", "controller"):
+        out = tmp_path / f"{fmu}.csv"
+        run_script(f"{fmu}_{rig}.sh", fmus, out)
+        results[fmu] = np.genfromtxt(out, delimiter=",", names=True, dtype=float, deletechars="", usecols=range(9))
+        given[fmu] = np.genfromtxt(SCRIPTS / f"{fmu}_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
+    motor, axis = ("motor", "v") if rig == "2dof" else ("alpha", "y")
+    n = len(results["controller"]) - 1
+    assert n == round(0.25 / (0.5e-3 if rig == "2dof" else 0.2e-3))
+    commanded = results["controller"][f"{motor}.i_a_cmd"][1:]
+    assert np.array_equal(commanded, given["plant"][f"{motor}.i_a_cmd"][:n])
+    assert np.ptp(commanded) > 0.1
+    plant = np.genfromtxt(tmp_path / "plant.csv", delimiter=",", names=True, dtype=float, deletechars="")
+    # One encoder count: the replayed plant is open loop, so that a rounding error in fmpy's interpolation grows.
+    assert np.abs(plant[f"{axis}.encoder"][:n] - given["controller"][f"{axis}.measured"][:n]).max() < 1.01e-5
+
+
+@pytest.mark.parametrize(("rig", "block", "stop_time"), [("2dof", Estimator2DOF, 1.0), ("3dof", Estimator3DOF, 0.5)])
+def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
+                                   block: type[Estimator2DOF] | type[Estimator3DOF], stop_time: float) -> None:
+    """The FMU alone estimates what the block does from the same recording, and leaves its first guesses."""
+    run_script(f"estimator_{rig}.sh", fmus, tmp_path / "out.csv")
+    result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=None, deletechars="")
+    given = np.genfromtxt(SCRIPTS / f"estimator_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
+    estimator = block()
+    step = estimator.sample_time
+    assert len(result) - 1 == len(given) == round(stop_time / step)
+    estimator.start()
+    names = [name for name in result.dtype.names if name in ("C1", "C2", "C3", "C4", "C5")]
+    guesses = [getattr(estimator, name) for name in names]
+    for row, estimated in zip(given, result[1:], strict=True):
+        for name in given.dtype.names[1:]:
+            part, _, variable = name.partition(".")
+            setattr(getattr(estimator, part), variable, float(row[name]))
+        estimator.step(float(row["time"]), step)
+        assert [estimated[name] for name in names] == pytest.approx([getattr(estimator, name) for name in names])
+    assert all(abs(estimated[name] / guess - 1.0) > 0.1 for name, guess in zip(names, guesses, strict=True))

@@ -1,0 +1,99 @@
+"""`maglev identify` as a user types it, and its constants on the way back."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+from identification_data import flight
+
+from maglev.errors import IdentificationError
+from maglev.identification.model_file import model_settings
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """20 s of the real 2-DOF stage at 1 kHz."""
+    r = flight("2dof", "real").recording
+    path = tmp_path_factory.mktemp("data") / "mine.csv"
+    np.savetxt(path, np.column_stack([r.time, r.positions, r.i_d, r.i_q])[:40001:2], delimiter=",",
+               header="time,v,h,i_d,i_q", comments="", fmt="%.9g")
+    return path
+
+
+def test_identify(recording: Path, tmp_path: Path) -> None:
+    result = maglev("identify", recording, "--matched", "--epsilon", "10 ms", "--guess", "C1=9", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "warning: C4: cannot be identified" in result.output
+    assert "standard error" in result.output
+    table = tomllib.loads((tmp_path / "mine.identified.toml").read_text(encoding="utf-8"))
+    assert table["rig"] == "2dof"
+    assert table["plant"] == table["controller"]
+    assert table["plant"]["C2"] == pytest.approx(791.0, rel=0.05)
+    convergence = np.genfromtxt(tmp_path / "mine.convergence.csv", delimiter=",", names=True)
+    assert convergence["C1"][0] == 9.0
+    assert convergence["C2"][-1] == table["plant"]["C2"]
+    assert convergence.shape[0] < 3000
+    assert (tmp_path / "mine.convergence.png").is_file() or (tmp_path / "mine.convergence.html").is_file()
+    expected = [f"{participant}.C{k}={table[participant][f'C{k}']!r}" for participant in ("plant", "controller")
+                for k in (1, 2, 3, 4)]
+    assert model_settings(tmp_path / "mine.identified.toml", "2dof") == expected
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--method", "ful"], "method ful: expected one of reduced, full, fsdi; nearest is 'full'"),
+    (["--epsilon", "1 mm"], "--epsilon 1 mm: '1 mm' is in mm, expected a quantity in s"),
+    (["--epsilon", "0"], "epsilon = 0.0: expected a time above 0 s"),
+    (["--gamma", "1"], "gamma = 1.0: expected more than 1, such as 1.1"),
+    (["--guess", "D1=3"], "--guess D1=3: expected one of C1, C2, C3, C4 and a value, such as C1=10; nearest is 'C1'"),
+    (["--guess", "C1"], "--guess C1: expected one of C1, C2, C3, C4 and a value"),
+    (["--guess", "C1=3 A"], "--guess C1=3 A: '3 A' is in A, expected a quantity in 1"),
+    (["--rig", "3dof"], "no column y, expected y or plant.y")])
+def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    assert message in error_line(maglev("identify", recording, "--out", tmp_path, *arguments))
+
+
+def test_missing_recording(tmp_path: Path) -> None:
+    assert "cannot be read" in error_line(maglev("identify", tmp_path / "no.csv", "--out", tmp_path))
+
+
+def model(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "model.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("text", "settings"), [
+    ("[plant]\nC1 = 14.5\n", ["plant.C1=14.5"]),
+    ("[controller]\nC4 = 1\nC2 = 790\n", ["controller.C2=790.0", "controller.C4=1.0"]),
+    ("C1 = 3.0\n", ["plant.C1=3.0", "controller.C1=3.0"]),
+    ('rig = "2dof"\nC1 = 3.0\n[plant]\nC1 = 4.0\n', ["plant.C1=4.0", "controller.C1=3.0"])])
+def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
+    assert model_settings(model(tmp_path, text)) == settings
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "has no constants, expected C1 = … in [plant], in [controller] or for both"),
+    ("C1 = \n", "no TOML: "),
+    ("[plant]\nC9 = 1.0\n", "plant.C9: unknown key, nearest valid key is 'C"),
+    ("[plnt]\nC1 = 1.0\n", "plnt: unknown key, nearest valid key is 'plant'"),
+    ("plant = 3\n", "plant = 3: expected a table [plant]"),
+    ("[plant]\nC1 = 'x'\n", "plant.C1 = 'x': expected a number above 0"),
+    ("C1 = -1.0\n", "C1 = -1.0: expected a number above 0"),
+    ("C1 = true\n", "C1 = True: expected a number above 0"),
+    ("C1 = nan\n", "C1 = nan: expected a number above 0"),
+    ('rig = "5dof"\nC1 = 1.0\n', "rig = '5dof': expected one of 2dof, 3dof"),
+    ('rig = "2dof"\nC5 = 1.0\n', "C5: unknown key, nearest valid key is"),
+    ('rig = "2dof"\nC1 = 1.0\n', "rig = '2dof': expected constants of the rig 3dof")])
+def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
+    path = model(tmp_path, text)
+    with pytest.raises(IdentificationError) as refused:
+        model_settings(path, "3dof" if "rig 3dof" in message else None)
+    assert str(refused.value).startswith(f"{path}: {message}")
+
+
+def test_missing_model(tmp_path: Path) -> None:
+    model(tmp_path, "C1 = 1.0\n")
+    with pytest.raises(IdentificationError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
+        model_settings(tmp_path / "modle.toml")

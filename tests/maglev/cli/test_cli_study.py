@@ -1,0 +1,203 @@
+"""Commands about several runs: run with comparisons, report, and check with its exit codes."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from command_line import error_line, maglev
+from report_outcomes import outcome
+
+LOOPS = Path(__file__).parents[3] / "scenarios" / "loops"
+
+PAIR = """
+extends = "{loop}"
+name = "hold"
+title = "A short hold"
+stop_time = "50 ms"
+[metrics]
+tracking_from = "10 ms"
+[[signals]]
+to = "controller.v.reference"
+kind = "constant"
+value = "20 mm"
+[check]
+interval = "5 ms"
+[check.signals]
+"plant.v.position" = {{ absolute = "1 nm" }}
+[variants.ours]
+[[variants.ours.claims]]
+text = "Ours is better"
+source = "p. 1"
+metric = "tracking_mean"
+relation = "<"
+than = "hold-theirs"
+[variants.theirs]
+[variants.theirs.fmus.controller]
+model = "PID2DOF"
+"""
+
+
+@pytest.fixture
+def hold(tmp_path: Path) -> Path:
+    """A scenario of two variants of 100 communication steps."""
+    path = tmp_path / "hold.toml"
+    path.write_text(PAIR.format(loop=LOOPS / "2dof.toml"))
+    return path
+
+
+def test_run_of_several_tells_of_each(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path, "--jobs", "2")
+    assert result.exit_code == 0, result.output
+    for words in ("hold-ours", "hold-theirs", "2 runs", "no claims"):
+        assert words in result.output
+    for name in ("hold-ours.csv", "hold-ours.txt", "hold-theirs.csv", "hold-theirs.txt"):
+        assert (tmp_path / name).is_file()
+    claims = (tmp_path / "claims.md").read_text()
+    assert "| `hold-ours` | Ours is better | p. 1 | tracking mean < hold-theirs | " in claims
+
+
+def test_a_run_that_fails_is_told_of_and_the_others_stand(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    hold.write_text(hold.read_text() + '[variants.theirs.fmus.controller.start]\n"v.pole" = 5\n')
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "hold-theirs: " in result.stderr
+    assert "v.pole = 5.0" in result.stderr
+    assert "not run" in result.output
+    assert "hold" in (tmp_path / "hold-ours.txt").read_text()
+    assert "did not complete" in (tmp_path / "hold-theirs.txt").read_text()
+    assert not (tmp_path / "hold-theirs.csv").exists()
+    assert "not run" in (tmp_path / "claims.md").read_text()
+
+
+def test_with_another_fmu_nothing_is_compared(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    result = maglev("run", "2dof-step-1-linear", "--fmus", fmus, "--out", tmp_path, "--controller",
+                    fmus / "Regulator2DOF.fmu")
+    assert result.exit_code == 0, result.output
+    assert "has no controller.setpoint" in result.stderr
+    assert not (tmp_path / "2dof-step-1-nonlinear.csv").exists()
+    assert "not run" in result.output
+
+
+def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    pytest.importorskip("plotly")
+    result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "report.html").read_text()
+    assert "Ours is better" in page
+    assert (tmp_path / "hold-ours.csv").is_file()
+
+
+@pytest.fixture
+def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A procedure that every run belongs to."""
+    monkeypatch.setattr("maglev.cli.app.evaluate_all", lambda *_: [outcome()])
+
+
+def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    words = ("hold-ours", "2 runs", "1 procedure", "2dof-thrust: Thrust by parabolas", "Constants",
+             "note: C3 is not excited.", "The cogging force is 2 N", "results: ")
+    places = [result.output.index(text) for text in words]
+    assert places == sorted(places)
+    assert "2dof-thrust.curves.csv" in result.output.replace("\n", "")
+    text = (tmp_path / "2dof-thrust.txt").read_text()
+    assert text in result.output
+    assert (tmp_path / "2dof-thrust.curves.csv").read_text().startswith("figure,panel,curve,x,y\n4.9,")
+    claims = (tmp_path / "claims.md").read_text()
+    assert claims.startswith("2 claims on 2 runs and 1 procedure: ")
+    assert "| `2dof-thrust` | The cogging force is 2 N | p. 34, Fig. 4.9 | " in claims
+
+
+def test_a_single_run_tells_what_its_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    hold.write_text(hold.read_text().partition("[variants.ours]")[0])
+    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert result.output.index("hold: A short hold") < result.output.index("2dof-thrust: Thrust by parabolas")
+
+
+def test_report_shows_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    pytest.importorskip("plotly")
+    result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "report.html").read_text()
+    for text in ('id="figure-4-9-2dof-thrust"', "C3 is not excited.", "The cogging force is 2 N"):
+        assert text in page
+    assert "and 1 procedure: " in (tmp_path / "claims.md").read_text()
+
+
+def test_report_without_plotly_is_refused_before_the_runs(fmus: Path, hold: Path, tmp_path: Path,
+                                                           monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("maglev.report.page.find_spec", lambda _: None)
+    monkeypatch.setattr("maglev.cli.app.run_all", lambda *_: pytest.fail("it ran"))
+    assert "the report needs plotly" in error_line(maglev("report", hold, "--fmus", fmus, "--out", tmp_path))
+
+
+def check(hold: Path, fmus: Path, *arguments: str | Path) -> list[str | Path]:
+    return ["check", hold, "--fmus", fmus, "--baselines", hold.parent / "baselines", *arguments]
+
+
+def test_check_update_pass_and_deviate(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    missing = maglev(*check(hold, fmus))
+    assert missing.exit_code == 2
+    assert "hold-ours_ref.csv: there is no such file" in missing.output
+    new = maglev(*check(hold, fmus, "--update"))
+    assert new.exit_code == 0
+    assert "hold-ours: new, 2 signals at 11 samples to t = 0.05 s" in new.output
+    junit = tmp_path / "check.xml"
+    passed = maglev(*check(hold, fmus, "--junit", junit))
+    assert passed.exit_code == 0
+    assert passed.output.count(": passed, ") == 2
+    assert ElementTree.parse(junit).getroot().attrib["failures"] == "0"
+    deviated = maglev(*check(hold, fmus, "--junit", junit, "--set", "plant.v.mass=5"))
+    assert deviated.exit_code == 1
+    assert "hold-theirs: deviates first at t = 0.0" in deviated.output
+    assert "plant.v.position expected 0.0" in deviated.output
+    assert ElementTree.parse(junit).getroot().attrib["failures"] == "2"
+    moved = maglev(*check(hold, fmus, "--update", "--set", "plant.v.mass=5"))
+    assert moved.exit_code == 0
+    assert "plant.v.position moved by at most" in moved.output
+
+
+def test_check_of_another_controller(fmus: Path, hold: Path) -> None:
+    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+    result = maglev(*check(hold, fmus, "--controller", fmus / "PID2DOF.fmu"))
+    assert result.exit_code == 1
+    assert "hold-ours: deviates first" in result.output
+    assert "hold-theirs: passed" in result.output
+
+
+def test_check_refusals(fmus: Path, hold: Path) -> None:
+    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+    assert "--junit" in error_line(maglev(*check(hold, fmus, "--update", "--junit", "x.xml")))
+    assert "there is no scenario 'hold'" in error_line(maglev("check", "hold", "--fmus", fmus))
+    assert "there is no file missing.fmu" in error_line(maglev(*check(hold, fmus, "--plant", "missing.fmu")))
+    wrong = maglev(*check(hold, fmus, "--plant", fmus / "Plant3DOF.fmu"))
+    assert wrong.exit_code == 2
+    assert wrong.output.count("error: ") == 2
+    hold.write_text(hold.read_text().replace("[check.signals]", '[check.signals]\n"plant.v.positon" = {}'))
+    misspelt = maglev(*check(hold, fmus, "--update"))
+    assert misspelt.exit_code == 2
+    assert "nearest is 'v.position'" in misspelt.output
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "the file is empty"), ("time,plant.v.position\n0,x\n1,2\n", "expected a number"), ("\0", "hold-ours_ref.csv")])
+def test_a_corrupt_baseline_is_an_error(fmus: Path, hold: Path, text: str, message: str) -> None:
+    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+    (hold.parent / "baselines" / "hold-ours_ref.csv").write_text(text)
+    result = maglev(*check(hold, fmus))
+    assert result.exit_code == 2
+    assert message in result.output
+    assert "hold-theirs: passed" in result.output
+
+
+def test_a_model_goes_over_the_scenario_and_set_over_the_model(fmus: Path, hold: Path, tmp_path: Path) -> None:
+    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+    model = tmp_path / "model.toml"
+    model.write_text('rig = "2dof"\n[plant]\nC1 = 14.2\nC2 = 800.0\n[controller]\nC1 = 14.2\n')
+    deviated = maglev(*check(hold, fmus, "--model", model))
+    assert deviated.exit_code == 1
+    assert maglev(*check(hold, fmus, "--model", model, "--set", "plant.C2=791")).exit_code == 0
+    assert "expected constants of the rig 3dof" in error_line(maglev("run", "3dof-setpoints", "--model", model))
+    assert "expected runs of one rig" in error_line(maglev("run", "3dof-smooth", "2dof-smooth", "--model", model))

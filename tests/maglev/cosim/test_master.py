@@ -1,0 +1,144 @@
+"""The master: the sampled loop bit for bit, third-party FMUs, and refusals that lose nothing."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sampled_loop import AXES, MOTORS, PHASES, sampled_loop
+
+from maglev.cosim.master import Master, Participant, RunFailed
+from maglev.cosim.wiring import Order
+from maglev.errors import FmuError
+from maglev.experiment.preparation import prepare
+from maglev.schema.loading import load_scenario
+
+
+@pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
+                                  "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved",
+                                  "3dof-tracking-nonlinear", "3dof-smooth-linear", "3dof-smooth-scheduled",
+                                  "3dof-tracking-pid"])
+@pytest.mark.parametrize("order", ["sequential", "jacobi"])
+def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str, order: Order) -> None:
+    """1.5 s under every controller, the first step of the set-points included."""
+    scenario = load_scenario(name).model_copy(update={"stop_time": 1.5})
+    experiment = prepare(scenario, fmus, {}, [], order=order)
+    recording = experiment.run()
+    drives = experiment.drives(experiment.check())
+    names = [n for n in recording.columns if n not in drives]
+    assert len(names) == len(list(recording.columns)) - len(drives)
+    times = [k * scenario.step for k in range(scenario.steps)]
+    direct = sampled_loop(scenario, drives, names, times, [scenario.step] * len(times), order)
+    for n in names:
+        assert np.array_equal(recording.columns[n].astype(float).view(np.int64), direct[n].view(np.int64)), n
+    position = recording.columns[next(n for n in names if n.endswith(".position"))]
+    assert np.ptp(position) > 1e-4, "something has to move for this to mean anything"
+
+
+def three(fmus: Path) -> list[Participant]:
+    return [Participant("controller", fmus / "Regulator3DOF.fmu"), Participant("plant", fmus / "Plant3DOF.fmu"),
+            Participant("shadow", fmus / "Plant3DOF.fmu")]
+
+
+def loop_connections(to: str = "plant") -> list[tuple[str, str]]:
+    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in MOTORS["3dof"] for p in PHASES]
+    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in AXES["3dof"]]
+                       if to == "plant" else [])
+
+
+def test_three_fmus_one_output_to_two_inputs(fmus: Path) -> None:
+    with Master(three(fmus), [*loop_connections(), *loop_connections("shadow")], 2e-4) as master:
+        columns = master.run(0.2).columns
+    assert np.array_equal(columns["plant.y.position"], columns["shadow.y.position"])
+    assert np.ptp(columns["plant.y.position"]) > 0.0
+
+
+def test_shuffled_connections_give_the_same_run(fmus: Path) -> None:
+    results = []
+    for order in (1, -1):
+        with Master(three(fmus)[:2], loop_connections()[::order], 2e-4) as master:
+            results.append(master.run(0.1, {"controller.x.reference": [0.005] * 501}).columns)
+    for name, column in results[0].items():
+        assert np.array_equal(column, results[1][name]), name
+
+
+def test_step_below_the_sample_time(fmus: Path) -> None:
+    """At half the sample time the controller holds its commands over two communication steps."""
+    with Master(three(fmus)[:2], loop_connections(), 1e-4) as master:
+        columns = master.run(0.02, {"controller.x.reference": [0.005] * 201}).columns
+    commands = columns["controller.alpha.i_q_cmd"][1:]
+    assert np.array_equal(commands[0::2], commands[1::2])
+    assert len(set(commands)) > 50
+
+
+def test_refused_step_keeps_the_recording(fmus: Path) -> None:
+    reference = [0.0] * 100 + [math.nan] * 401
+    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master, pytest.raises(RunFailed) as failure:
+        master.run(0.1, {"controller.x.reference": reference})
+    assert "t = 0.02 s" in str(failure.value)
+    assert "x.reference = nan m" in str(failure.value)
+    recording = failure.value.recording
+    assert len(recording.time) == 101
+    assert np.isfinite(recording.columns["plant.y.position"]).all()
+    assert recording.columns["plant.y.position"][-1] != 0.0
+
+
+def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
+    """Between two reports of progress as well."""
+    calls = 0
+
+    def interrupt(*_: object) -> int:
+        nonlocal calls
+        calls += 1
+        if calls == 124:
+            raise KeyboardInterrupt
+        return 0
+
+    with Master(three(fmus)[:2], loop_connections(), 2e-4) as master:
+        master.components["controller"].do_step = interrupt
+        with pytest.raises(RunFailed, match=r"at t = 0\.0246 s: interrupted") as failure:
+            master.run(0.1)
+    assert len(failure.value.recording.time) == 124
+    assert failure.value.recording.columns["plant.y.position"][-1] != 0.0
+
+
+@pytest.mark.parametrize(("connections", "drives", "message"), [
+    ([("plant.y.encoder", "controller.y.measurd")], {}, "no variable y.measurd; nearest is 'y.measured'"),
+    ([("plnt.y.encoder", "controller.y.measured")], {}, "there is no FMU plnt"),
+    ([("plant.y.force", "controller.y.measured")], {}, "plant.y.force is of causality input, expected an output"),
+    ([("plant.at_stop", "controller.y.measured")], {}, "differ in type"),
+    ([("plant.y.encoder", "controller.y.measured")] * 2, {}, "two sources"),
+    ([("plant.y.encoder", "controller.y.measured")], {"controller.y.measured": [0.0] * 6}, "two sources"),
+    ([], {"controller.y.reference": [0.0] * 5}, "5 values, expected 6")])
+def test_wrong_wiring(fmus: Path, connections: list[tuple[str, str]], drives: dict[str, list[float]],
+                      message: str) -> None:
+    with Master(three(fmus)[:2], connections, 2e-4) as master, pytest.raises(FmuError, match=message):
+        master.run(0.001, drives)
+
+
+@pytest.mark.parametrize(("start", "message"), [({"y.mas": 1.0}, "no variable y.mas; nearest is 'y.mass'"),
+                                                ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001")])
+def test_wrong_start_value(fmus: Path, start: dict[str, float], message: str) -> None:
+    plant = Participant("plant", fmus / "Plant3DOF.fmu", start)
+    with Master([plant], [], 2e-4) as master, pytest.raises(FmuError, match=message):
+        master.run(0.001)
+
+
+def test_stop_time_that_is_no_whole_number_of_steps(fmus: Path) -> None:
+    with Master(three(fmus)[:2], [], 2e-4) as master, pytest.raises(FmuError, match=r"stop time = 0\.0003 s"):
+        master.run(0.0003)
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-4, math.nan, math.inf])
+def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
+    with pytest.raises(FmuError, match="communication step"):
+        Master(three(fmus)[:2], [], step)
+
+
+def test_file_that_is_no_fmu(tmp_path: Path) -> None:
+    path = tmp_path / "Plant.fmu"
+    with pytest.raises(FmuError, match="there is no file"):
+        Master([Participant("plant", path)], [], 1e-3)
+    path.write_bytes(b"not a zip")
+    with pytest.raises(FmuError, match="cannot be read as an FMU"):
+        Master([Participant("plant", path)], [], 1e-3)

@@ -1,0 +1,67 @@
+"""Many runs at once: each stands for itself, and comparative claims see the others."""
+
+from pathlib import Path
+
+import pytest
+
+from maglev.errors import ScenarioError
+from maglev.experiment.execution import execute_all, judge_all
+from maglev.experiment.preparation import prepare
+from maglev.experiment.selection import compared, select
+from maglev.schema.loading import load_runs, load_scenario, packaged_runs
+
+SHORT = {"stop_time": 0.2}   # s
+
+
+def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
+    good, other = (load_scenario(name).model_copy(update=SHORT)
+                   for name in ("2dof-smooth-nonlinear", "2dof-smooth-pid"))
+    failing = good.model_copy(update={"name": "failing"})
+    dead = good.model_copy(update={"name": "dead"})
+    experiments = [prepare(good, fmus, {}, []), prepare(failing, fmus, {}, ["plant.v.mass=-1"]),
+                   prepare(dead, tmp_path / "nowhere", {}, []), prepare(other, fmus, {}, [])]
+    reports: list[tuple[str, int, int]] = []
+    results = execute_all(experiments, tmp_path, 2, lambda *report: reports.append(report))
+    assert [result.scenario.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
+                                                           "2dof-smooth-pid"]
+    assert [result.failure is None for result in results] == [True, False, False, True]
+    assert "v.mass = -1.0 kg" in str(results[1].failure)
+    assert "maglev build" in str(results[2].failure)
+    assert len(results[0].time) == 201
+    assert results[0].time[-1] == pytest.approx(0.2)
+    assert len(results[1].time) == 0
+    assert (tmp_path / "2dof-smooth-pid.csv").is_file()
+    assert not (tmp_path / "failing.csv").exists()
+    assert {name for name, done, steps in reports if done == steps} == {result.scenario.name for result in results}
+
+
+def test_selection() -> None:
+    assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"], False)] == [
+        "2dof-step-1-nonlinear", "2dof-step-1-linear", "3dof-setpoints"]
+    assert {run.name for run in select([], True)} == set(packaged_runs())
+    with pytest.raises(ScenarioError, match="--all and 3dof-setpoints: expected one"):
+        select(["3dof-setpoints"], True)
+    with pytest.raises(ScenarioError, match="expected the name of a scenario, or --all"):
+        select([], False)
+
+
+def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("a.toml", "b.toml")]
+    for path in paths:
+        path.write_text('name = "same"\ntitle = "A"\nstep = 1\nstop_time = 1\n[fmus.plant]\nmodel = "Plant2DOF"\n')
+    with pytest.raises(ScenarioError, match="b.toml: name = 'same': expected another one than that of .*a.toml"):
+        select([str(path) for path in paths], False)
+
+
+def test_what_claims_compare_with_is_run_as_well() -> None:
+    linear = [load_scenario("2dof-step-1-linear")]
+    assert [run.name for run in compared(linear)] == ["2dof-step-1-nonlinear"]
+    assert compared(load_runs("2dof-step-1")) == []
+    assert [run.name for run in compared(load_runs("3dof-setpoints-improved"))] == ["3dof-setpoints"]
+
+
+def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
+    runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_runs("2dof-step-1")]
+    verdicts = judge_all(execute_all(runs, tmp_path, 2, lambda *_: None))
+    assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear"]
+    assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}

@@ -1,0 +1,121 @@
+"""Signals on tunable parameters: constants of the plant that change while it moves."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maglev.cosim.master import Master, Participant
+from maglev.errors import FmuError, ScenarioError
+from maglev.experiment.preparation import prepare
+from maglev.schema.loading import load_scenario
+from maglev.schema.scenario import Scenario
+from maglev.schema.toml_table import PACKAGED
+from pmlsm.gap_functions import gap_functions
+
+DT = 0.5e-3   # s
+GAP = 0.02    # m
+
+# Brackets hold the air gap, and nothing but the motor moves the mover.
+DRIVE = """
+extends = ["{folder}/loops/2dof-drive.toml", "{folder}/effects/2dof-none.toml"]
+name = "drive"
+title = "Drive"
+stop_time = "20 ms"
+[fmus.controller.start]
+"motor.i_q_reference" = "-2 A"
+[fmus.plant.start]
+"v.locked" = true
+"v.position_start" = "20 mm"
+"motor.amplifier.lag" = 0
+"encoder.resolution" = 0
+"""
+STEP = """
+[[signals]]
+to = "plant.{name}"
+kind = "steps"
+times = {times}
+values = {values}
+"""
+
+
+@pytest.fixture(params=["fmus", "native_fmus"], ids=["python", "native"])
+def either(request: pytest.FixtureRequest) -> Path:
+    """Folder with every FMU, once for each kind."""
+    folder: Path = request.getfixturevalue(request.param)
+    return folder
+
+
+def drive(folder: Path, *steps: str) -> Scenario:
+    path = folder / "drive.toml"
+    path.write_text(DRIVE.format(folder=PACKAGED) + "".join(steps))
+    return load_scenario(path)
+
+
+def accelerations(scenario: Scenario, fmus: Path) -> np.ndarray:
+    """Mean acceleration of the mover over each communication step, m/s²."""
+    return np.diff(prepare(scenario, fmus, {}, []).run().columns["plant.h.velocity"]) / DT
+
+
+def test_thrust_changes_with_the_constant_at_that_time(either: Path, tmp_path: Path) -> None:
+    """h'' = −C1 f1 i_q, (4.3)."""
+    scenario = drive(tmp_path, STEP.format(name="C1", times="[0, 0.01, 0.015]", values="[14.2, 11.36, 28.4]"))
+    expected = -np.repeat([14.2, 11.36, 28.4], [20, 10, 10]) * gap_functions(GAP)[0] * -2.0
+    # Between two samples the mover leaves the place that the currents are commutated for: 0.3 m/s for 0.5 ms are
+    # 0.01 rad of a pole pitch, and the cosine of that is 1 to 5e-5.
+    assert accelerations(scenario, either) == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_first_value_goes_before_the_start_value(fmus: Path, tmp_path: Path) -> None:
+    made = drive(tmp_path, STEP.format(name="C1", times="[0]", values="[7.1]"))
+    halved = accelerations(made, fmus)
+    assert halved == pytest.approx(0.5 * accelerations(drive(tmp_path), fmus), rel=1e-4)
+
+
+def test_mass_of_an_axis_with_its_unit(either: Path, tmp_path: Path) -> None:
+    """C1 makes the thrust an acceleration: the mass matters to friction alone, here 100 N s/m for 20 ms."""
+    text = '"h.friction.viscous" = 100\n' + STEP.format(name="h.mass", times="[0]", values='["{} kg"]')
+    light, heavy = (prepare(drive(tmp_path, text.format(mass)), either, {}, []).run().columns["plant.h.velocity"]
+                    for mass in (1, 1000))
+    assert light[-1] < 0.5 * heavy[-1]
+
+
+@pytest.mark.parametrize(("name", "values", "expected"), [
+    ("v.stop.lower", "[0.01, 0.02]", "signals[0].to = 'plant.v.stop.lower': 'v.stop.lower' is a fixed parameter, "
+                                     "expected an input or a tunable parameter"),
+    ("h.position_start", "[0.01, 0.02]", "'h.position_start' is a fixed parameter"),
+    ("v.locked", "[0, 1]", "'v.locked' is Boolean, expected Real"),
+    ("C9", "[1, 2]", "plant has no input or parameter 'C9'"),
+    ("h.position", "[1, 2]", "'h.position' is of causality output, expected input or parameter"),
+    ("h.mass", '["1 m", "2 m"]', "m given, expected a quantity in kg"),
+    ("motor.i_a_cmd", "[1, 2]", "the input is fed by fmus.plant.inputs")])
+def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, name: str, values: str,
+                                                   expected: str) -> None:
+    scenario = drive(tmp_path, STEP.format(name=name, times="[0, 0.01]", values=values))
+    with pytest.raises(ScenarioError) as caught:
+        prepare(scenario, fmus, {}, []).check()
+    assert expected in str(caught.value)
+    assert str(scenario.path) in str(caught.value)
+
+
+def test_a_parameter_has_no_rate_and_one_source(fmus: Path, tmp_path: Path) -> None:
+    step = STEP.format(name="C1", times="[0]", values="[14]")
+    with pytest.raises(ScenarioError, match="fed by signals.0..to already"):
+        prepare(drive(tmp_path, step, step), fmus, {}, []).check()
+    rated = step.replace('to = "plant.C1"', 'to = "plant.C1"\nrate_to = "plant.C2"')
+    with pytest.raises(ScenarioError, match="rate_to = 'plant.C2': 'C2' is of causality parameter, expected input"):
+        prepare(drive(tmp_path, rated), fmus, {}, []).check()
+
+
+def test_connections_need_inputs(fmus: Path, tmp_path: Path) -> None:
+    """Also where nothing was checked before."""
+    wired = drive(tmp_path, '[fmus.plant.inputs]\nC1 = "controller.motor.i_q_cmd"\n')
+    with pytest.raises(ScenarioError, match=r"fmus.plant.inputs.C1 = .*'C1' is of causality parameter, expected input"):
+        prepare(wired, fmus, {}, []).check()
+    participants = [Participant(name, fmus / f"{fmu.model}.fmu") for name, fmu in wired.fmus.items()]
+    with (Master(participants, [("controller.motor.i_q_cmd", "plant.C1")], DT) as master,
+          pytest.raises(FmuError, match="plant.C1 is of causality parameter, expected an input$")):
+        master.run(0.01)
+    with Master(participants, [], DT) as master:
+        columns = master.run(0.01, {"plant.C1": [14.0] * 21}).columns
+    assert set(columns["plant.C1"]) == {14.0}, "what drives a parameter is recorded, as of an input"

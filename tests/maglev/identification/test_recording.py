@@ -1,0 +1,179 @@
+"""Reading recordings: what columns may be called, and every file that is refused."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maglev.csv_table import read_csv
+from maglev.errors import IdentificationError
+from maglev.identification.identify import identify
+from maglev.identification.recording import read_recording
+from pmlsm.dq_transform import phase_currents
+
+N, DT = 4001, 0.5e-3
+Table = dict[str, np.ndarray]
+
+
+def good() -> Table:
+    t = DT * np.arange(N)
+    return {"time": t, "v": 0.02 + 2e-3 * np.sin(6.0 * t), "h": 0.01 * np.sin(9.0 * t),
+            "i_d": np.cos(5.0 * t), "i_q": 0.5 * np.sin(9.0 * t)}
+
+
+def write(path: Path, table: Table) -> Path:
+    np.savetxt(path, np.column_stack(list(table.values())), delimiter=",", header=",".join(table), comments="",
+               fmt="%.15g")
+    return path
+
+
+def refusal(path: Path, rig: str | None = None) -> str:
+    with pytest.raises(IdentificationError) as refused:
+        read_recording(path, rig)
+    message = str(refused.value)
+    assert "\n" not in message
+    return message
+
+
+def test_plain_columns(tmp_path: Path) -> None:
+    found = read_recording(write(tmp_path / "a.csv", good()))
+    assert found.rig.name == "2dof"
+    assert found.dt == pytest.approx(DT)
+    assert found.positions[:, 1] == pytest.approx(good()["h"], abs=1e-14)
+    assert found.i_q[:, 0] == pytest.approx(good()["i_q"], abs=1e-14)
+
+
+def test_three_phases_are_transformed_at_the_measured_displacement(tmp_path: Path) -> None:
+    table = good()
+    phases = np.array([phase_currents(d, q, h) for d, q, h in zip(table["i_d"], table["i_q"], table["h"], strict=True)])
+    renamed = {"time": table["time"], "v": table["v"], "h": table["h"],
+               **{f"i_{phase}": phases[:, k] + 0.3 for k, phase in enumerate("abc")}}   # a common part makes no force
+    found = read_recording(write(tmp_path / "a.csv", renamed))
+    assert found.i_d[:, 0] == pytest.approx(table["i_d"], abs=1e-12)
+    assert found.i_q[:, 0] == pytest.approx(table["i_q"], abs=1e-12)
+
+
+def test_results_of_this_project_with_a_shorter_last_step(tmp_path: Path) -> None:
+    table = good()
+    table["time"][-1] -= 0.5 * DT
+    names = {"v": "plant.v.encoder", "h": "plant.h.encoder", "i_d": "plant.motor.i_d", "i_q": "plant.motor.i_q"}
+    renamed = {names.get(name, name): values for name, values in table.items()}
+    found = read_recording(write(tmp_path / "a.csv", {**renamed, "plant.v.position": 0.0 * table["v"]}))
+    assert len(found.time) == N - 1
+    assert found.positions[:, 0] == pytest.approx(table["v"][:-1])
+
+
+def test_3dof_columns(tmp_path: Path) -> None:
+    table = good()
+    three = {"time": table["time"], "y": table["v"], "x": table["h"], "z": -table["h"], "alpha.i_d": table["i_d"],
+             "alpha.i_q": table["i_q"], "beta.i_d": table["i_d"], "beta.i_q": 2.0 * table["i_q"]}
+    found = read_recording(write(tmp_path / "a.csv", three))
+    assert found.rig.name == "3dof"
+    assert found.i_q[:, 1] == pytest.approx(2.0 * table["i_q"])
+    assert refusal(tmp_path / "a.csv", "2dof").endswith(
+        "no column v, expected v or plant.v or v.encoder or plant.v.encoder or v.measured or plant.v.measured or "
+        "v.position or plant.v.position; nearest is 'z'")
+    assert "--rig 4dof: expected one of 2dof, 3dof" in refusal(tmp_path / "a.csv", "4dof")
+
+
+def put(column: str, row: int, value: float) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        table[column][row] = value
+    return change
+
+
+def scale(column: str, by: float) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        table[column] = by * table[column]
+    return change
+
+
+def cut(rows: int) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        for name in table:
+            table[name] = table[name][:rows]
+    return change
+
+
+def rename(old: str, new: str) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
+        table[new] = table.pop(old)
+    return change
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (cut(1000), "0.4995 s of data in 1000 rows, expected 1.0 s or more"),
+    (put("time", 100, 0.0495), "row 102, column time is 0.0495, expected more than 0.0495, the time of the row before"),
+    (put("time", 100, 0.04), "row 102, column time is 0.04, expected more than 0.0495"),
+    (put("time", 100, 0.0501), "row 102, column time is 0.0501, expected 0.05 ± 1% of the sample time 0.0005 s"),
+    (put("i_q", 7, float("nan")), "row 9, column i_q is 'nan', expected a finite number"),
+    (put("h", 7, float("inf")), "row 9, column h is 'inf', expected a finite number"),
+    (scale("time", 1e3), "has a sample every 0.5 s, expected every 0.005 s or more often, looks like ms"),
+    (scale("v", 1e3), "row 2, column v is 20, expected an air gap in m, such as 0.020: looks like mm"),
+    (scale("v", 1e6), "row 2, column v is 20000, expected an air gap in m, such as 0.020: looks like µm"),
+    (scale("h", 1e3), "expected -0.5 to 0.5 m: looks like mm"),
+    (scale("i_d", 1e3), "row 2, column i_d is 1000, expected a current within ±100.0 A: looks like mA"),
+    (put("v", 50, 0.05), "row 52, column v is 0.05, expected 0.008 to 0.04 m"),
+    (rename("i_q", "iq"), "no column i_q, expected i_d and i_q or i_a, i_b and i_c of motor motor; nearest is 'iq'"),
+    (rename("h", "hh"), "no column h, expected h or plant.h or"),
+    (rename("time", "tme"), "no column time, expected time or t; nearest is 'tme'")])
+def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: str) -> None:
+    table = good()
+    change(table)
+    path = write(tmp_path / "mine.csv", table)
+    told = refusal(path)
+    assert told.startswith(f"{path}: ")
+    assert message in told
+
+
+@pytest.mark.parametrize(("content", "message"), [
+    (b"", "is empty, expected a CSV file"),
+    (b"PK\x03\x04\0\0binary", "no text, expected a CSV file"),
+    (b"\xff\xfe1,2\n", "no text, expected a CSV file"),
+    (b"time;v;h;i_d;i_q\n0;1;2;3;4\n", "has columns separated by ';', expected"),
+    (b"0.0,0.02,0.0,1.0,0.0\n", "row 1 is numbers, expected the names of the columns"),
+    (b"time,v,h,i_d,i_q\n", "has a header only, expected rows of numbers"),
+    (b"time,v,v,i_d,i_q\n0,1,2,3,4\n", "row 1 has the column 'v' 2 times, expected it once"),
+    (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); its columns are"),
+    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of both rigs, expected --rig 2dof or --rig 3dof")])
+def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_bytes(content)
+    told = refusal(path)
+    assert told.startswith(f"{path}: ")
+    assert message in told
+
+
+@pytest.mark.parametrize(("rows", "field"), [("0,abc,1\n1,2,3\n", "row 2, column h is 'abc'"),
+                                             ("0,1,2\n1\n", "row 3, column h is ''"),
+                                             ("0,1,2\n1,,2\n", "row 3, column h is ''")])
+def test_fields_that_are_no_numbers(tmp_path: Path, rows: str, field: str) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_text("time,h,i_q\n" + rows, encoding="utf-8")
+    with pytest.raises(IdentificationError) as refused:
+        read_csv(path).column("h")
+    assert str(refused.value) == f"{path}: {field}, expected a finite number"
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    write(tmp_path / "mine.csv", good())
+    assert refusal(tmp_path / "mien.csv").endswith("cannot be read: No such file or directory, nearest is 'mine.csv'")
+    assert "cannot be read" in refusal(tmp_path)
+
+
+def test_nothing_moves(tmp_path: Path) -> None:
+    table = {name: values if name == "time" else np.full(N, values[0] + 0.001) for name, values in good().items()}
+    with pytest.raises(IdentificationError) as refused:
+        identify(read_recording(write(tmp_path / "a.csv", table)))
+    assert str(refused.value).startswith("no axis is excited: they move over v 0 mm, h 0 mm, expected motion")
+
+
+def test_one_axis_moves(tmp_path: Path) -> None:
+    table = good()
+    table["v"] = np.full(N, 0.02)
+    table["i_d"] = np.zeros(N)
+    found = identify(read_recording(write(tmp_path / "a.csv", table)))
+    assert "C2, C3, C4: cannot be identified, for nothing in this recording of axis v tells them" in found.warnings[0]
+    assert np.isinf(found.standard_error["C3"])
+    assert np.isfinite(found.standard_error["C1"])

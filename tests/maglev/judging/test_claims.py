@@ -1,0 +1,115 @@
+import math
+
+import pytest
+from pydantic import ValidationError
+
+from maglev.errors import MeasurementError
+from maglev.judging.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
+from maglev.judging.verdicts import judge
+from maglev.schema.claims import Claim
+
+
+def step(axis="y", settling=2.0, overshoot=0.2, error=1e-5):
+    return StepResponse(axis, 1.0, 0.0, 0.01, {1e-4: settling}, overshoot, error)
+
+
+METRICS = Metrics(
+    steps=(step(settling=2.0), step(settling=4.0, overshoot=0.32), step("x", settling=math.inf)),
+    tracking=(TrackingError("y", 0.0592e-3, 0.2e-3, 1.0), TrackingError("x", 0.127e-3, 0.4e-3, 2.0)),
+    motors=(MotorCurrents("alpha", 5.0, 1.0, 6.0, 2.0), MotorCurrents("beta", 4.0, 1.5, 7.0, 1.0)),
+    end_errors={"y": 0.0, "x": 0.0}, stop_contact=None, tripped=3.0, failed=True)
+
+
+def claim(**table):
+    return Claim.model_validate({"text": "a claim", "source": "p. 1", **table})
+
+
+def verdict(**table):
+    result = judge(claim(**table), METRICS)
+    return result.verdict, result.measured
+
+
+SETTLING = {"metric": "settling_time", "band": "0.1 mm"}
+
+
+@pytest.mark.parametrize(("table", "expected"), [
+    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, ("reproduced", 4.0)),
+    ({**SETTLING, "axis": "y", "relation": "<", "target": 3.8}, ("within 10 %", 4.0)),
+    ({**SETTLING, "axis": "y", "relation": "<", "target": 3.0}, ("not reproduced", 4.0)),
+    ({**SETTLING, "axis": "y", "relation": "<", "target": 3.0, "over": "any"}, ("reproduced", 2.0)),
+    ({**SETTLING, "relation": "<", "target": 5}, ("not reproduced", math.inf)),
+    ({**SETTLING, "axis": "x", "relation": ">", "target": 5}, ("reproduced", math.inf)),
+    ({**SETTLING, "relation": ">", "target": 5, "over": "any"}, ("reproduced", math.inf)),
+    ({**SETTLING, "relation": ">", "target": 5}, ("not reproduced", 2.0)),
+    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, ("within 10 %", 0.32)),
+    ({"metric": "steady_state_error", "relation": "<", "target": "0.1 mm"}, ("reproduced", 1e-5)),
+    ({"metric": "tracking_mean", "axes": ["y"], "relation": "about", "target": "0.059 mm", "digits": 2},
+     ("reproduced", 0.0592e-3)),
+    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
+     ("within 10 %", 0.127e-3)),
+    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.11 mm", "digits": 2},
+     ("not reproduced", 0.127e-3)),
+    ({"metric": "tracking_peak", "axis": "x", "relation": "about", "target": "0.4 mm", "digits": 1},
+     ("reproduced", 0.4e-3)),
+    ({"metric": "tracking_settling", "relation": "<", "target": 3}, ("reproduced", 2.0)),
+    ({"metric": "peak_current", "relation": "<", "target": "9 A"}, ("reproduced", 5.0)),
+    ({"metric": "peak_command", "motor": "alpha", "relation": "<", "target": "6.5 A"}, ("reproduced", 6.0)),
+    ({"metric": "mean_current", "motors": ["beta"], "relation": ">", "target": 1}, ("reproduced", 1.5)),
+    ({"metric": "mean_command", "relation": "<", "target": 1, "over": "any"}, ("within 10 %", 1.0)),
+    ({"metric": "stop_contact", "relation": "is", "target": False}, ("reproduced", False)),
+    ({"metric": "tripped", "relation": "is", "target": True}, ("reproduced", True)),
+    ({"metric": "failed", "relation": "is", "target": False}, ("not reproduced", True)),
+    ({"not_testable": "needs the rig"}, ("not testable", None))])
+def test_verdicts(table, expected):
+    assert verdict(**table) == expected
+
+
+@pytest.mark.parametrize(("value", "reproduced"), [
+    (0.1149e-3, True), (0.115e-3, True), (0.1051e-3, True), (0.105e-3, True), (0.1151e-3, False), (0.1049e-3, False)])
+def test_about_means_rounding_to_the_printed_digits(value, reproduced):
+    about = claim(metric="tracking_mean", relation="about", target="0.11 mm", digits=2)
+    metrics = Metrics((), (TrackingError("y", value, value, 0.0),), (), {}, None, None, False)
+    assert (judge(about, metrics).verdict == "reproduced") is reproduced
+
+
+@pytest.mark.parametrize(("table", "text", "criterion"), [
+    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time to 0.1 mm < 5 s"),
+    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time to 0.1 mm < 5 s"),
+    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "overshoot < 30 %"),
+    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
+     "0.127 mm", "tracking mean about 0.12 mm"),
+    ({"metric": "failed", "relation": "is", "target": False}, "yes", "failed is no"),
+    ({"not_testable": "needs the rig"}, "", "")])
+def test_texts(table, text, criterion):
+    result = judge(claim(**table), METRICS)
+    assert (result.measured_text, result.claim.criterion) == (text, criterion)
+
+
+def test_a_run_without_the_metric_is_refused():
+    empty = Metrics((), (), (), {}, None, None, False)
+    with pytest.raises(MeasurementError, match="'a claim': the run has no overshoot"):
+        judge(claim(metric="overshoot", relation="<", target="30 %"), empty)
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ({}, ["metric", "not_testable"]),
+    ({"not_testable": "why", "metric": "failed", "relation": "is", "target": True}, ["not_testable", "got both"]),
+    ({"metric": "overshoots"}, ["metric", "'overshoot'"]),
+    ({"metric": "overshoot", "target": 1}, ["relation", "required"]),
+    ({"metric": "overshoot", "relation": "<"}, ["target", "required"]),
+    ({"metric": "overshoot", "relation": "about", "target": 1}, ["digits", "required"]),
+    ({"metric": "settling_time", "relation": "<", "target": 1}, ["band", "required"]),
+    ({"metric": "overshoot", "relation": "<", "target": 1, "band": 1}, ["band", "no meaning"]),
+    ({"metric": "overshoot", "relation": "<", "target": 1, "motor": "alpha"}, ["motors", "no meaning"]),
+    ({"metric": "failed", "relation": "is", "target": True, "axis": "y"}, ["axes", "no meaning"]),
+    ({"metric": "overshoot", "relation": "is", "target": 1}, ["relation", "about"]),
+    ({"metric": "failed", "relation": "<", "target": True}, ["relation", "expected is"]),
+    ({"metric": "failed", "relation": "is", "target": 1}, ["target", "true or false"]),
+    ({"metric": "overshoot", "relation": "<", "target": "3 s"}, ["target", "3 s"]),
+    ({"metric": "overshoot", "relation": "<", "target": 1, "axis": "y", "axes": ["y"]}, ["axis", "got both"]),
+    ({"metric": "overshoot", "relation": "<", "target": 1, "axi": "y"}, ["axi", "nearest valid key is 'ax"])])
+def test_incomplete_claims_are_refused(table, words):
+    with pytest.raises(ValidationError) as refusal:
+        claim(**table)
+    message = str(refusal.value.errors()[0])
+    assert all(word in message for word in words)

@@ -1,0 +1,117 @@
+"""Verdicts on claims that compare two runs, or two axes of one."""
+
+import math
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from maglev.errors import MeasurementError
+from maglev.judging.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
+from maglev.judging.verdicts import ClaimResult, judge
+from maglev.schema.claims import Claim
+
+
+def claim(**table: Any) -> Claim:
+    return Claim.model_validate({"text": "a claim", "source": "p. 1", **table})
+
+
+def run(settling: dict[str, tuple[float, ...]], tracking: float = 1e-3, **values: Any) -> Metrics:
+    """A run with a settling time (s) for each step of each axis, one step a second."""
+    steps = tuple(StepResponse(axis, float(k), 0.0, 0.01, {1e-4: time}, time / 10.0, 0.0)
+                  for axis, times in settling.items() for k, time in enumerate(times))
+    rest = {"motors": (MotorCurrents("alpha", 5.0, 1.0, 6.0, 2.0),), "end_errors": {}, "stop_contact": None,
+            "tripped": None, "failed": False, **values}
+    return Metrics(steps, (TrackingError("y", tracking, 2.0 * tracking, 1.0),), **rest)
+
+
+SLOW = run({"y": (4.0, 2.0), "x": (3.0, 3.0)})
+FAST = run({"y": (2.0, 3.0), "x": (1.0, 1.0)}, tracking=0.1e-3)
+SETTLING = {"metric": "settling_time", "band": "0.1 mm", "than": "fast"}
+
+
+def judged(metrics: Metrics | None = SLOW, **table: Any) -> ClaimResult:
+    return judge(claim(**table), metrics, {"fast": FAST, "dead": None})
+
+
+@pytest.mark.parametrize(("table", "expected"), [
+    # Of all steps the second of y decides, where the slow run is the faster.
+    ({**SETTLING, "relation": ">"}, ("not reproduced", 2.0, 3.0)),
+    ({**SETTLING, "relation": ">", "over": "any"}, ("reproduced", 3.0, 1.0)),
+    ({**SETTLING, "relation": ">", "over": "mean"}, ("reproduced", 3.0, 1.75)),
+    ({**SETTLING, "relation": "<", "over": "mean"}, ("not reproduced", 3.0, 1.75)),
+    ({**SETTLING, "relation": ">", "axis": "x"}, ("reproduced", 3.0, 1.0)),
+    ({**SETTLING, "relation": ">", "axis": "x", "factor": 3.0}, ("within 10 %", 3.0, 1.0)),
+    ({**SETTLING, "relation": ">", "axis": "x", "factor": 3.2}, ("within 10 %", 3.0, 1.0)),
+    ({**SETTLING, "relation": ">", "axis": "x", "factor": 3.5}, ("not reproduced", 3.0, 1.0)),
+    ({"metric": "overshoot", "relation": ">", "axis": "y", "than_axis": "x", "over": "any"}, ("reproduced", 0.4, 0.3)),
+    ({"metric": "tracking_mean", "relation": ">", "factor": 9.0, "than": "fast"}, ("reproduced", 1e-3, 0.1e-3)),
+    ({"metric": "tracking_mean", "relation": "<", "axis": "y", "than": "fast", "than_axis": "y"},
+     ("not reproduced", 1e-3, 0.1e-3)),
+    ({"metric": "peak_current", "relation": "<", "than": "fast"}, ("not reproduced", 5.0, 5.0)),
+    ({"metric": "overshoot", "relation": "<", "than": "dead"}, ("not run", None, None)),
+    ({"metric": "overshoot", "relation": "<", "than": "absent"}, ("not run", None, None))])
+def test_comparisons(table: dict[str, Any], expected: tuple[Any, ...]) -> None:
+    result = judged(**table)
+    measured, against = expected[1:]
+    assert result.verdict == expected[0]
+    assert result.measured == (None if measured is None else pytest.approx(measured))
+    assert result.against == (None if against is None else pytest.approx(against))
+
+
+def test_a_run_that_did_not_complete_is_not_judged() -> None:
+    result = judged(None, metric="failed", relation="is", target=True)
+    assert (result.verdict, result.measured_text, result.note) == ("not run", "", "")
+
+
+def test_never_settled_against_settled() -> None:
+    never = run({"y": (math.inf, math.inf)})
+    assert judged(never, **SETTLING, relation=">").verdict == "reproduced"
+    assert judged(never, **SETTLING, relation="<").verdict == "not reproduced"
+    both = judge(claim(**{**SETTLING, "than": "never"}, relation=">"), never, {"never": never})
+    assert both.verdict == "not reproduced", "equal is not more"
+    assert both.measured_text == "not settled against not settled"
+
+
+def test_trips_and_lost_setpoints() -> None:
+    tripped = run({"y": (1.0,)}, tripped=5.4, failed=True, lost=(("y", 1.0), ("y", 6.0)))
+    table = {"metric": "trip_time", "relation": "about", "target": "5.5 s", "digits": 2}
+    assert judged(tripped, **table).verdict == "within 10 %"
+    assert judged(SLOW, **table).measured_text == "never"
+    table = {"metric": "lost_setpoints", "relation": ">", "target": 1}
+    assert judged(tripped, **table).verdict == "reproduced"
+    assert judged(tripped, **table).measured_text == "2"
+    assert judged(SLOW, **table).verdict == "not reproduced"
+
+
+def test_nothing_at_the_same_place_is_refused() -> None:
+    with pytest.raises(MeasurementError, match="fast has no overshoot at the same place"):
+        judged(run({"z": (1.0,)}), metric="overshoot", relation="<", than="fast")
+
+
+def test_reason_is_shown_where_it_is_needed() -> None:
+    table = {"metric": "overshoot", "relation": "<", "than": "fast", "over": "mean", "reason": "why"}
+    assert judged(**table).note == "why"
+    assert judged(**{**table, "relation": ">"}).note == ""
+
+
+@pytest.mark.parametrize(("table", "text"), [
+    ({"metric": "overshoot", "relation": "<", "than": "fast"}, "overshoot < fast"),
+    ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0.5}, "overshoot < 0.5 × fast"),
+    ({"metric": "overshoot", "axis": "y", "relation": ">", "than_axis": "x"}, "overshoot > x"),
+    ({"metric": "overshoot", "axis": "y", "relation": ">", "than": "fast", "than_axis": "x"}, "overshoot > x of fast")])
+def test_criteria(table: dict[str, Any], text: str) -> None:
+    assert claim(**table).criterion == text
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ({"metric": "failed", "relation": "is", "than": "fast"}, ["than", "a number"]),
+    ({"metric": "overshoot", "relation": "<", "than": "fast", "target": 1}, ["target", "no meaning"]),
+    ({"metric": "overshoot", "relation": "about", "than": "fast", "digits": 1}, ["relation", "expected < or >"]),
+    ({"metric": "peak_current", "relation": "<", "than": "fast", "than_axis": "x"}, ["than_axis", "no meaning"]),
+    ({"metric": "overshoot", "relation": "<", "target": 1, "factor": 2.0}, ["factor", "no meaning"]),
+    ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0}, ["factor", "greater than 0"])])
+def test_refusals(table: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(ValidationError) as refusal:
+        claim(**table)
+    assert all(word in str(refusal.value.errors()[0]) for word in words)

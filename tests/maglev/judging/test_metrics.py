@@ -1,0 +1,143 @@
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.errors import MeasurementError
+from maglev.judging.metrics import evaluate, settling_time, step_samples
+
+TIME = np.arange(0, 10001) * 1e-3
+
+
+def scenario(**changes):
+    return SimpleNamespace(**{
+        "axes": {"y": SimpleNamespace(position="plant.y.position", reference="controller.y.reference")},
+        "motors": {}, "stop_flag": None, "trip_flag": None,
+        "metrics": SimpleNamespace(bands=[1e-4, 1e-5], tracking_from=None, fail_error=1e-3), **changes})
+
+
+def step_at_1_s(start, target):
+    return np.where(TIME >= 1.0, target, start)
+
+
+def second_order(start, target, omega, zeta):
+    """Response of omega²/(s² + 2 zeta omega s + omega²) to a step at 1 s."""
+    t = np.maximum(TIME - 1.0, 0.0)
+    damped = omega * math.sqrt(1.0 - zeta**2)
+    rest = np.exp(-zeta * omega * t) * (np.cos(damped * t) + zeta * omega / damped * np.sin(damped * t))
+    return target - (target - start) * rest
+
+
+@given(st.floats(0.2, 0.8), st.floats(5.0, 20.0), st.sampled_from([(0.025, 0.027), (0.03, 0.01), (0.0, -0.015)]))
+def test_second_order_step(zeta, omega, ends):
+    start, target = ends
+    metrics = evaluate(scenario(), TIME, {"plant.y.position": second_order(start, target, omega, zeta),
+                                          "controller.y.reference": step_at_1_s(start, target)})
+    (step,) = metrics.steps
+    assert (step.axis, step.time, step.start, step.target) == ("y", 1.0, start, target)
+    assert step.overshoot == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), rel=5e-3)
+    # The envelope of the error bounds the settling time from above, one half period less from below.
+    for band, settling in step.settling.items():
+        envelope = math.log(abs(target - start) / (band * math.sqrt(1.0 - zeta**2))) / (zeta * omega)
+        half_period = math.pi / (omega * math.sqrt(1.0 - zeta**2))
+        assert envelope - half_period - 2e-3 <= settling <= envelope + 2e-3
+    assert not metrics.failed
+
+
+def test_first_order_settles_when_it_says():
+    position = 0.02 + 0.01 * (1.0 - np.exp(-5.0 * np.maximum(TIME - 1.0, 0.0)))
+    metrics = evaluate(scenario(), TIME, {"plant.y.position": position,
+                                          "controller.y.reference": step_at_1_s(0.02, 0.03)})
+    (step,) = metrics.steps
+    assert step.settling[1e-4] == pytest.approx(math.log(100.0) / 5.0, abs=1.5e-3)
+    assert step.settling[1e-5] == pytest.approx(math.log(1000.0) / 5.0, abs=1.5e-3)
+    assert step.overshoot == 0.0
+    assert step.steady_state_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_settling_time_of_the_last_sample_outside_is_infinite():
+    time = np.array([0.0, 1.0, 2.0])
+    assert settling_time(time, np.array([2.0, -1.0, 1.5]), 1.0) == math.inf
+    assert settling_time(time, np.array([2.0, -1.5, 1.0]), 1.0) == 1.0
+    assert settling_time(time, np.array([1.0, 1.0, 1.0]), 1.0) == 0.0
+
+
+def test_window_ends_at_the_next_step_of_any_axis():
+    axes = {axis: SimpleNamespace(position=f"{axis}.p", reference=f"{axis}.r") for axis in ("y", "x")}
+    columns = {"y.r": np.where(TIME >= 1.0, 2e-3, 0.0), "x.r": np.where(TIME >= 4.0, 3e-3, 0.0)}
+    columns["y.p"] = np.where((TIME >= 2.0) & (TIME < 4.0), 2e-3, 0.0)   # leaves its reference when x steps
+    columns["x.p"] = np.where(TIME >= 5.0, 3e-3, 0.0)
+    y, x = evaluate(scenario(axes=axes), TIME, columns).steps
+    assert (y.axis, y.time, x.axis, x.time) == ("y", 1.0, "x", 4.0)
+    assert y.settling[1e-4] == pytest.approx(0.999)
+    assert y.steady_state_error == 0.0
+    assert x.settling[1e-4] == pytest.approx(0.999)
+
+
+def test_a_moving_reference_has_no_steps():
+    assert step_samples(np.sin(TIME)) == []
+    assert step_samples(np.array([0.0, 1.0])) == [1]
+    assert step_samples(np.array([0.0, 0.0, 1.0, 1.0, 0.0])) == [2, 4]
+    assert step_samples(np.array([0.0, 1.0, 2.0, 2.0])) == []
+
+
+def test_tracking():
+    reference = np.sin(TIME)
+    error = np.where(TIME < 3.0, 0.5, 0.0) + 0.1 * np.sign(np.sin(20.0 * TIME))
+    settings = SimpleNamespace(bands=[], tracking_from=5.0, fail_error=1.0)
+    (tracking,) = evaluate(scenario(metrics=settings), TIME, {
+        "plant.y.position": reference + error, "controller.y.reference": reference}).tracking
+    assert tracking.mean == pytest.approx(0.1, rel=1e-2)
+    assert tracking.peak == pytest.approx(0.1)
+    assert tracking.settling == pytest.approx(2.999)
+
+
+def test_tracking_from_beyond_the_end_is_refused():
+    settings = SimpleNamespace(bands=[], tracking_from=11.0, fail_error=1.0)
+    with pytest.raises(MeasurementError, match=r"ends at 10.0 s.*tracking_from = 11.0 s"):
+        evaluate(scenario(metrics=settings), TIME, hold())
+
+
+def hold(**changes):
+    return {"plant.y.position": np.zeros_like(TIME), "controller.y.reference": np.zeros_like(TIME), **changes}
+
+
+def test_currents_are_absolute():
+    motors = {"alpha": SimpleNamespace(currents=["i_a", "i_b"], commands=["i_d"])}
+    metrics = evaluate(scenario(motors=motors), TIME, hold(
+        i_a=np.full_like(TIME, 1.0), i_b=np.where(TIME > 5.0, -3.0, 0.0), i_d=np.full_like(TIME, -2.0)))
+    (motor,) = metrics.motors
+    assert (motor.motor, motor.peak_current, motor.peak_command, motor.mean_command) == ("alpha", 3.0, 2.0, 2.0)
+    assert motor.mean_current == pytest.approx(1.5, abs=1e-3)
+
+
+def test_failure():
+    flags = {"stop_flag": "at_stop", "trip_flag": "tripped"}
+    never = np.zeros(len(TIME), dtype=np.int32)
+    late = (TIME >= 7.0).astype(np.int32)
+    quiet = evaluate(scenario(**flags), TIME, hold(at_stop=never, tripped=never))
+    assert (quiet.stop_contact, quiet.tripped, quiet.failed) == (None, None, False)
+    stopped = evaluate(scenario(**flags), TIME, hold(at_stop=late, tripped=never))
+    assert (stopped.stop_contact, stopped.tripped, stopped.failed) == (7.0, None, True)
+    tripped = evaluate(scenario(**flags), TIME, hold(at_stop=never, tripped=late))
+    assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
+    lost = evaluate(scenario(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
+    assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
+
+
+@pytest.mark.parametrize(("columns", "words"), [
+    ({"plant.y.positio": TIME, "controller.y.reference": TIME}, ["missing", "'plant.y.position'", "'plant.y.positio'"]),
+    (hold(**{"plant.y.position": TIME[:5]}), ["plant.y.position", "(5,)", "(10001,)"]),
+    (hold(**{"plant.y.position": np.where(TIME == 2.0, np.nan, 0.0)}), ["plant.y.position", "finite", "2000"])])
+def test_bad_columns_are_refused(columns, words):
+    with pytest.raises(MeasurementError) as refusal:
+        evaluate(scenario(), TIME, columns)
+    assert all(word in str(refusal.value) for word in words)
+
+
+def test_no_samples_are_refused():
+    with pytest.raises(MeasurementError, match="at least one sample"):
+        evaluate(scenario(), np.array([]), {})

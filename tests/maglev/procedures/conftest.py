@@ -1,0 +1,123 @@
+"""Results of packaged runs that nobody simulated, with columns whose content is known."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller_fmu.linearisation import equilibrium_current
+from maglev.build import definition
+from maglev.experiment.execution import RunResult
+from maglev.schema.loading import load_scenario
+from maglev.schema.scenario import Scenario
+from pmlsm.gap_functions import gap_functions
+
+Flown = Callable[..., RunResult]
+
+CONSTANTS = {"2dof": {"C1": 13.0, "C2": 800.0, "C3": 31.5, "C4": 0.1},
+             "3dof": {"C1": 0.6, "C2": 0.8, "C3": 330.0, "C4": 8.6, "C5": 0.005}}
+MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
+
+
+@cache
+def parameters(scenario_name: str) -> dict[str, float]:
+    """Every Real parameter of a packaged run, by the blocks of its FMUs."""
+    found = {}
+    for name, fmu in load_scenario(scenario_name).fmus.items():
+        made = definition(str(fmu.model))
+        block = made.new_block()
+        for variable in made.variables:
+            value = fmu.start[variable.name].value if variable.name in fmu.start else attrgetter(variable.name)(block)
+            if variable.causality == "parameter" and not isinstance(value, bool):
+                found[f"{name}.{variable.name}"] = float(value)
+    return found
+
+
+def estimators_of(scenario: Scenario) -> list[str]:
+    return [name for name, fmu in scenario.fmus.items() if str(fmu.model).startswith("Estimator")]
+
+
+def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
+              estimates: Mapping[str, Mapping[str, Any]] | None = None) -> RunResult:
+    """A completed run of the package.
+
+    Columns of the plant are named without "plant."; a number is one value at all times. Estimates are by name of the
+    estimator; those that are not given have `CONSTANTS`.
+    """
+    scenario = load_scenario(name)
+    full = {f"plant.{column}": values for column, values in columns.items()}
+    for estimator in estimators_of(scenario):
+        constants = {**CONSTANTS[name[:4]], **(estimates or {}).get(estimator, {})}
+        full |= {f"{estimator}.{constant}": value for constant, value in constants.items()}
+    drives = {signal.to: np.array([signal.value(t) for t in time.tolist()]) for signal in scenario.signals}
+    arrays = {column: np.broadcast_to(np.asarray(values, dtype=float), time.shape)
+              for column, values in {**full, **drives}.items()}
+    return RunResult(scenario, time, arrays, ends={column: float(values[-1]) for column, values in arrays.items()},
+                     parameters=dict(parameters(name)))
+
+
+def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -> RunResult:
+    """The run that holds one air gap after the other, with exact currents by `CONSTANTS`; errors in A and m.
+
+    For two thirds of the time at each air gap the mover and its current are elsewhere.
+    """
+    name = f"{rig}-equilibrium-currents"
+    time = 5e-3 * np.arange(round(load_scenario(name).stop_time / 5e-3) + 1)
+    (signal,) = load_scenario(name).signals
+    asked = np.array([signal.value(t) for t in time.tolist()])
+    constants = list(CONSTANTS[rig].values())[-3:]
+    motors = 1.0 if rig == "2dof" else 4.0
+    held = {gap: equilibrium_current(*(motors * value for value in constants), gap + gap_error)[0]
+            for gap in set(asked.tolist())}
+    currents = np.array([held[gap] for gap in asked.tolist()])
+    moving = (time % 3.0 < 1.95) & (time < time[-1])
+    position = asked + gap_error + np.where(moving, 3e-3, 0.0)
+    i_d = currents + current_error + np.where(moving, 2.0, 0.0)
+    axis = "v" if rig == "2dof" else "y"
+    return result_of(name, time, {f"{axis}.encoder": position, **{f"{motor}.i_d": i_d for motor in MOTORS[rig]}})
+
+
+def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunResult:
+    """A parabola of each axis, x(t) = x(0) − ½ n L i_q t², with estimates that agree with L."""
+    scenario = load_scenario(name)
+    rig = name[:4]
+    vertical, motors, drives = (("v", 1.0, {"h": ("motor", "C1", -0.05, -0.5)}) if rig == "2dof" else
+                                ("y", 2.0, {"x": ("alpha", "C1", -0.06, -3.0), "z": ("beta", "C2", -0.06, -3.0)}))
+    gap = float(scenario.fmus["plant"].start[f"{vertical}.position_start"].value)
+    time = scenario.step * np.arange(rows)
+    columns: dict[str, Any] = {f"{vertical}.encoder": gap}
+    estimates = {}
+    for axis, (motor, constant, start, i_q) in drives.items():
+        thrust = thrusts.get(axis, 0.0)
+        columns[f"{axis}.encoder"] = start - 0.5 * motors * thrust * i_q * time**2 if thrust else np.zeros(rows)
+        columns[f"{motor}.i_q"] = i_q if thrust else 0.0
+        columns[f"{motor}.i_d"] = 0.0
+        estimates[constant] = thrust / gap_functions(gap)[0] if thrust else 0.1
+    return result_of(name, time, columns, dict.fromkeys(estimators_of(scenario), estimates))
+
+
+@pytest.fixture
+def flown() -> Flown:
+    """Function that makes a run of the package; see `result_of`."""
+    return result_of
+
+
+@pytest.fixture
+def staircase() -> Flown:
+    """Function that makes a run of equilibria; see `staircase_of`."""
+    return staircase_of
+
+
+@pytest.fixture
+def drive() -> Flown:
+    """Function that makes a run of parabolas; see `drive_of`."""
+    return drive_of
+
+
+@pytest.fixture
+def constants() -> dict[str, dict[str, float]]:
+    """Estimates of the runs where a test gives no others, by rig."""
+    return CONSTANTS

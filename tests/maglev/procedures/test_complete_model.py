@@ -1,0 +1,130 @@
+"""Procedure 4: the model beside the rig, on a flight of the blocks and motions that differ from it by known shares."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from identification_data import Data, record
+
+from maglev.experiment.execution import RunResult
+from maglev.identification.estimators import estimate
+from maglev.identification.identify import default_guess
+from maglev.identification.rigs import regressors
+from maglev.identification.velocity import observed
+from maglev.procedures.evaluate import evaluate_all
+from maglev.procedures.outcome import Outcome
+from pmlsm.gap_functions import gap_functions
+
+Flown = Callable[..., RunResult]
+Constants = dict[str, dict[str, float]]
+
+DT = 1e-3   # s, as results of the 2-DOF rig are written
+
+
+@pytest.fixture(scope="module")
+def flight() -> Data:
+    """Three seconds of the ideal 2-DOF stage, excited."""
+    return record("2dof", 3.0, DT)
+
+
+def columns_of(data: Data) -> dict[str, Any]:
+    recording = data.recording
+    found: dict[str, Any] = {"motor.i_d": recording.i_d[:, 0], "motor.i_q": recording.i_q[:, 0]}
+    for k, axis in enumerate(recording.rig.axes):
+        found |= {f"{axis}.encoder": recording.positions[:, k], f"{axis}.position": recording.positions[:, k],
+                  f"{axis}.velocity": data.velocity[:, k]}
+    return found
+
+
+@pytest.fixture
+def rig(flown: Flown, flight: Data) -> RunResult:
+    """The run of the rig, with estimates of `CONSTANTS`."""
+    return flown("2dof-identification-rig", flight.recording.time, columns_of(flight))
+
+
+def model_of(flown: Flown, data: Data, rows: int, shares: Mapping[str, float]) -> RunResult:
+    """A model whose motion about the mean of the rig is larger by a share; a column without one is the rig's."""
+    columns = {name: values[:rows] + shares.get(name, 0.0) * (values[:rows] - values[:rows].mean())
+               for name, values in columns_of(data).items()}
+    return flown("2dof-identification-model", data.recording.time[:rows], columns)
+
+
+def outcome_of(*results: RunResult) -> Outcome:
+    (found,) = [each for each in evaluate_all(results) if each.settings.kind == "identification"]
+    return found
+
+
+def deviations(outcome: Outcome) -> dict[str, float]:
+    return {f"{found.axis}.{found.name.partition('_')[0]}": found.value for found in outcome.values
+            if found.name.endswith("_deviation")}
+
+
+@pytest.mark.parametrize("rows", [3000, 1200])
+def test_a_model_that_flies_as_the_rig_deviates_by_nothing(flown: Flown, flight: Data, rig: RunResult,
+                                                           rows: int) -> None:
+    """Also where it flew for less time."""
+    found = outcome_of(rig, model_of(flown, flight, rows, {}))
+    assert deviations(found) == dict.fromkeys(("v.position", "v.speed", "h.position", "h.speed"), 0.0)
+    assert found.runs == ("2dof-identification-rig", "2dof-identification-model")
+
+
+@pytest.mark.parametrize("rows", [3000, 1200])
+def test_a_model_that_moves_further_by_a_share_deviates_by_that(flown: Flown, flight: Data, rig: RunResult,
+                                                                rows: int) -> None:
+    model = model_of(flown, flight, rows, {"v.position": 0.03, "h.position": -0.02, "h.velocity": 0.5})
+    assert deviations(outcome_of(rig, model)) == pytest.approx(
+        {"v.position": 0.03, "v.speed": 0.0, "h.position": 0.02, "h.speed": 0.5}, rel=1e-9, abs=1e-12)
+
+
+def test_a_constant_offset_counts(flown: Flown, flight: Data, rig: RunResult) -> None:
+    """Of a millimetre, beside the standard deviation of the rig's motion."""
+    model = model_of(flown, flight, 3000, {})
+    position = np.array(model.columns["plant.v.position"])
+    moved = replace(model, columns={**model.columns, "plant.v.position": position + 1e-3})
+    assert deviations(outcome_of(rig, moved))["v.position"] == pytest.approx(1e-3 / position.std())
+
+
+def test_constants_with_every_epsilon(rig: RunResult, constants: Constants) -> None:
+    found = outcome_of(replace(rig, ends={**rig.ends, "estimator_1ms.C4": 0.25}))
+    values = {(each.constant, each.epsilon): each.value for each in found.values}
+    expected = {(name, epsilon): value for name, value in constants["2dof"].items() for epsilon in (0.001, 0.01, 0.05)}
+    assert values == {**expected, ("C4", 0.001): 0.25}
+    assert found.tables[0].title.startswith("Table 4.3: ")
+
+
+def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, flight: Data) -> None:
+    """The three estimators of chapter 3, from the guesses of the estimator FMU."""
+    table = outcome_of(rig).tables[1]
+    assert table.header[0] == "constant"
+    assert set(table.header[1:4]) == {"reduced", "full", "fsdi"}
+    recording = flight.recording
+    rows = regressors(recording.rig, recording.positions, recording.i_d, recording.i_q,
+                      observed(recording.positions, recording.dt))
+    for method in ("reduced", "full", "fsdi"):
+        final = estimate(method, rows, recording.time, default_guess(recording.rig), 0.01).final
+        place = table.header.index(method)
+        assert [row[place] for row in table.rows] == [f"{final[row[0]]:.5g}" for row in table.rows]
+    assert [row[0] for row in table.rows] == ["C1", "C2", "C3", "C4"]
+
+
+def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, staircase: Flown, drive: Flown,
+                                                             constants: Constants) -> None:
+    parabolas = [drive(f"2dof-parabolas-{gap}mm", {"h": 14.0 * gap_functions(1e-3 * gap)[0]}) for gap in (15, 20)]
+    charts = {chart.number: chart for chart in outcome_of(rig, staircase("2dof"), *parabolas).charts}
+    assert set(charts) == {"4.13", "4.14", None}
+    at_once, by_parabola, held = charts["4.13"].panels[0].curves
+    assert list(at_once.x) == pytest.approx(np.linspace(14.0, 25.0, 31).tolist())
+    c1 = constants["2dof"]["C1"]
+    assert list(at_once.y) == pytest.approx([c1 * gap_functions(1e-3 * gap)[0] for gap in at_once.x])
+    for curve in (by_parabola, held):
+        assert list(curve.x) == pytest.approx([15.0, 20.0])
+        assert list(curve.y) == pytest.approx([14.0 * gap_functions(1e-3 * gap)[0] for gap in (15, 20)])
+    measured, predicted = charts["4.14"].panels[0].curves
+    assert measured.y == pytest.approx(predicted.y, abs=1e-9)
+    assert [panel.y_title for panel in charts[None].panels] == ["C1", "C2", "C3", "C4"]
+    assert [len(panel.curves) for panel in charts[None].panels] == [3] * 4
+    alone = {chart.number: chart for chart in outcome_of(rig).charts}
+    assert set(alone) == {"4.13", None}
+    assert len(alone["4.13"].panels[0].curves) == 1

@@ -1,0 +1,85 @@
+import pytest
+from report_runs import failed, judged, packaged, page_of, recorded
+
+from maglev.judging.verdicts import VERDICTS
+from maglev.report.claim_table import cited_figures, linked_source
+from maglev.report.figures import read_figures, shown_figures
+
+SETPOINTS = packaged("2dof-setpoints")
+
+
+def test_the_summary_counts_verdicts_and_runs():
+    claims = [judged(verdict) for k, verdict in enumerate(VERDICTS) for _ in range(k + 1)]
+    page = page_of([recorded(SETPOINTS), failed(packaged("3dof-setpoints"), "why")], {"2dof-setpoints": claims})
+    (cards,) = page.of_class("cards")
+    assert cards.text == "1 ✓ reproduced2 ≈ within 10 %3 ✗ not reproduced4 ? not testable5 – not run"
+    assert "1 runs completed, 1 failed." in page.source.replace("<strong>", "").replace("</strong>", "")
+    assert [row["data-verdict"] for row in page.all("tr") if row["data-verdict"]] == [c.verdict for c in claims]
+    buttons = {button["data-verdict"]: button.text for button in page.all("button")}
+    assert list(buttons) == ["", *VERDICTS]
+    assert buttons[""] == "all (15)"
+    assert buttons["not testable"] == "? not testable (4)"
+
+
+def test_a_claim_shows_everything_that_is_known():
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [judged("not reproduced", reason="friction is assumed")]})
+    row = page.with_id("claim-2dof-setpoints-0")
+    for text in ("The overshoot is below 30 %", "p. 53, Fig. 4.18", "overshoot < 30 %", "25 %", "✗ not reproduced",
+                 "friction is assumed"):
+        assert text in row.text.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_what_cannot_be_tested_has_its_reason():
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [judged("not testable", reason="no such rig")]})
+    assert "no such rig" in page.with_id("claim-2dof-setpoints-0").text
+
+
+def test_a_failed_run_is_shown_with_what_went_wrong():
+    page = page_of([recorded(packaged("2dof-step-4-nonlinear")),
+                    failed(packaged("2dof-step-4-linear"), "plant: fmi2DoStep failed at 2.1 s")],
+                   {"2dof-step-4-linear": [judged("not run")]})
+    message = "did not complete: plant: fmi2DoStep failed at 2.1 s"
+    assert message in page.with_id("run-2dof-step-4-linear").text
+    assert message in page.with_id("figure-4-25").text
+    assert "– not run" in page.with_id("claim-2dof-step-4-linear-0").text
+    assert "2dof-step-4-linear" not in page.data["runs"]
+
+
+def test_a_run_that_touches_a_stop_and_trips_says_so():
+    page = page_of([recorded(SETPOINTS, stop_contact=0.125, tripped=0.25)])
+    for identifier in ("run-2dof-setpoints", "figure-4-18"):
+        assert "touched an end stop at 0.125 s" in page.with_id(identifier).text
+        assert "the controller tripped at 0.250 s" in page.with_id(identifier).text
+    assert page.data["runs"]["2dof-setpoints"]["events"] == [
+        {"time": 0.125, "text": "touched an end stop"}, {"time": 0.25, "text": "the controller tripped"}]
+
+
+def test_a_run_without_claims_says_so():
+    assert "no claims" in page_of([recorded(SETPOINTS)]).with_id("run-2dof-setpoints").text
+
+
+def test_a_figure_lists_the_claims_that_cite_it():
+    claims = [judged("reproduced", text=f"from {source}", source=source)
+              for source in ("Fig. 4.18", "Figs. 4.18-4.20", "p. 53", "Fig. 4.20; (4.19)")]
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims})
+    assert "from Figs. 4.18-4.20" in page.with_id("figure-4-19").text
+    assert "(4.19)" not in page.with_id("figure-4-19").text
+    assert "from Fig. 4.18" in page.with_id("figure-4-18").text
+    assert "from p. 53" not in page.with_id("figures").text
+
+
+@pytest.mark.parametrize(("source", "numbers"), [
+    ("p. 53, Fig. 4.18", {"4.18"}),
+    ("Figs. 5.34-5.36", {"5.34", "5.35", "5.36"}),
+    ("Figures 4.18, 4.19 and 4.21", {"4.18", "4.19", "4.21"}),
+    ("section 4.1.3, (4.12)", set()),
+    ("p. 57, Fig. 4.26; the figure of 50 % is assumed", {"4.26"}),
+])
+def test_cited_figures(source, numbers):
+    assert cited_figures(source) == numbers
+
+
+def test_a_source_links_to_the_figures_of_the_page_only():
+    shown = shown_figures(read_figures(), [recorded(SETPOINTS)])
+    assert linked_source("Figs. 4.18, 5.20 & (4.19)", shown) == (
+        'Figs. <a href="#figure-4-18">4.18</a>, 5.20 &amp; (4.19)')

@@ -1,0 +1,83 @@
+import pytest
+from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, without_anything
+
+from maglev.report.figures import MOVING, Figure, Panel, read_figures, shown_figures
+from maglev.schema.loading import load_runs, packaged_runs
+
+FIGURES = read_figures()
+
+
+def test_every_figure_with_a_run_is_described():
+    numbers = {figure.number for figure in FIGURES}
+    # What lies between is drawn by the procedures, or shows no run.
+    assert numbers == {"4.15", "4.16", *(f"4.{k}" for k in range(18, 32)), *(f"5.{k}" for k in range(16, 19)),
+                       *(f"5.{k}" for k in range(20, 40))}
+
+
+def test_every_run_named_exists():
+    assert {run for figure in FIGURES for run in figure.runs} <= set(packaged_runs())
+    assert set(MOVING) <= set(packaged_runs())
+
+
+@pytest.mark.parametrize("name", packaged_runs())
+def test_a_scenario_is_in_the_figures_that_it_names(name):
+    (scenario,) = load_runs(name)
+    assert set(scenario.figures) <= {figure.number for figure in FIGURES if name in figure.runs}
+
+
+def test_every_figure_is_shown_with_all_its_runs_and_panels():
+    results = all_recorded()
+    shown = shown_figures(FIGURES, results)
+    assert [each.figure for each in shown[:len(FIGURES)]] == FIGURES
+    for each in shown:
+        assert [run.scenario.name for run in each.recorded] == list(each.figure.runs)
+        kinds = [text.split()[0] for text in each.figure.panels]
+        if each.number is not None:
+            assert list(dict.fromkeys(panel.kind for panel in each.panels)) == list(dict.fromkeys(kinds))
+    assert len({each.id for each in shown}) == len(shown)
+    assert {run for each in shown for run in each.figure.runs} == {run.scenario.name for run in results}
+
+
+def test_a_star_means_every_axis_or_motor():
+    (shown,) = shown_figures([Figure(caption="", runs={"3dof-setpoints": "a"}, panels=["error *", "currents *"])],
+                             [recorded(packaged("3dof-setpoints"))])
+    assert shown.panels == [Panel("error", "y"), Panel("error", "x"), Panel("error", "z"),
+                            Panel("currents", "alpha"), Panel("currents", "beta")]
+
+
+def test_a_panel_without_data_is_left_out():
+    result = recorded(packaged("2dof-setpoints"))
+    del result.columns["plant.v.velocity"]
+    (shown,) = [each for each in shown_figures(FIGURES, [result]) if each.id == "figure-4-18"]
+    assert shown.panels == [Panel("position", "v"), Panel("error", "v")]
+
+
+def test_a_run_of_no_figure_gets_one_of_its_own():
+    shown = shown_figures(FIGURES, [recorded(renamed("2dof-setpoints", "mine"))])
+    assert [each.figure.title for each in shown] == ["Run mine"]
+    assert {panel.kind for panel in shown[0].panels} == {"position", "speed", "error", "commands", "currents"}
+
+
+def test_a_run_of_a_procedure_gets_none_but_stays_in_those_of_the_thesis():
+    assert shown_figures(FIGURES, [recorded(of_procedure("2dof-setpoints", "parabola"))]) == []
+    assert shown_figures(FIGURES, [recorded(of_procedure("2dof-setpoints", "2dof-setpoints"))]) != []
+
+
+def test_a_run_without_axes_has_its_currents():
+    (shown,) = shown_figures(FIGURES, [recorded(renamed("2dof-setpoints", "mine").model_copy(update={"axes": {}}))])
+    assert {panel.kind for panel in shown.panels} == {"commands", "currents"}
+    assert shown_figures(FIGURES, [recorded(without_anything("mine"))]) == []
+
+
+def test_a_failed_run_stays_with_a_figure_that_shows_another():
+    results = [recorded(packaged("2dof-step-4-nonlinear")), failed(packaged("2dof-step-4-linear"), "why")]
+    (shown,) = shown_figures(FIGURES, results)
+    assert shown.runs == results
+    assert shown.recorded == results[:1]
+    assert shown_figures(FIGURES, results[1:]) == []
+
+
+@pytest.mark.parametrize("panel", ["positions y", "position", "y"])
+def test_an_unknown_panel_is_refused(panel):
+    with pytest.raises(ValueError, match="is no panel, expected position, speed, error, commands, currents"):
+        Figure(caption="", runs={"a": "a"}, panels=[panel])

@@ -1,0 +1,157 @@
+import re
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from report_runs import Page, all_recorded, failed, judged, packaged, page_of, recorded, renamed, without_anything
+
+from maglev.errors import ScenarioError
+from maglev.judging.verdicts import VERDICTS
+from maglev.report import page as page_module
+from maglev.report.figures import MOVING, read_figures, shown_figures
+from maglev.report.page import (
+    FEWEST_ROWS,
+    LARGEST_DATA,
+    SCRIPTS,
+    plotly_script,
+    report_page,
+    require_plotly,
+    runs_data,
+    write_report,
+)
+from maglev.report.series import unpack
+
+SETPOINTS = packaged("2dof-setpoints")
+HOSTILE = '</script><script>alert("1 & 2")</script>'
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    """Page of every packaged run, with claims of every verdict on each."""
+    results = all_recorded()
+    return page_of(results, {result.scenario.name: [judged(verdict) for verdict in VERDICTS] for result in results})
+
+
+def test_nothing_is_loaded(page):
+    assert not {"link", "img", "iframe", "object", "embed", "base"} & {element.tag for element in page.elements}
+    assert page.attributes("src") == page.attributes("action") == []
+    assert not re.search(r"url\(|@import", "".join(style.text for style in page.all("style")))
+    (policy,) = [meta["content"] for meta in page.all("meta") if meta["http-equiv"]]
+    assert policy.startswith("default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; ")
+
+
+def test_every_link_has_its_target_and_every_id_is_unique(page):
+    identifiers = page.attributes("id")
+    assert len(set(identifiers)) == len(identifiers)
+    links = page.attributes("href")
+    assert len(links) > 200
+    assert {link[:1] for link in links} == {"#"}
+    assert {link[1:] for link in links} <= set(identifiers)
+
+
+def test_every_figure_and_run_is_on_the_page(page):
+    drawn = page.attributes("data-figure")
+    assert {figure.id for figure in read_figures()} <= set(drawn)
+    assert list(page.data["figures"]) == drawn
+    assert page.data["runs"].keys() == {result.scenario.name for result in all_recorded()}
+    assert page.data["moving"] == list(MOVING)
+
+
+def test_text_is_escaped():
+    scenario = renamed("2dof-setpoints", f"mine {HOSTILE}").model_copy(
+        update={"title": HOSTILE, "description": HOSTILE})
+    claim = judged("not reproduced", text=HOSTILE, source=HOSTILE, reason=HOSTILE)
+    page = page_of([recorded(scenario), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {scenario.name: [claim]})
+    assert len(page.all("script")) == 2 + len(SCRIPTS)
+    assert page.of_class("reason")[0].text == HOSTILE
+    assert page.data["runs"][scenario.name]["title"] == HOSTILE
+    assert HOSTILE in page.with_id("run-other").text
+
+
+def test_the_page_of_nothing_says_so():
+    page = page_of([])
+    assert "No run was recorded." in page.with_id("figures").text
+    assert page.data == {"runs": {}, "figures": {}, "moving": []}
+
+
+def test_a_run_without_axes_and_motors_has_no_figure():
+    page = page_of([recorded(without_anything("mine"))])
+    assert "No figure shows these runs." in page.with_id("figures").text
+    assert "mine: " in page.with_id("assumptions").text
+    assert page.data["runs"]["mine"]["signals"] == {}
+
+
+def test_values_that_are_not_finite_are_left_out():
+    result = recorded(SETPOINTS)
+    position = result.columns["plant.v.position"].copy()
+    position[100:200] = np.nan
+    position[300] = np.inf
+    result = replace(result, columns={**result.columns, "plant.v.position": position,
+                                      "plant.motor.i_a": np.full(len(position), np.nan)})
+    run = page_of([result]).data["runs"]["2dof-setpoints"]
+    time, values = unpack(run)["plant.v.position"]
+    assert np.isfinite(values).all()
+    assert not ((time > 0.0995) & (time < 0.1995)).any()
+    assert "plant.motor.i_a" not in run["signals"]
+
+
+def test_the_page_has_what_was_recorded(page):
+    result = recorded(packaged("3dof-setpoints"))
+    run = page.data["runs"]["3dof-setpoints"]
+    for name, (time, values) in unpack(run).items():
+        wanted = (result.columns[name] if name in result.columns
+                  else result.columns[name.split(" - ")[0]] - result.columns[name.split(" - ")[1]])
+        np.testing.assert_allclose(np.interp(result.time, time, values), wanted, rtol=0.0,
+                                   atol=1.2 * run["signals"][name]["tolerance"])
+
+
+def test_written_whole_and_the_same_each_time(tmp_path):
+    results = [recorded(SETPOINTS)]
+    for path in (tmp_path / "new" / "a.html", tmp_path / "b.html"):
+        write_report(path, results, {})
+    assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["b.html"]
+    content = (tmp_path / "b.html").read_bytes()
+    assert content == (tmp_path / "new" / "a.html").read_bytes()
+    assert len(Page(content.decode()).all("script")) == 2 + len(SCRIPTS)
+
+
+def test_no_trace_of_an_unfinished_page(tmp_path, monkeypatch):
+    path = tmp_path / "report.html"
+    path.write_text("before")
+    monkeypatch.setattr(page_module, "report_page", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_report(path, [], {})
+    assert path.read_text() == "before"
+
+
+def test_without_plotly(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    with pytest.raises(ScenarioError, match=r"pip install 'maglev-fmus\[report\]'"):
+        write_report(tmp_path / "report.html", [], {})
+
+
+def test_with_plotly():
+    require_plotly()
+
+
+def test_the_largest_page_is_below_15_mb():
+    results = all_recorded()
+    shown = shown_figures(read_figures(), results)
+    fewest = runs_data(results, shown)
+    signals = sum(len(run["signals"]) for run in fewest.values())
+    # A row has a time and a value of 4 bytes each; Base64 writes 4 bytes for 3. Noise cannot be compressed.
+    assert signals * FEWEST_ROWS * 8 * 4 / 3 < LARGEST_DATA
+    rest = len(report_page(results, {}, "").encode()) - sum(len(run["data"]) for run in fewest.values())
+    claims = 1_000_000
+    assert len(plotly_script().encode()) + LARGEST_DATA + rest + claims < 15_000_000
+
+
+def test_noisy_runs_get_fewer_rows(monkeypatch):
+    results = [recorded(SETPOINTS, stop_time=5.0, noise=1e-3)]
+    shown = shown_figures(read_figures(), results)
+    whole = runs_data(results, shown)["2dof-setpoints"]
+    monkeypatch.setattr(page_module, "LARGEST_DATA", len(whole["data"]) // 3)
+    small = runs_data(results, shown)["2dof-setpoints"]
+    assert len(small["data"]) <= len(whole["data"]) // 3
+    assert small["signals"].keys() == whole["signals"].keys()

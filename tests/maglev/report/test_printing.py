@@ -1,0 +1,123 @@
+"""What procedures found, in the terminal and in files."""
+
+import csv
+from io import StringIO
+
+import numpy as np
+import pytest
+from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
+from report_runs import judged, packaged, recorded, without_anything
+from rich.console import Console
+
+from maglev.cli.terminal import text_of
+from maglev.cosim.master import Recording
+from maglev.procedures.judging import judge_procedure
+from maglev.procedures.outcome import Chart, Curve, Panel
+from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
+from maglev.report.plot import plot
+from maglev.report.text import claims_markdown, study_table
+
+RUN = recorded(packaged("2dof-setpoints"))
+
+
+def text_of_one(found) -> str:
+    return outcome_text(found, judge_procedure(found))
+
+
+def table_text(*arguments) -> str:
+    text = StringIO()
+    Console(file=text, width=120).print(study_table(*arguments))
+    return text.getvalue()
+
+
+def rows_of(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(StringIO(text)))
+
+
+def test_title_tables_notes_and_claims_are_printed_in_this_order():
+    text = text_of_one(outcome())
+    places = [text.index(words) for words in ("2dof-thrust: Thrust by parabolas", "Constants", "14.2", "791",
+                                              "note: C3 is not excited.", "Claims of the thesis", "reproduced")]
+    assert places == sorted(places)
+    assert "no claims" in text_of_one(outcome(claims=(), tables=(), notes=()))
+
+
+def test_texts_are_no_markup():
+    text = " ".join(text_of_one(hostile_outcome()).split())
+    assert f"2dof-thrust: {HOSTILE}" in text
+    assert f"note: {HOSTILE}" in text
+    assert text.count("[red]") > 4
+    claim = judged("not reproduced", text="[bold]a[/]", source="[/red]", reason="[b]")
+    printed = text_of(RUN, [claim])
+    for words in ("[bold]a[/]", "[/red]", "not reproduced: [b]"):
+        assert words in printed
+
+
+def test_curves_are_written_in_long_form():
+    rows = rows_of(curves_csv([chart(panels=2), chart("5.1"), chart(None)]))
+    assert list(rows[0]) == ["figure", "panel", "curve", "x", "y"]
+    assert list(rows[0].values()) == ["4.9", f"1: {THRUST} over {GAP}", "parabola fit", "10.0", repr(1.0 / 3.0)]
+    assert len(rows) == 4 * 5
+    assert {(row["figure"], row["panel"][:1]) for row in rows} == {
+        ("4.9", "1"), ("4.9", "2"), ("5.1", "1"), ("Thrust over the air gap.", "1")}
+
+
+@pytest.mark.parametrize("value", [1.0 / 3.0, 1e-300, float("inf")])
+def test_reading_a_curve_gives_the_same_bits(value):
+    panel = Panel(GAP, THRUST, (Curve('a "b", c', np.array([value]), np.array([2])),))
+    (row,) = rows_of(curves_csv([Chart("4.9", "", (panel,))]))
+    assert float(row["x"]) == value
+    assert row["y"] == "2.0"
+    assert row["curve"] == 'a "b", c'
+
+
+def test_files_are_named_after_the_procedure(tmp_path):
+    outcomes = [outcome("a"), outcome("b", charts=())]
+    files = write_outcomes(outcomes, {found.settings.name: judge_procedure(found) for found in outcomes}, tmp_path)
+    assert [path.name for path in files] == ["a.txt", "a.curves.csv", "b.txt"]
+    assert {path.name for path in tmp_path.iterdir()} == {"a.txt", "a.curves.csv", "b.txt"}
+    assert (tmp_path / "a.txt").read_text() == text_of_one(outcomes[0])
+
+
+def test_claims_of_procedures_are_counted_after_those_of_the_runs():
+    found = outcome(claims=(cogging_claim(), cogging_claim("a | b")))
+    judgements = {"2dof-setpoints": [judged("not run")], "2dof-thrust": judge_procedure(found)}
+    text = claims_markdown([RUN], judgements, [found])
+    assert text.startswith("3 claims on 1 runs and 1 procedure: 2 reproduced, 1 not run.\n\n| run | claim |")
+    lines = text.splitlines()
+    assert [line.split("|")[1].strip() for line in lines[4:]] == ["`2dof-setpoints`", "`2dof-thrust`", "`2dof-thrust`"]
+    assert "| cogging force about 2 N | 2.1 N | reproduced |" in lines[5]
+    assert "a \\| b" in lines[6]
+
+
+def test_without_procedures_the_table_is_as_it_was():
+    judgements = {"2dof-setpoints": [judged("not run")]}
+    assert claims_markdown([RUN], judgements).startswith("1 claims on 1 runs: 1 not run.\n")
+    assert "procedure" not in table_text([RUN], judgements)
+    assert table_text([RUN], judgements) == table_text([RUN], judgements, [])
+
+
+def test_the_table_of_many_runs_has_the_procedures():
+    found = [outcome(), outcome("3dof-thrust", claims=())]
+    judgements = {"2dof-setpoints": [judged("reproduced")], **{each.settings.name: judge_procedure(each)
+                                                               for each in found}}
+    lines = table_text([RUN], judgements, found).splitlines()
+    (own,) = [line for line in lines if "2dof-thrust" in line]
+    assert [cell.strip() for cell in own.split("│")[1:4]] == ["2dof-thrust", "1 value", "1"]
+    assert any("3dof-thrust" in line and "no claims" in line for line in lines)
+    assert [cell.strip() for cell in lines[-2].split("│")[1:4]] == ["1 runs", "2 procedures", "2"]
+
+
+def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    scenario = packaged("2dof-setpoints").model_copy(update={"axes": {}})
+    for name, each in (("a.png", scenario), ("b.png", without_anything("mine"))):
+        result = recorded(each)
+        plot(tmp_path / name, each, Recording(result.time, result.columns))
+        assert (tmp_path / name).stat().st_size > 0
+
+
+def test_a_run_without_axes_and_motors_is_printed():
+    text = text_of(recorded(without_anything("mine")), [])
+    assert "no claims\nheld\n" in text
+    assert "Currents" not in text

@@ -1,0 +1,212 @@
+from types import SimpleNamespace
+
+import pytest
+
+from maglev.errors import ScenarioError
+from maglev.experiment.port_check import check_names
+from maglev.schema.loading import load_scenario
+
+LOOP = """
+step = "0.5 ms"
+connections = [["plant.y.encoder", "controller.y.measured"], ["controller.m.i_a_cmd", "plant.m.i_a_cmd"]]
+[fmus.controller]
+model = "Regulator"
+start = { antiwindup = false, order = 2 }
+[fmus.plant]
+file = "plant.fmu"
+[axes.y]
+position = "plant.y.position"
+reference = "controller.y.reference"
+[metrics]
+bands = ["0.1 mm", "10 um"]
+"""
+
+EXPERIMENT = """
+extends = "loops/loop.toml"
+name = "hold"
+title = "Hold"
+stop_time = "2 s"
+[fmus.controller.start]
+antiwindup = true
+[fmus.plant.start]
+"y.position_start" = "25 mm"
+[[signals]]
+to = "controller.y.reference"
+kind = "steps"
+times = [0, 1]
+values = ["25 mm", "27 mm"]
+[[claims]]
+text = "It settles"
+source = "p. 1"
+metric = "settling_time"
+axis = "y"
+band = "10 um"
+relation = "<"
+target = "5 s"
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write the loop and an experiment, with replacements in both."""
+    def written(*replacements):
+        loop, experiment = LOOP, EXPERIMENT
+        for old, new in replacements:
+            assert (loop + experiment).count(old) == 1
+            loop, experiment = loop.replace(old, new), experiment.replace(old, new)
+        (tmp_path / "loops").mkdir(exist_ok=True)
+        (tmp_path / "loops" / "loop.toml").write_text(loop, encoding="utf-8")
+        (tmp_path / "hold.toml").write_text(experiment, encoding="utf-8")
+        return tmp_path / "hold.toml"
+    return written
+
+
+def refusal(path):
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_extending_merges_deeply(write):
+    path = write()
+    scenario = load_scenario(path)
+    assert list(scenario.fmus) == ["controller", "plant"]
+    assert {name: start.value for name, start in scenario.fmus["controller"].start.items()} == {
+        "antiwindup": True, "order": 2}
+    assert scenario.fmus["plant"].start["y.position_start"].value == 0.025
+    assert scenario.fmus["plant"].file == str(path.parent / "loops" / "plant.fmu")
+    assert scenario.metrics.bands == [1e-4, 1e-5]
+    assert (scenario.output_interval, scenario.output_every, scenario.steps) == (0.0005, 1, 4000)
+    assert scenario.signals[0].value(1.0) == 0.027
+    assert scenario.path == path
+
+
+def test_lists_are_replaced(write):
+    path = write(("stop_time = \"2 s\"", "stop_time = \"2 s\"\nconnections = []"))
+    assert load_scenario(path).connections == []
+
+
+def test_csv_lies_beside_its_scenario(write):
+    path = write(("kind = \"steps\"\ntimes = [0, 1]\nvalues = [\"25 mm\", \"27 mm\"]",
+                  "kind = \"csv\"\nfile = \"gap.csv\"\ncolumn = \"gap\"\nunit = \"mm\""))
+    (path.parent / "gap.csv").write_text("time,gap\n0,25\n")
+    assert load_scenario(path).signals[0].value(1.0) == 0.025
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('stop_time = "2 s"', "", ["hold.toml: stop_time", "required"]),
+    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "nearest valid key is 'stop_time'"]),
+    ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml: stop_time = '2 m'", "in s"]),
+    ('stop_time = "2 s"', "stop_time = nan", ["hold.toml: stop_time = nan", "finite"]),
+    ('stop_time = "2 s"', "stop_time = -2", ["hold.toml: stop_time = -2", "greater than 0"]),
+    ('stop_time = "2 s"', "stop_time = 2.0002", ["hold.toml: stop_time = 2.0002", "multiple of step = 0.0005 s"]),
+    ('stop_time = "2 s"', "stop_time = 2\noutput_interval = 0.0007", ["hold.toml: output_interval", "multiple"]),
+    ('stop_time = "2 s"', "stop_time = ", ["hold.toml: TOML syntax", "line 5"]),
+    ('name = "hold"', "name = 3", ["hold.toml: name = 3", "expected a valid string"]),
+    ('step = "0.5 ms"', 'step = "0.5 msec"', ["loop.toml: step = '0.5 msec'", "nearest is 'ms'"]),
+    ("bands =", "band =", ["loop.toml: metrics.band = ", "nearest valid key is 'bands'"]),
+    ('"10 um"]', '"10 kg"]', ["loop.toml: metrics.bands[1] = '10 kg'", "in m"]),
+    ('model = "Regulator"', "", ["controller", "model", "file"]),
+    ("order = 2", 'order = "fast"', ["loop.toml: fmus.controller.start.order = 'fast'", "25 mm"]),
+    ('= "25 mm"\n[[', '= "25 mn"\n[[', ['hold.toml: fmus.plant.start."y.position_start" = \'25 mn\'', "unit"]),
+    ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml: connections[1]", "at most 2"]),
+    ('kind = "steps"', 'kind = "stpes"', ["hold.toml: signals[0].kind = 'stpes'", "nearest is 'steps'"]),
+    ('kind = "steps"', "", ["hold.toml: signals[0].kind", "expected the kind"]),
+    ("times = [0, 1]", "tims = [0, 1]", ["hold.toml: signals[0].tims = [0, 1]", "nearest valid key is 'times'"]),
+    ("times = [0, 1]", "times = [1, 0]", ["hold.toml: signals[0].times[1] = 0.0", "ascending"]),
+    ("times = [0, 1]", "times = [0]", ["hold.toml: signals[0].values = [0.025, 0.027]", "as many as times"]),
+    ('"27 mm"', '"27 kg"', ["hold.toml: signals[0].values[1] = '27 kg'", "in m"]),
+    ('metric = "settling_time"', 'metric = "setling_time"',
+     ["hold.toml: claims[0].metric = 'setling_time'", "nearest is 'settling_time'"]),
+    ('axis = "y"', 'axis = "yy"', ["hold.toml: claims[0].axes = 'yy'", "nearest is 'y'"]),
+    ('band = "10 um"', 'band = "20 um"', ["hold.toml: claims[0].band = 2e-05", "metrics.bands"]),
+    ('relation = "<"', "", ["hold.toml: claims[0].relation", "required"]),
+    ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
+    ('"loops/loop.toml"', '"loops/lop.toml"', ["lop.toml: cannot be read"]),
+    ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"])])
+def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, new, words):
+    message = refusal(write((old, new)))
+    assert all(word in message for word in words), message
+
+
+def test_tracking_claim_needs_a_start_of_tracking(write):
+    message = refusal(write(('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
+                             'metric = "tracking_peak"\nrelation = "<"\ntarget = "1 mm"')))
+    assert "claims[0].metric = 'tracking_peak': expected metrics.tracking_from" in message
+
+
+def test_unknown_name_names_the_nearest():
+    assert refusal("3dof-setpoint") == "there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"
+
+
+def test_missing_path(tmp_path):
+    assert "none.toml: cannot be read" in refusal(tmp_path / "none.toml")
+
+
+def variables(**kinds):
+    found = {}
+    for kind, names in kinds.items():
+        for name in names.split():
+            unit = "A" if ".i_" in name else "m" if name.startswith("y.") else None
+            found[name] = SimpleNamespace(name=name, causality=kind, type="Real", unit=unit)
+    return found
+
+
+@pytest.fixture
+def descriptions():
+    controller = variables(input="y.measured y.reference y.reference_rate", output="m.i_a_cmd y.error",
+                           parameter="antiwindup order")
+    controller["antiwindup"].type = "Boolean"
+    controller["order"].type = "Integer"
+    plant = variables(input="m.i_a_cmd y.force", output="y.encoder y.position at_stop", parameter="y.position_start")
+    plant["at_stop"].type = "Boolean"
+    return {"controller": controller, "plant": plant}
+
+
+def check(path, descriptions):
+    check_names(load_scenario(path), descriptions)
+
+
+def test_names_that_fit_pass(write, descriptions):
+    check(write(("step = ", 'stop_flag = "plant.at_stop"\nstep = ')), descriptions)
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('"controller.y.measured"', '"controller.y.measurd"',
+     ["connections[0][1] = 'controller.y.measurd'",
+      "missing port: controller has no input 'y.measurd'; nearest is 'y.measured'"]),
+    ('"controller.y.measured"', '"controler.y.measured"', ["there is no FMU 'controler'", "nearest is 'controller'"]),
+    ('"controller.y.measured"', '"controller.y.error"', ["'y.error' is of causality output, expected input"]),
+    ('"plant.y.encoder"', '"plant.m.i_a_cmd"', ["connections[0][0]", "causality input, expected output"]),
+    ('"plant.y.encoder"', '"plant.at_stop"', ["connections[0]", "connects Boolean to Real"]),
+    ('"plant.y.encoder"', '"controller.m.i_a_cmd"', ["connections[0]", "connects A to m"]),
+    ('"controller.m.i_a_cmd", "plant.m.i_a_cmd"', '"plant.y.encoder", "controller.y.measured"',
+     ["connections[1][1]", "fed by connections[0][1] already"]),
+    ('to = "controller.y.reference"', 'to = "controller.y.measured"', ["signals[0].to", "fed by connections[0][1]"]),
+    ('to = "controller.y.reference"', 'to = "plant.y.forc"', ["signals[0].to", "nearest is 'y.force'"]),
+    ('kind = "steps"', 'kind = "steps"\nrate_to = "controller.y.refrate"', ["signals[0].rate_to", "y.reference_rate"]),
+    ('"27 mm"', '27, "28 mm"', ["signals[0].values", "as many"]),
+    ('values = ["25 mm", "27 mm"]', 'values = ["1 A", "2 A"]', ["signals[0].to", "A given, expected", "in m"]),
+    ('"y.position_start"', '"y.position_stat"', ['fmus.plant.start."y.position_stat"', "'y.position_start'"]),
+    ('"y.position_start" = "25 mm"', '"y.position_start" = "2 kg"', ["= '2 kg'", "kg given, expected", "in m"]),
+    ('"y.position_start" = "25 mm"', '"y.position_start" = true', ["= True", "is Real, expected a number"]),
+    ('"y.position_start"', '"y.position"', ["causality output, expected parameter or input"]),
+    ("antiwindup = true", "antiwindup = 1", ["start.antiwindup = 1", "is Boolean, expected true or false"]),
+    ("order = 2", "order = 2.5", ["start.order = 2.5", "is Integer, expected a whole number"]),
+    ('position = "plant.y.position"', 'position = "plant.y.positon"', ["axes.y.position", "nearest is 'y.position'"]),
+    ('position = "plant.y.position"', 'position = "plant.at_stop"', ["axes.y.position", "expected Real"]),
+    ("step = ", 'trip_flag = "plant.y.encoder"\nstep = ', ["trip_flag", "expected a Boolean"]),
+    ("[metrics]", '[motors.m]\ncurrents = ["plant.m.i_a"]\n[metrics]', ["motors.m.currents[0]", "plant has no"])])
+def test_names_that_do_not_fit_are_refused(write, descriptions, old, new, words):
+    path = write((old, new))
+    with pytest.raises(ScenarioError) as caught:
+        check(path, descriptions)
+    assert all(word in str(caught.value) for word in ["hold.toml", *words]), str(caught.value)
+
+
+def test_start_value_with_a_unit_is_refused_where_the_fmu_is_not_si(write, descriptions):
+    descriptions["plant"]["y.position_start"].unit = "mm"
+    with pytest.raises(ScenarioError, match="the FMU uses mm, expected a plain number of mm"):
+        check(write(), descriptions)

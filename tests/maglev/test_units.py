@@ -1,0 +1,61 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.errors import QuantityError
+from maglev.units import UNITS, parse_quantity, read_quantity, to_unit
+
+
+@pytest.mark.parametrize(("text", "value"), [
+    ("25 mm", 0.025), ("10 um", 1e-5), ("10 µm", 1e-5), ("10 \u03bcm", 1e-5), ("2 kg", 2.0), ("30 %", 0.3),
+    ("-4 A", -4.0), ("1.5 s", 1.5), ("0.2 ms", 0.0002), ("24.5mm", 0.0245), ("+1e-3 m", 0.001), (" .5 kN/m ", 500.0),
+    ("1.5 pi rad/s", 1.5 * math.pi), ("2π rad", 2.0 * math.pi), ("100 N.s/m", 100.0)])
+def test_text_is_the_number_on_paper(text, value):
+    assert parse_quantity(text) == value
+
+
+def test_plain_numbers_are_si_or_in_the_given_unit():
+    assert parse_quantity(25) == 25.0
+    assert parse_quantity(24.5, "mm") == 0.0245
+    assert parse_quantity("2 cm", "mm") == 0.02
+
+
+def test_unit_as_written():
+    assert read_quantity("2 kg").unit == "kg"
+    assert read_quantity(2).unit is None
+
+
+@given(st.floats(-1e6, 1e6), st.sampled_from(sorted(UNITS)))
+def test_there_and_back(value, unit):
+    assert to_unit(parse_quantity(value, unit), unit) == pytest.approx(value, rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize(("value", "words"), [
+    ("25 mn", ["25 mn", "'mn'", "nearest is 'min'"]),
+    ("25", ["'25'", "no unit"]),
+    ("fast", ["'fast'", "25 mm"]),
+    (math.nan, ["nan", "finite"]),
+    (math.inf, ["inf", "finite"]),
+    ("1e999 m", ["1e999 m", "finite"]),
+    (True, ["True", "number"]),
+    (None, ["None", "number"])])
+def test_refusals_name_value_and_expectation(value, words):
+    with pytest.raises(QuantityError) as refusal:
+        parse_quantity(value)
+    assert all(word in str(refusal.value) for word in words)
+
+
+def test_other_dimension_is_refused():
+    with pytest.raises(QuantityError, match=r"'2 kg' is in kg, expected a quantity in m"):
+        parse_quantity("2 kg", "m")
+
+
+def test_conversion_to_an_unknown_unit_names_value_and_nearest():
+    with pytest.raises(QuantityError, match=r"0.025.*'mmm'; nearest is 'mm'"):
+        to_unit(0.025, "mmm")
+
+
+def test_infinite_settling_time_converts():
+    assert to_unit(math.inf, "ms") == math.inf

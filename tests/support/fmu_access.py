@@ -1,0 +1,64 @@
+"""Short forms of FMI calls for the tests: single values by name, steps, and refusals with their message."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.model_description import ScalarVariable
+
+from maglev.cosim.fmu import Component
+
+
+def variables(component: Component, causality: str) -> list[ScalarVariable]:
+    """Variables of a causality."""
+    return [v for v in component.description.modelVariables if v.causality == causality]
+
+
+def put(component: Component, values: Mapping[str, float | bool]) -> None:
+    """Set variables by name."""
+    for name, value in values.items():
+        v = component.variable(name)
+        setter = component.instance.setBoolean if v.type == "Boolean" else component.instance.setReal
+        setter([v.valueReference], [value])
+
+
+def read(component: Component, name: str) -> float:
+    """Value of a variable."""
+    v = component.variable(name)
+    getter = component.instance.getBoolean if v.type == "Boolean" else component.instance.getReal
+    return getter([v.valueReference])[0]
+
+
+def outputs(component: Component) -> dict[str, float]:
+    """Values of all outputs."""
+    return {v.name: read(component, v.name) for v in variables(component, "output")}
+
+
+def step(component: Component, first: int, count: int, size: float,
+         before: Callable[[int, float], None] | None = None) -> list[dict[str, float]]:
+    """Take communication steps `first` … `first + count − 1` of a size (s); outputs after each."""
+    rows = []
+    for k in range(first, first + count):
+        if before is not None:
+            before(k, k * size)
+        component.instance.doStep(k * size, size)
+        rows.append(outputs(component))
+    return rows
+
+
+def refusal(component: Component, call: Callable[[], Any]) -> str:
+    """Message that the FMU logs when it refuses a call; fails the test if it does not refuse."""
+    component.messages.clear()
+    with pytest.raises(FMICallException):
+        call()
+    text = component.said()
+    assert text, "refused without a message"
+    return text
+
+
+def bits(rows: list[dict[str, float]]) -> list[dict[str, str]]:
+    """Values such that equal means equal bit for bit, NaN included."""
+    return [{name: float(value).hex() if math.isfinite(value) else repr(value) for name, value in row.items()}
+            for row in rows]

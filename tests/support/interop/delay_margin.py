@@ -1,0 +1,66 @@
+"""Print how many samples of delay each loop survives (docs/cosimulation_order.md).
+
+`PYTHONPATH=.:tests/support python tests/support/interop/delay_margin.py`
+"""
+
+from collections import deque
+
+from sampled_loop import AXES, MOTORS, PHASES, set_path
+
+from maglev.build import definition
+from maglev.schema.loading import load_scenario
+from maglev.schema.scenario import Scenario
+
+RUNS = ("2dof-setpoints", "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved", "3dof-tracking-pid")
+STEP, STEP_TIME, STOP_TIME = 1e-3, 1.0, 6.0   # m, s, s: every axis steps from where it starts
+SETTLED = 1e-4                                # m, over the last second
+
+
+def settles(scenario: Scenario, delay: int) -> bool:
+    """Whether the loop holds its set-point after a step, with commands that are late by a number of samples."""
+    rig = scenario.name.partition("-")[0]
+    controller, plant = (definition(str(scenario.fmus[name].model)).new_block() for name in ("controller", "plant"))
+    for name, block in (("controller", controller), ("plant", plant)):
+        for variable, start in scenario.fmus[name].start.items():
+            set_path(block, variable, start.value)
+        assert block.start() == 0
+    start_positions = {axis: getattr(plant, axis).position for axis in AXES[rig]}
+    h = scenario.step
+    commands: deque[list[float]] = deque()
+    for k in range(round(STOP_TIME / h)):
+        for axis, position in start_positions.items():
+            port = getattr(controller, axis)
+            port.reference = position + (STEP if k * h >= STEP_TIME else 0.0)
+            port.measured = getattr(plant, axis).encoder
+        controller.step(k * h, h)
+        commands.append([getattr(getattr(controller, motor), phase) for motor in MOTORS[rig] for phase in PHASES])
+        values = iter(commands[0])
+        if len(commands) > delay:
+            commands.popleft()
+        for motor in MOTORS[rig]:
+            for phase in PHASES:
+                setattr(getattr(plant, motor), phase, next(values))
+        plant.step(k * h, h)
+        late = k * h >= STOP_TIME - 1.0
+        if plant.at_stop or (late and any(abs(getattr(plant, axis).position - getattr(controller, axis).reference)
+                                          > SETTLED for axis in AXES[rig])):
+            return False
+    return True
+
+
+def margin(scenario: Scenario) -> int:
+    """Samples of delay up to which the loop settles, by bisection."""
+    good, bad = 0, 1
+    while settles(scenario, bad):
+        good, bad = bad, 2 * bad
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        good, bad = (middle, bad) if settles(scenario, middle) else (good, middle)
+    return good
+
+
+if __name__ == "__main__":
+    for name in RUNS:
+        scenario = load_scenario(name)
+        samples = margin(scenario)
+        print(f"| `{name}` | {samples} | {samples * scenario.step * 1e3:.3g} ms |", flush=True)

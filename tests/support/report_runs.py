@@ -1,0 +1,146 @@
+"""Results of runs that nobody simulated, and what a parser finds in the report of them."""
+
+import json
+from dataclasses import dataclass, field, replace
+from html.parser import HTMLParser
+
+import numpy as np
+
+from maglev.experiment.execution import RunResult
+from maglev.judging.metrics import Metrics
+from maglev.judging.verdicts import ClaimResult
+from maglev.procedures.judging import judge_procedure
+from maglev.report.page import report_page
+from maglev.schema.claims import Claim
+from maglev.schema.loading import load_runs, packaged_runs
+from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.scenario import Scenario
+
+STEP = 1e-3   # s
+SPEED = 0.01  # m/s, of every axis; the reference is 1 mm ahead
+
+MEASURED = Metrics(steps=(), tracking=(), motors=(), end_errors={}, stop_contact=None, tripped=None, failed=False)
+
+
+def recorded(scenario: Scenario, stop_time: float = 0.5, noise: float = 0.0, **metrics) -> RunResult:
+    """A completed run: all axes move at SPEED from 20 mm on, currents are sinusoids with an amplitude of 1 A."""
+    time = np.arange(round(stop_time / STEP) + 1) * STEP
+    random = np.random.default_rng(1)
+    columns = {}
+    for axis in scenario.axes.values():
+        columns[axis.position] = 0.02 + SPEED * time + noise * random.standard_normal(len(time))
+        columns[axis.reference] = 0.021 + SPEED * time
+        columns[axis.position.rpartition(".")[0] + ".velocity"] = np.full(len(time), SPEED)
+    for motor in scenario.motors.values():
+        for k, name in enumerate([*motor.commands, *motor.currents]):
+            columns[name] = np.sin(2.0 * np.pi * (time + k / 3.0)) + noise * random.standard_normal(len(time))
+    return RunResult(scenario, time, columns, replace(MEASURED, **metrics))
+
+
+def failed(scenario: Scenario, message: str) -> RunResult:
+    """A run that did not complete."""
+    return RunResult(scenario, np.zeros(0), failure=message)
+
+
+def packaged(name: str) -> Scenario:
+    """Scenario of a packaged run."""
+    (scenario,) = load_runs(name)
+    return scenario
+
+
+def renamed(name: str, new: str) -> Scenario:
+    """Scenario of a packaged run under another name."""
+    return packaged(name).model_copy(update={"name": new})
+
+
+def of_procedure(name: str, new: str, **changes) -> Scenario:
+    """Scenario of a packaged run under another name, as one of a procedure."""
+    settings = ProcedureSettings(kind="parabolas", name="2dof-thrust", title="Thrust by parabolas")
+    return renamed(name, new).model_copy(update={"procedure": settings, **changes})
+
+
+def without_anything(name: str) -> Scenario:
+    """Scenario of a run without axes, motors or claims."""
+    return renamed("2dof-setpoints", name).model_copy(update={"axes": {}, "motors": {}, "claims": []})
+
+
+def all_recorded() -> list[RunResult]:
+    """Every packaged run that a figure shows: not the many of a procedure."""
+    return [recorded(scenario) for scenario in map(packaged, packaged_runs())
+            if scenario.procedure is None or scenario.figures]
+
+
+def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str = "p. 53, Fig. 4.18",
+           reason: str | None = None) -> ClaimResult:
+    """A claim with a verdict."""
+    if verdict == "not testable":
+        return ClaimResult(Claim(text=text, source=source, not_testable=reason or "no data"), None, verdict)
+    claim = Claim(text=text, source=source, metric="overshoot", relation="<", target=0.3, reason=reason)
+    return ClaimResult(claim, None if verdict == "not run" else 0.25, verdict)
+
+
+@dataclass
+class Element:
+    """An element: its tag, attributes, and the text in it."""
+
+    tag: str
+    attributes: dict[str, str | None]
+    text: str = ""
+
+    def __getitem__(self, name: str) -> str | None:
+        return self.attributes.get(name)
+
+
+@dataclass
+class Page(HTMLParser):
+    """A parsed page."""
+
+    source: str
+    elements: list[Element] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        super().__init__()
+        self.open: list[Element] = []
+        self.feed(self.source)
+        self.close()
+        assert not self.open, f"not closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append(Element(tag, dict(attrs)))
+        if tag != "meta":
+            self.open.append(self.elements[-1])
+
+    def handle_endtag(self, tag):
+        assert self.open.pop().tag == tag
+
+    def handle_data(self, data):
+        for element in self.open:
+            element.text += data
+
+    def all(self, tag: str) -> list[Element]:
+        """Elements with a tag."""
+        return [element for element in self.elements if element.tag == tag]
+
+    def with_id(self, identifier: str) -> Element:
+        """The element with an id."""
+        (found,) = [element for element in self.elements if element["id"] == identifier]
+        return found
+
+    def of_class(self, name: str) -> list[Element]:
+        """Elements of a class."""
+        return [element for element in self.elements if name in (element["class"] or "").split()]
+
+    def attributes(self, name: str) -> list[str]:
+        """Values of an attribute of all elements that have it."""
+        return [element[name] or "" for element in self.elements if name in element.attributes]
+
+    @property
+    def data(self) -> dict:
+        """What the page's scripts read."""
+        return json.loads(self.with_id("data").text)
+
+
+def page_of(results, judgements=None, outcomes=()) -> Page:
+    """Page of results, without plotly.js; the claims of the outcomes are judged."""
+    procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
+    return Page(report_page(results, {**(judgements or {}), **procedures}, plotly="/* plotly */", outcomes=outcomes))

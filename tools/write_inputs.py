@@ -1,0 +1,50 @@
+"""Write the input files in scenarios/inputs: the references of a scenario, for the closed loop that is one FMU.
+
+    python tools/write_inputs.py
+
+There is a row at the start and at every step of a reference. The closed loops declare their references as sampled
+(variability discrete), and so fmpy holds a row until the time of the next and has the new values in the step that
+starts there, bit for bit those of the scenario. Two rows at one time, as a continuous input would need them, are not
+enough for that: between two rows of equal value v fmpy forms w·v + (1 − w)·v, which is a neighbour of v for 15 % of the
+samples, and one rounding error of a reference is soon worth the encoder's resolution.
+"""
+
+import numpy as np
+
+from maglev.build import CONTAINERS, container, definition
+from maglev.cosim.master import Recording
+from maglev.experiment.results import write_csv
+from maglev.schema.loading import load_scenario
+from maglev.schema.toml_table import PACKAGED
+
+INPUTS = PACKAGED / "inputs"
+
+FILES = {"2dof-setpoints.csv": "ClosedLoop2DOF", "3dof-setpoints.csv": "ClosedLoop3DOF"}
+
+
+def inputs(name: str) -> Recording:
+    """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
+    loop, scenario = container(name), load_scenario(CONTAINERS[name])
+    fed = {target for _, target in loop.connections}
+    signals = {signal.to: signal for signal in scenario.signals}
+    times = [k * scenario.step for k in range(scenario.steps + 1)]
+    columns = {}
+    for component, model in loop.components.items():
+        for variable in definition(model).variables:
+            full = f"{component}.{variable.name}"
+            if variable.causality == "input" and full not in fed:
+                signal = signals.get(full)
+                columns[variable.name] = np.array([signal.value(t) if signal else 0.0 for t in times])
+    changed = np.any([np.diff(column) != 0.0 for column in columns.values()], axis=0)
+    rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
+    return Recording(np.array(times)[rows], {key: column[rows] for key, column in columns.items()})
+
+
+def main() -> None:
+    """Write the file of each closed loop."""
+    for file, name in FILES.items():
+        write_csv(INPUTS / file, inputs(name))
+
+
+if __name__ == "__main__":
+    main()
