@@ -16,7 +16,7 @@ from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import library
 from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
-from maglev.build import PACKAGES
+from maglev.catalogue import PACKAGES
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

@@ -13,9 +13,9 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave
 
 from fmi_export.definition import FmuDefinition
-from maglev.build import definition
+from maglev.catalogue import definition
 from maglev.cosim.fmu import unpacking_folder
-from maglev.cosim.master import Master, Participant
+from maglev.cosim.master import FmuSetup, Master
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
@@ -93,8 +93,8 @@ def master_loop(pair: Pair, folder: Path, steps: int) -> float:
         drives[f"controller.{axis}.reference"] = [start] * (steps + 1)
         drives[f"controller.{axis}.reference_rate"] = [0.0] * (steps + 1)
     marks: list[tuple[int, float]] = []
-    with Master([Participant("controller", folder / f"{pair.controller}.fmu"),
-                 Participant("plant", folder / f"{pair.plant}.fmu")], pair.connections, pair.dt) as master:
+    with Master([FmuSetup("controller", folder / f"{pair.controller}.fmu"),
+                 FmuSetup("plant", folder / f"{pair.plant}.fmu")], pair.connections, pair.dt) as master:
         # From the first report to the last: loading, wiring and initialization are no part of a step.
         master.run(steps * pair.dt, drives, lambda done, _: marks.append((done, perf_counter())))
     (first, begin), (last, end) = marks[0], marks[-1]

@@ -12,7 +12,7 @@ from loops import Pair
 from pythonfmu import FmuBuilder
 
 from fmi_export.ssp import write_ssp
-from maglev.build import DEFINITIONS, PACKAGES, definition
+from maglev.catalogue import DEFINITIONS, PACKAGES, definition
 
 SLAVE = '''
 from operator import attrgetter

@@ -17,7 +17,7 @@ from peers import list_loop, ssp_loop
 from rich.console import Console
 from rich.table import Table
 
-from maglev.build import build, build_containers, build_native, definition
+from maglev.catalogue import build, build_containers, build_native, definition
 
 # Largest ratios to the loop that each refers to. Calls from Python count under the master:
 # 4.5 C loops with Python 3.11, 6.5 with 3.13.

@@ -15,6 +15,7 @@ from fmi_export.errors import ExportError
 from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
 from fmi_export.sources import carried_modules, renamed
+from fmi_export.whole_file import whole_file
 
 DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
@@ -60,17 +61,14 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
     """Write an FMU of files by their name in it; it appears under its name when it is complete."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".fmu.part")
     stamp = datetime.fromtimestamp(max(build_date(), EARLIEST_IN_ZIP), UTC).timetuple()[:6]
-    with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
+    with whole_file(path) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(contents):
             entry = zipfile.ZipInfo(name, stamp)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3   # Unix, also where the build runs on Windows
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, contents[name])
-    unfinished.replace(path)
     return path
 
 

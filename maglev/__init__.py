@@ -1,1 +1,56 @@
-"""The experiments: scenario files, master, metrics, claims and the command line."""
+"""Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, fly the experiments, judge, compare.
+
+>>> import maglev
+>>> files = maglev.build(["Plant3DOF", "Regulator3DOF"])
+>>> run = maglev.run("3dof-smooth-nonlinear")
+>>> gap = run["plant.y.position"]        # numpy, SI
+
+What the command line `maglev` does, these functions do.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from maglev.errors import (
+    BaselineError,
+    BuildError,
+    CsvError,
+    FmuError,
+    IdentificationError,
+    MaglevError,
+    MeasurementError,
+    QuantityError,
+    ScenarioError,
+    UnknownName,
+)
+
+if TYPE_CHECKING:
+    from maglev.api.catalogue import build, fmus, scenarios
+    from maglev.api.checking import check, update
+    from maglev.api.flown import Run
+    from maglev.api.identifying import identify, write_identification
+    from maglev.api.running import Results, run, run_all
+    from maglev.cosim.master import RunFailed
+
+# Whoever needs one function does not wait for the imports of all.
+PLACES = {
+    "Results": "maglev.api.running", "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master",
+    "build": "maglev.api.catalogue", "check": "maglev.api.checking", "fmus": "maglev.api.catalogue",
+    "identify": "maglev.api.identifying", "run": "maglev.api.running", "run_all": "maglev.api.running",
+    "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
+    "write_identification": "maglev.api.identifying"}
+
+__all__ = [
+    "BaselineError", "BuildError", "CsvError", "FmuError", "IdentificationError", "MaglevError", "MeasurementError",
+    "QuantityError", "Results", "Run", "RunFailed", "ScenarioError", "UnknownName", "build", "check", "fmus",
+    "identify", "run", "run_all", "scenarios", "update", "write_identification"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in PLACES:
+        raise AttributeError(f"module 'maglev' has no attribute {name!r}")
+    return getattr(import_module(PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *PLACES])

@@ -1,4 +1,4 @@
-"""A CSV file with a header, columns read on demand."""
+"""A CSV file with a header and numbers below it, whose columns are read on demand."""
 
 import csv
 from collections.abc import Sequence
@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.errors import IdentificationError, nearest_file
+from maglev.errors import CsvError, nearest_file, shortened
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Names and numbers of a CSV file; a refusal names file, column, row and value."""
+    """Names and numbers of a CSV file; a refusal names file, row, column and value. The header is row 1."""
 
     path: Path
     names: Sequence[str]
@@ -27,7 +27,7 @@ class CsvTable:
 
         Raises
         ------
-        IdentificationError
+        CsvError
             If a field is missing or no finite number.
         """
         if name not in self.columns:
@@ -42,7 +42,7 @@ class CsvTable:
             self.columns[name] = values
         return self.columns[name]
 
-    def first_bad(self, index: int) -> IdentificationError:
+    def first_bad(self, index: int) -> CsvError:
         """Refusal of the first field of a column that is no finite number."""
         with self.path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
@@ -53,14 +53,25 @@ class CsvTable:
                 except ValueError:
                     good = not row
                 if not good:
-                    return IdentificationError(f"{self.path}: row {reader.line_num}, column {self.names[index]} is "
-                                               f"{text!r}, expected a finite number")
-        return IdentificationError(f"{self.path}: column {self.names[index]}: expected finite numbers")
+                    return CsvError(self.path, f"row {reader.line_num}, column {self.names[index]} is "
+                                               f"{shortened(text)}, expected a finite number")
+        return CsvError(self.path, f"column {self.names[index]}: expected finite numbers")
 
-    def refusal(self, name: str, k: int, expectation: str) -> IdentificationError:
-        """Refusal of the k-th number of a column; the header is row 1 of the file."""
-        return IdentificationError(f"{self.path}: row {k + 2}, column {name} is {self.columns[name][k]:.9g}, "
-                                   f"{expectation}")
+    def refusal(self, name: str, k: int, expectation: str) -> CsvError:
+        """Refusal of the k-th number of a column."""
+        return CsvError(self.path, f"row {k + 2}, column {name} is {self.columns[name][k]:.9g}, {expectation}")
+
+    def require_full_rows(self) -> None:
+        """Refuse a row with more or fewer fields than the header: a part of a file that was cut."""
+        with self.path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file, strict=True)
+            try:
+                for row in reader:
+                    if row and len(row) != len(self.names):
+                        raise CsvError(self.path, f"row {reader.line_num} has {len(row)} values, expected "
+                                                  f"{len(self.names)} as the header has")
+            except csv.Error as error:
+                raise CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file") from None
 
 
 def read_csv(path: Path) -> CsvTable:
@@ -68,7 +79,7 @@ def read_csv(path: Path) -> CsvTable:
 
     Raises
     ------
-    IdentificationError
+    CsvError
         If it is missing, no CSV text, or has no header or no rows.
     """
     try:
@@ -77,30 +88,28 @@ def read_csv(path: Path) -> CsvTable:
         if b"\0" in start:
             raise UnicodeDecodeError("utf-8", start, 0, 1, "binary")
         with path.open(newline="", encoding="utf-8-sig") as text:
-            reader = csv.reader(text)
+            reader = csv.reader(text, skipinitialspace=True)
             header = [name.strip() for name in next(reader, [])]
             rows = any(row for row in reader)
     except UnicodeDecodeError:
-        raise IdentificationError(f"{path}: no text, expected a CSV file with a header and columns separated by "
-                                  "commas: export the data as CSV") from None
+        raise CsvError(path, "no text, expected a CSV file with a header and columns separated by commas: export the "
+                             "data as CSV") from None
     except csv.Error as error:
-        raise IdentificationError(f"{path}: {error}, expected a CSV file") from None
+        raise CsvError(path, f"{error}, expected a CSV file") from None
     except OSError as error:
-        raise IdentificationError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        raise CsvError(path, f"cannot be read: {error.strerror}{nearest_file(path)}") from None
     if len(header) < 2:
         separator = next((mark for mark in (";", "\t") if header and mark in header[0]), None)
         found = "is empty" if not header else "has one column" if separator is None else (
             f"has columns separated by {separator!r}")
-        raise IdentificationError(f"{path}: {found}, expected a CSV file with a header and columns separated by commas")
+        raise CsvError(path, f"{found}, expected a CSV file with a header and columns separated by commas")
     if all(is_number(name) for name in header):
-        raise IdentificationError(f"{path}: row 1 is numbers, expected the names of the columns, such as "
-                                  "time,v,h,i_d,i_q")
+        raise CsvError(path, "row 1 is numbers, expected the names of the columns, such as time,v,h,i_d,i_q")
     for name in header:
         if header.count(name) > 1:
-            raise IdentificationError(f"{path}: row 1 has the column {name!r} {header.count(name)} times, expected it "
-                                      "once")
+            raise CsvError(path, f"row 1 has the column {name!r} {header.count(name)} times, expected it once")
     if not rows:
-        raise IdentificationError(f"{path}: has a header only, expected rows of numbers")
+        raise CsvError(path, "has a header only, expected rows of numbers")
     return CsvTable(path, header)
 
 

@@ -3,9 +3,11 @@
     MaglevError
     ├── ScenarioError          a scenario file, a port map or an option cannot be used
     ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
+    ├── UnknownName            a column or entry that does not exist (also a LookupError)
     ├── FmuError               an FMU cannot be loaded, or refused a call
     ├── RunFailed              a co-simulation ended early; what was recorded until then is in `cosim.master`
     ├── MeasurementError       a recording on which nothing can be measured or judged
+    ├── CsvError               a CSV file that cannot be read, or has no numbers where it should
     ├── BaselineError          a baseline that is missing or cannot be used
     ├── IdentificationError    data, settings or a model file of an identification
     └── BuildError             an FMU cannot be built
@@ -33,12 +35,24 @@ class QuantityError(MaglevError, ValueError):
     """A quantity that is no finite number, has no known unit, or is of another dimension than needed."""
 
 
+class UnknownName(MaglevError, LookupError):
+    """A name that does not exist where it was looked up; the message has the nearest one that does."""
+
+
 class FmuError(MaglevError):
     """An FMU that cannot be loaded, or that refused a call; the message has the FMU's own words."""
 
 
 class MeasurementError(MaglevError):
     """A recording on which nothing can be measured or judged."""
+
+
+class CsvError(MaglevError):
+    """A CSV file that cannot be read: `problem` is the message without the file, which goes before it."""
+
+    def __init__(self, path: Path, problem: str):
+        super().__init__(f"{path}: {problem}")
+        self.problem = problem
 
 
 class BaselineError(MaglevError):

@@ -24,6 +24,7 @@ UNITS = {
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
 
+WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}")
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(pi\b|π)?\s*(.*?)\s*")
 
 
@@ -135,9 +136,9 @@ def to_unit(value: float, unit: str) -> float:
     return float(Decimal(repr(float(value))) / Decimal(repr(by)))
 
 
-def number_or_text(text: str) -> float | str:
+def number_or_text(text: str) -> float | int | str:
     """Read a plain number where a command line gives one; anything else, such as a number with a unit, stays text."""
     try:
-        return float(text)
+        return int(text) if WHOLE_NUMBER.fullmatch(text) else float(text)
     except ValueError:
         return text

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import settings
 from native_builds import built_once, require_native_tools
 
-from maglev.build import DEFINITIONS, build, build_native
-from maglev.cosim.fmu import Component, read_description
+from maglev.catalogue import DEFINITIONS, build, build_native
+from maglev.cosim.fmu import Fmu, read_description
 
 NAMES = tuple(DEFINITIONS)
 
@@ -34,21 +34,21 @@ def native_fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True))
 
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
 def loader(folder: Path) -> Iterator[Load]:
     """Function that instantiates an FMU of a folder by its name; instances are freed after the test."""
-    components: list[Component] = []
+    fmus: list[Fmu] = []
 
-    def instantiate(name: str) -> Component:
+    def instantiate(name: str) -> Fmu:
         path = folder / f"{name}.fmu"
-        components.append(Component(name, path, read_description(name, path)))
-        return components[-1]
+        fmus.append(Fmu(name, path, read_description(name, path)))
+        return fmus[-1]
 
     yield instantiate
-    for component in components:
-        component.close()
+    for fmu in fmus:
+        fmu.close()
 
 
 @pytest.fixture

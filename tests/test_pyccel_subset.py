@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.build import DEFINITIONS, PACKAGES, definition
+from maglev.catalogue import DEFINITIONS, PACKAGES, definition
 
 ROOT = Path(__file__).parents[1]
 FORBIDDEN_CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "set", "print",

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from maglev.judging.verdicts import VERDICTS
-from maglev.schema.loading import load_runs, packaged_scenarios
+from maglev.schema.layers import packaged_files
+from maglev.schema.loading import load_plans
 
 README = Path(__file__).parents[1] / "README.md"
 
@@ -11,7 +12,7 @@ README = Path(__file__).parents[1] / "README.md"
 def test_the_table_has_every_claim_with_a_verdict() -> None:
     rows = [[cell.strip() for cell in line.split(" | ")] for line in README.read_text(encoding="utf-8").splitlines()
             if line.startswith("| `") and line.count(" | ") == 5]
-    runs = [run for name in packaged_scenarios() for run in load_runs(name)]
+    runs = [run for name in packaged_files() for run in load_plans(name)]
     procedures = {run.procedure.name: run.procedure for run in runs if run.procedure is not None}
     claims = [(run.name, claim) for run in runs for claim in run.claims]
     claims += [(name, claim) for name, procedure in sorted(procedures.items()) for claim in procedure.claims]

@@ -11,11 +11,11 @@ samples, and one rounding error of a reference is soon worth the encoder's resol
 
 import numpy as np
 
-from maglev.build import CONTAINERS, container, definition
+from maglev.catalogue import CONTAINERS, container, definition
 from maglev.cosim.master import Recording
 from maglev.experiment.results import write_csv
-from maglev.schema.loading import load_scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan
 
 INPUTS = PACKAGED / "inputs"
 
@@ -24,10 +24,10 @@ FILES = {"2dof-setpoints.csv": "ClosedLoop2DOF", "3dof-setpoints.csv": "ClosedLo
 
 def inputs(name: str) -> Recording:
     """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
-    loop, scenario = container(name), load_scenario(CONTAINERS[name])
+    loop, plan = container(name), load_plan(CONTAINERS[name])
     fed = {target for _, target in loop.connections}
-    signals = {signal.to: signal for signal in scenario.signals}
-    times = [k * scenario.step for k in range(scenario.steps + 1)]
+    signals = {signal.to: signal for signal in plan.signals}
+    times = [k * plan.step for k in range(plan.steps + 1)]
     columns = {}
     for component, model in loop.components.items():
         for variable in definition(model).variables:

@@ -9,13 +9,11 @@ from rich.table import Table
 
 from maglev.cli.options import Debug, Out
 from maglev.cli.terminal import one_line_errors, report_console
-from maglev.errors import IdentificationError, QuantityError, nearest
+from maglev.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
-from maglev.units import number_or_text, parse_quantity
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
-    from maglev.identification.rigs import Rig
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 RigName = Annotated[str | None, typer.Option("--rig", help="`2dof` or `3dof`; seen from the columns if not given.",
@@ -43,44 +41,25 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
     The results are `NAME.identified.toml`, for `maglev run --model`, and `NAME.convergence.csv` with a picture of it.
     """
     # numpy and scipy take their time to load: only who identifies waits for them.
-    from maglev.identification.convergence import write_convergence, write_picture
-    from maglev.identification.identify import identify as identified
-    from maglev.identification.model_file import write_model
-    from maglev.identification.recording import read_recording
-
     with one_line_errors(debug):
-        recording = read_recording(data, rig)
-        try:
-            seconds = parse_quantity(number_or_text(epsilon), "s")
-        except QuantityError as error:
-            raise IdentificationError(f"--epsilon {epsilon}: {error}") from None
-        start = read_guesses(guess or [], recording.rig)
-        try:
-            found = identified(recording, method, seconds, gamma, start, matched)
-        except IdentificationError as error:
-            raise IdentificationError(f"{data}: {error}") from None
-        out.mkdir(parents=True, exist_ok=True)
-        model, convergence = out / f"{data.stem}.identified.toml", out / f"{data.stem}.convergence.csv"
-        write_model(model, found, data)
-        write_convergence(convergence, found)
-        picture = write_picture(out / f"{data.stem}.convergence", found)
+        from maglev.api.identifying import identify as identified
+        from maglev.api.identifying import write_identification
+
+        found = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=read_guesses(guess or []),
+                           matched=matched)
+        files = write_identification(found, data, out)
         show(report_console(), found)
-        typer.echo(f"results: {', '.join(str(path) for path in (model, convergence, picture) if path is not None)}")
+        typer.echo(f"results: {', '.join(map(str, files))}")
 
 
-def read_guesses(texts: list[str], rig: "Rig") -> dict[str, float]:
+def read_guesses(texts: list[str]) -> dict[str, str]:
     """Initial values of `--guess C1=value`."""
     guesses = {}
     for text in texts:
         name, equals, value = text.partition("=")
-        name = name.strip()
-        if not equals or name not in rig.constants:
-            raise IdentificationError(f"--guess {text}: expected one of {', '.join(rig.constants)} and a value, such "
-                                      f"as C1=10; nearest is {nearest(name, rig.constants)}")
-        try:
-            guesses[name] = parse_quantity(number_or_text(value.strip()), "1")
-        except QuantityError as error:
-            raise IdentificationError(f"--guess {text}: {error}") from None
+        if not equals:
+            raise IdentificationError(f"--guess {text}: expected a constant and a value, such as C1=10")
+        guesses[name.strip()] = value.strip()
     return guesses
 
 

@@ -1,17 +1,23 @@
-"""What the command line prints: errors, progress and tables."""
+"""What the command line prints: errors, progress and results."""
 
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
-from rich.progress import Progress, TaskID, TimeRemainingColumn
 
 from maglev.errors import FAILURES, in_one_line
-from maglev.experiment.preparation import Experiment
-from maglev.experiment.processes import Watcher
-from maglev.report.text import REPORT_WIDTH
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from maglev.api.running import Results
+    from maglev.experiment.processes import Watcher
+
+PIPED_WIDTH = 120   # characters, where no terminal sets the width
+MOST_NAMED = 7      # files that are named one by one
+MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
 
 
 @contextmanager
@@ -22,21 +28,31 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     except FAILURES as error:
         if debug:
             raise
-        typer.echo(f"maglev: {in_one_line(error)}", err=True)
+        say(in_one_line(error))
         raise typer.Exit(2) from None
 
 
-def report_console() -> Console:
+def say(sentence: str) -> None:
+    """Print a sentence beside the results."""
+    typer.echo(f"maglev: {sentence}", err=True)
+
+
+def report_console() -> "Console":
     """Console wide enough for the tables where no terminal sets the width."""
+    from rich.console import Console
+
     console = Console()
     if not console.is_terminal:
-        console.width = REPORT_WIDTH
+        console.width = PIPED_WIDTH
     return console
 
 
 @contextmanager
-def progress_of(names: Sequence[str]) -> Iterator[Watcher]:
+def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
     """Progress bars of the named runs, and of all together, where a person looks on."""
+    from rich.console import Console
+    from rich.progress import Progress, TaskID, TimeRemainingColumn
+
     with Progress(*Progress.get_default_columns()[:3], TimeRemainingColumn(elapsed_when_finished=True),
                   console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
         whole = bar.add_task("all runs", total=len(names), visible=len(names) > 1)
@@ -53,10 +69,25 @@ def progress_of(names: Sequence[str]) -> Iterator[Watcher]:
         yield watch
 
 
-def note(experiments: Sequence[Experiment]) -> None:
-    """Say, once, what FMUs that were put in do not take, lack or leave open."""
-    sentences = [f"the FMU that was put in has no {', '.join(experiment.left_out)}: the scenario's start values are "
-                 "left out" for experiment in experiments if experiment.left_out]
-    sentences += [sentence for experiment in experiments for sentence in experiment.notes]
-    for sentence in dict.fromkeys(sentences):
-        typer.echo(f"maglev: {sentence}", err=True)
+def print_results(results: "Results") -> None:
+    """Print the text of the only run asked for, or a table of all, and what procedures found.
+
+    Exits with 2 if a run did not complete.
+    """
+    from maglev.report.outcome_text import show_outcome
+    from maglev.report.text import show, study_table
+
+    console = report_console()
+    if len(results.asked) == 1:
+        show(console, results.runs[0], results.verdicts[results.runs[0].plan.name])
+    else:
+        console.print(study_table(results.runs, results.verdicts, results.outcomes))
+    for outcome in results.outcomes if len(results.outcomes) <= MOST_SHOWN else ():
+        show_outcome(console, outcome, results.verdicts[outcome.settings.name])
+    few, files = len(results.files) <= MOST_NAMED, results.files
+    typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")
+    failed = [run for run in results.runs if run.failure is not None]
+    for run in failed:
+        say(f"{run.plan.name}: {run.failure}")
+    if failed:
+        raise typer.Exit(2)

@@ -5,7 +5,9 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from copy import copy
 from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any, ClassVar
@@ -59,21 +61,26 @@ def read_description(name: str, path: Path) -> ModelDescription:
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}, expected an FMU; `maglev build` makes those of this "
                        "project in the folder fmus, `maglev build --native` those in fmus/native")
+    written = path.stat()
     try:
-        version = fmpy.read_model_description(str(path), validate=False).fmiVersion
-        if version != "2.0":
-            raise FmuError(f"{name}: {path} is an FMI {version} FMU, expected FMI 2.0")
-        description = fmpy.read_model_description(str(path))
-    except FmuError:
-        raise
+        # Who gives the variables other names and units does it on a list of their own.
+        description = copy(parsed(path, written.st_mtime_ns, written.st_size))
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         raise FmuError(f"{name}: {path} cannot be read as an FMU: {error}") from error
+    if description.fmiVersion != "2.0":
+        raise FmuError(f"{name}: {path} is an FMI {description.fmiVersion} FMU, expected FMI 2.0")
     if description.coSimulation is None:
         raise FmuError(f"{name}: {path} is for model exchange only, expected co-simulation")
     return description
 
 
-LOADED: "dict[bytes, Component]" = {}   # by instance name
+@lru_cache(maxsize=64)
+def parsed(path: Path, _written: int, _size: int) -> ModelDescription:
+    """Model description of a file, read once for as long as the file stays as it is."""
+    return fmpy.read_model_description(str(path))
+
+
+LOADED: "dict[bytes, Fmu]" = {}   # by instance name
 
 
 def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
@@ -81,16 +88,16 @@ def take_message(_environment: object, instance: bytes, status: int, _category: 
 
     fmpy's proxy, which formats messages, passes those of all FMUs to one function: the instance name tells them apart.
     """
-    component = LOADED.get(instance)
-    if component is not None and status > 0:
-        component.fatal = component.fatal or status == FATAL
-        component.messages.append(message.decode("utf-8", "replace").strip())
+    fmu = LOADED.get(instance)
+    if fmu is not None and status > 0:
+        fmu.fatal = fmu.fatal or status == FATAL
+        fmu.messages.append(message.decode("utf-8", "replace").strip())
 
 
 LOGGER = fmi2CallbackLoggerTYPE(take_message)
 
 
-class Component:
+class Fmu:
     """An instance of an FMU; a context manager that frees it and the folder it was unpacked to.
 
     `scales` converts the variables, by name, that the FMU does not count in SI units.
@@ -136,7 +143,7 @@ class Component:
             self.get_functions[kind] = instance.dll[f"fmi2Get{kind}"]
         self.do_step = instance.dll["fmi2DoStep"]
 
-    def __enter__(self) -> "Component":
+    def __enter__(self) -> "Fmu":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from maglev.cosim.fmu import Component, read_description
+from maglev.cosim.fmu import Fmu, read_description
+from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import Phase, StepFailed, step_over
-from maglev.cosim.wiring import Order, Rate, Track, wire
+from maglev.cosim.wiring import Rate, Track, wire
 from maglev.errors import FmuError, MaglevError
 
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
@@ -25,7 +26,7 @@ Progress = Callable[[int, int], None]   # steps done, steps in all
 
 
 @dataclass(frozen=True)
-class Participant:
+class FmuSetup:
     """An FMU of a co-simulation: its name in it, its file and its start values; names and units of a foreign one."""
 
     name: str
@@ -63,7 +64,7 @@ class Master:
 
     Parameters
     ----------
-    participants : sequence of Participant
+    setups : sequence of FmuSetup
         In the order in which they step.
     connections : sequence of (str, str)
         From an output to an input, both `fmu.variable`.
@@ -78,22 +79,22 @@ class Master:
         If an FMU cannot be loaded.
     """
 
-    def __init__(self, participants: Sequence[Participant], connections: Sequence[tuple[str, str]], step: float,
+    def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float,
                  order: Order = "sequential"):
         if not 0.0 < step < float("inf"):
             raise FmuError(f"communication step = {step} s, expected a positive, finite step")
         self.step = step
         self.order = order
-        self.participants = participants
+        self.setups = setups
         self.connections = connections
         self.stack = ExitStack()
-        self.components: dict[str, Component] = {}
-        described = [(p, read_description(p.name, p.path)) for p in participants]
+        self.fmus: dict[str, Fmu] = {}
+        described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
-            for participant, description in described:
-                scales = {} if participant.ports is None else apply(participant.ports, description)
-                component = Component(participant.name, participant.path, description, scales)
-                self.components[participant.name] = self.stack.enter_context(component)
+            for setup, description in described:
+                scales = {} if setup.ports is None else apply(setup.ports, description)
+                fmu = Fmu(setup.name, setup.path, description, scales)
+                self.fmus[setup.name] = self.stack.enter_context(fmu)
         except BaseException:
             self.stack.close()
             raise
@@ -130,12 +131,12 @@ class Master:
             if len(values) != steps + 1:
                 raise FmuError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
                                "one for each communication point")
-        rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.participants
+        rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
-        initial, phases, tracks = wire(self.components, self.connections, drives, steps + 1, self.step, self.order,
+        initial, phases, tracks = wire(self.fmus, self.connections, drives, steps + 1, self.step, self.order,
                                        rates)
-        for participant in self.participants:
-            self.components[participant.name].initialise(participant.start, 0.0, stop_time)
+        for setup in self.setups:
+            self.fmus[setup.name].initialise(setup.start, 0.0, stop_time)
         done = 0
         try:
             for call in initial:

@@ -20,7 +20,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.errors import QuantityError, ScenarioError, key_path, nearest, shortened
 from maglev.units import factor, parse_quantity, si_unit
 
-PARTICIPANTS = ("controller", "plant")
+FMUS = ("controller", "plant")
 
 
 class Scale(NamedTuple):
@@ -92,7 +92,7 @@ class PortMap:
 
 
 def read_port_maps(path: Path) -> dict[str, PortMap]:
-    """Read the maps of a file, by participant.
+    """Read the maps of a file, by name in the run.
 
     Raises
     ------
@@ -106,8 +106,8 @@ def read_port_maps(path: Path) -> dict[str, PortMap]:
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: TOML syntax: {error}") from None
     for name, table in tables.items():
-        if name not in PARTICIPANTS:
-            raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, PARTICIPANTS)}")
+        if name not in FMUS:
+            raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, FMUS)}")
         if not isinstance(table, dict):
             raise ScenarioError(f"{path}: {name} = {shortened(table)}: expected a table")
     return {name: read_port_map(f"{path}: {name}", table) for name, table in tables.items()}

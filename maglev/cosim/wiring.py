@@ -8,18 +8,17 @@ its own, and calls that convert between these and the rows.
 from collections.abc import Iterator, Mapping, Sequence
 from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from math import lcm
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.fmu import WARNING, Component
+from maglev.cosim.fmu import WARNING, Fmu
+from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
 from maglev.errors import FmuError
 
 KINDS = ("Real", "Integer", "Boolean")
-
-Order = Literal["sequential", "jacobi"]
 
 
 class Track:
@@ -44,7 +43,7 @@ class Call(NamedTuple):
     stride: float
     function: Any
     arguments: tuple[Any, ...]
-    what: tuple[Component, str]   # for messages
+    what: tuple[Fmu, str]   # for messages
 
     def at(self, k: int) -> None:
         """Call at a communication point; FmuError if the FMU refuses."""
@@ -55,8 +54,8 @@ class Call(NamedTuple):
 
     def failed(self, status: int) -> FmuError:
         """Error for a status beyond a warning."""
-        component, call = self.what
-        return component.failed(call, status)
+        fmu, call = self.what
+        return fmu.failed(call, status)
 
 
 class Wiring(NamedTuple):
@@ -85,14 +84,14 @@ class Place(NamedTuple):
     order: int
 
 
-def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
+def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
          drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential",
          rates: Mapping[str, Rate] | None = None) -> Wiring:
-    """Prepare a co-simulation of the components in their order, with a communication step (s).
+    """Prepare a co-simulation of the FMUs in their order, with a communication step (s).
 
     Parameters
     ----------
-    components : mapping of str to Component
+    fmus : mapping of str to Fmu
     connections : sequence of (str, str)
         From an output to an input, both `fmu.variable`.
     drives : mapping of str to sequence of float
@@ -115,30 +114,30 @@ def wire(components: Mapping[str, Component], connections: Sequence[tuple[str, s
         If a name does not exist, is not an output or input (for a drive: or parameter) as it should be, or if an input
         has two sources.
     """
-    sources = sources_of(components, connections, drives)
+    sources = sources_of(fmus, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
     sets: list[list[Call]] = []
     gets: list[list[Call]] = []
-    for number, (name, component) in enumerate(components.items()):
+    for number, (name, fmu) in enumerate(fmus.items()):
         gets.append([])
-        for track, variables in output_tracks(name, component, sources, rows):
+        for track, variables in output_tracks(name, fmu, sources, rows):
             places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
-            gets[-1] += value_calls(component, "Get", variables, track, 0, 1)
-    for name in components:
+            gets[-1] += value_calls(fmu, "Get", variables, track, 0, 1)
+    for name in fmus:
         driven = [target for target in drives if target.partition(".")[0] == name]
         if driven:
             track = Track(driven, "Real", rows)
             track.array[:] = np.array([drives[target] for target in driven]).T
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
-    for number, (name, component) in enumerate(components.items()):
-        sets.append(list(input_calls(number, name, component, sources, places, order)))
-    every = {name: rates[name].every if rates and name in rates else 1 for name in components}
+    for number, (name, fmu) in enumerate(fmus.items()):
+        sets.append(list(input_calls(number, name, fmu, sources, places, order)))
+    every = {name: rates[name].every if rates and name in rates else 1 for name in fmus}
     phases = []
     for phase in range(lcm(*every.values())):
         stepping = [(phase if number == 0 else phase + 1) % length == 0 for number, length in enumerate(every.values())]
         setting = [calls if now else [] for calls, now in zip(sets, stepping, strict=True)]
-        steps = [list(step_calls(component, step, number, (rates or {}).get(name, Rate()))) if stepping[number] else []
-                 for number, (name, component) in enumerate(components.items())]
+        steps = [list(step_calls(fmu, step, number, (rates or {}).get(name, Rate()))) if stepping[number] else []
+                 for number, (name, fmu) in enumerate(fmus.items())]
         phases.append(ordered(setting, steps, gets, order))
     # A step reads the outputs at its end, the initial calls those of the first point: one row before.
     initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
@@ -153,7 +152,7 @@ def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Seque
     return [call for calls in zip(sets, steps, gets, strict=True) for each in calls for call in each]
 
 
-def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[str, str]],
+def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
                drives: Mapping[str, Sequence[float]]) -> dict[str, str]:
     """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
     sources: dict[str, str] = {}
@@ -161,20 +160,20 @@ def sources_of(components: Mapping[str, Component], connections: Sequence[tuple[
         if target in sources:
             raise FmuError(f"{target} has two sources, expected one connection or signal")
         sources[target] = source
-        kind = kind_of(endpoint(components, target, *(("input", "parameter") if source == target else ("input",))))
-        if source != target and kind_of(endpoint(components, source, "output")) != kind:
+        kind = kind_of(endpoint(fmus, target, *(("input", "parameter") if source == target else ("input",))))
+        if source != target and kind_of(endpoint(fmus, source, "output")) != kind:
             raise FmuError(f"{source} and {target} differ in type, expected {kind} at both ends")
         if source == target and kind != "Real":
             raise FmuError(f"{target} is of type {kind}, expected a Real input for a signal")
     return sources
 
 
-def output_tracks(name: str, component: Component, sources: Mapping[str, str],
+def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str],
                   rows: int) -> Iterator[tuple[Track, list[ScalarVariable]]]:
     """Tracks of an FMU's outputs, one for each FMI type that occurs."""
     wanted = list(sources.values())
     for kind in KINDS:
-        variables = [v for v in component.description.modelVariables
+        variables = [v for v in fmu.description.modelVariables
                      if v.causality == "output" and kind_of(v) == kind]
         # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
         variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
@@ -182,41 +181,41 @@ def output_tracks(name: str, component: Component, sources: Mapping[str, str],
             yield Track([f"{name}.{v.name}" for v in variables], kind, rows), variables
 
 
-def input_calls(number: int, name: str, component: Component, sources: Mapping[str, str],
+def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
                 places: Mapping[str, Place], order: Order) -> Iterator[Call]:
     """Calls that set an FMU's inputs, one for each run of values that lie side by side."""
-    fed = [(component.variables[target.partition(".")[2]], places[source]) for target, source in sources.items()
+    fed = [(fmu.variables[target.partition(".")[2]], places[source]) for target, source in sources.items()
            if target.partition(".")[0] == name]
     fed.sort(key=lambda item: (item[1].track.address, item[1].column))
     run: list[tuple[ScalarVariable, Place]] = []
     for item in fed:
         if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
-            yield from set_calls(component, run, number, order)
+            yield from set_calls(fmu, run, number, order)
             run = []
         run.append(item)
     if run:
-        yield from set_calls(component, run, number, order)
+        yield from set_calls(fmu, run, number, order)
 
 
-def set_calls(component: Component, run: Sequence[tuple[ScalarVariable, Place]], number: int,
+def set_calls(fmu: Fmu, run: Sequence[tuple[ScalarVariable, Place]], number: int,
               order: Order) -> Iterator[Call]:
     """Calls that set inputs from values side by side in a track."""
     _, (track, column, source) = run[0]
     # What FMUs before this one have given in this step is in the next row already.
     ahead = 1 if order == "sequential" and 0 <= source < number else 0
-    yield from value_calls(component, "Set", [variable for variable, _ in run], track, column, ahead)
+    yield from value_calls(fmu, "Set", [variable for variable, _ in run], track, column, ahead)
 
 
-def value_calls(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+def value_calls(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
                 ahead: int) -> Iterator[Call]:
     """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units."""
-    call = value_call(component, verb, variables, track, column, ahead)
-    if not any(v.name in component.scales for v in variables):
+    call = value_call(fmu, verb, variables, track, column, ahead)
+    if not any(v.name in fmu.scales for v in variables):
         yield call
         return
     own = np.zeros(len(variables))   # in the FMU's units
     rows = track.array[:, column:column + len(variables)]
-    scales = [component.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
+    scales = [fmu.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
     up, down = np.array([scale.up for scale in scales]), np.array([scale.down for scale in scales])
     row = c_int64()
 
@@ -229,32 +228,32 @@ def value_calls(component: Component, verb: str, variables: Sequence[ScalarVaria
         return 0
 
     call = call._replace(base=own.ctypes.data, stride=0)
-    conversion = Call(row, ahead, 1, to_si if verb == "Get" else to_own, (row,), (component, "a conversion of units"))
+    conversion = Call(row, ahead, 1, to_si if verb == "Get" else to_own, (row,), (fmu, "a conversion of units"))
     yield from (call, conversion) if verb == "Get" else (conversion, call)
 
 
-def value_call(component: Component, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
+def value_call(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
                ahead: int) -> Call:
     """Call that gets or sets variables in the columns of a track from `column` on, `ahead` rows after point k."""
     kind = kind_of(variables[0])
     references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
     values = c_void_p()
-    functions = component.get_functions if verb == "Get" else component.set_functions
-    arguments = (component.handle(), references, c_size_t(len(variables)), values)
+    functions = fmu.get_functions if verb == "Get" else fmu.set_functions
+    arguments = (fmu.handle(), references, c_size_t(len(variables)), values)
     what = f"fmi2{verb}{kind} of {', '.join(v.name for v in variables)}"
     return Call(values, track.address + column * track.item + ahead * track.stride, track.stride, functions[kind],
-                arguments, (component, what))
+                arguments, (fmu, what))
 
 
-def step_calls(component: Component, step: float, number: int, rate: Rate) -> Iterator[Call]:
+def step_calls(fmu: Fmu, step: float, number: int, rate: Rate) -> Iterator[Call]:
     """Calls that step an FMU, which is at a place in the order, in one communication step (s) from point k."""
     # A long step of an FMU after the first is made at its end.
     behind = rate.every - 1 if number > 0 else 0
     own = step * rate.every / rate.parts
     for part in range(rate.parts):
         time = c_double()
-        yield Call(time, part * own - behind * step, step, component.do_step,
-                   (component.handle(), time, c_double(own), c_int(1)), (component, "fmi2DoStep"))
+        yield Call(time, part * own - behind * step, step, fmu.do_step,
+                   (fmu.handle(), time, c_double(own), c_int(1)), (fmu, "fmi2DoStep"))
 
 
 def kind_of(variable: ScalarVariable) -> str:
@@ -262,12 +261,12 @@ def kind_of(variable: ScalarVariable) -> str:
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
 
 
-def endpoint(components: Mapping[str, Component], name: str, *causalities: str) -> ScalarVariable:
+def endpoint(fmus: Mapping[str, Fmu], name: str, *causalities: str) -> ScalarVariable:
     """Variable of a name `fmu.variable`; FmuError if it does not exist or is of another causality."""
-    fmu, _, variable = name.partition(".")
-    if fmu not in components:
-        raise FmuError(f"{name}: there is no FMU {fmu}, expected one of {', '.join(components)}")
-    found = components[fmu].variable(variable)
+    owner, _, variable = name.partition(".")
+    if owner not in fmus:
+        raise FmuError(f"{name}: there is no FMU {owner}, expected one of {', '.join(fmus)}")
+    found = fmus[owner].variable(variable)
     if found.causality not in causalities:
         raise FmuError(f"{name} is of causality {found.causality}, expected an {' or '.join(causalities)}")
     if found.type not in (*KINDS, "Enumeration"):

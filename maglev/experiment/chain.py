@@ -1,12 +1,13 @@
 """Runs that start from the results of others: in which order they go, and what is handed on."""
 
 from collections.abc import Callable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from typing import Protocol, TypeVar
 
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.experiment.processes import Task, Watcher, side_by_side
-from maglev.schema.scenario import Scenario, StartValue
+from maglev.schema.run_plan import RunPlan, StartValue
 
 Ends = Mapping[str, Mapping[str, float]]   # every output at the end of a run, by name of the run; empty if it failed
 
@@ -55,17 +56,26 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
 
 def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
     """Runs that can go side by side, after those of the waves before; arguments and errors as of `in_order`."""
-    found: list[list[str]] = []
-    done: set[str] = set()
-    while len(done) < len(needs):
-        ready = [name for name in needs if name not in done and needs[name] <= done]
-        if not ready:
-            stuck = next(name for name in needs if name not in done)
-            missing = ", ".join(sorted(needs[stuck] - done))
-            raise ScenarioError(f"{stuck}: start_from needs {missing}, expected a run that can go before it")
-        found.append(ready)
-        done |= set(ready)
+    for name, others in needs.items():
+        if others - needs.keys():
+            raise cannot_go_before(name, *sorted(others - needs.keys()))
+    sorter = TopologicalSorter(needs)
+    try:
+        sorter.prepare()
+    except CycleError as error:
+        *_, needed, name = error.args[1]   # each of the circle before the one that needs it
+        raise cannot_go_before(name, needed) from None
+    found = []
+    while sorter.is_active():
+        ready = set(sorter.get_ready())
+        found.append([name for name in needs if name in ready])
+        sorter.done(*ready)
     return found
+
+
+def cannot_go_before(name: str, *needed: str) -> ScenarioError:
+    """Refusal of a run that starts from others which cannot go before it."""
+    return ScenarioError(f"{name}: start_from needs {', '.join(needed)}, expected a run that can go before it")
 
 
 def ends_of(recording: Recording) -> dict[str, float]:
@@ -73,8 +83,8 @@ def ends_of(recording: Recording) -> dict[str, float]:
     return {name: float(values[-1]) for name, values in recording.columns.items()}
 
 
-def started(scenario: Scenario, ends: Ends) -> Scenario:
-    """Scenario with the start values that it takes from the ends of other runs.
+def started(plan: RunPlan, ends: Ends) -> RunPlan:
+    """Plan with the start values that it takes from the ends of other runs.
 
     Raises
     ------
@@ -82,7 +92,7 @@ def started(scenario: Scenario, ends: Ends) -> Scenario:
         If such a run did not complete.
     """
     fmus = {}
-    for name, fmu in scenario.fmus.items():
+    for name, fmu in plan.fmus.items():
         taken = {}
         for variable, source in fmu.start_from.items():
             values = ends.get(source.run)
@@ -91,4 +101,4 @@ def started(scenario: Scenario, ends: Ends) -> Scenario:
                                     "complete, or was not run to its end")
             taken[variable] = StartValue(values[source.output], None, values[source.output])
         fmus[name] = fmu.model_copy(update={"start": {**fmu.start, **taken}, "start_from": {}})
-    return scenario.model_copy(update={"fmus": fmus})
+    return plan.model_copy(update={"fmus": fmus})

@@ -17,7 +17,7 @@ from maglev.experiment.processes import Watcher
 from maglev.experiment.results import write_csv
 from maglev.judging.metrics import Metrics, evaluate
 from maglev.judging.verdicts import Judgements, judge
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class RunResult:
 
     Attributes
     ----------
-    scenario : Scenario
+    plan : RunPlan
     time : ndarray, shape (n,)
-        Times of the rows, s: every output interval of the scenario; none if the run did not complete.
+        Times of the rows, s: every output interval of the plan; none if the run did not complete.
     columns : mapping of str to ndarray, shape (n,)
         By name, `fmu.variable`, SI; Booleans as 0 and 1.
     metrics : Metrics or None
@@ -41,13 +41,18 @@ class RunResult:
         Every Real parameter that the run started with; empty if it did not complete.
     """
 
-    scenario: Scenario
+    plan: RunPlan
     time: NDArray[np.float64]
     columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     metrics: Metrics | None = None
     failure: str | None = None
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def fly(experiment: Experiment, progress: Progress | None = None) -> RunResult:
+    """Run an experiment and measure it; errors as of `execute`, and no files."""
+    return measured(experiment, experiment.run(progress))
 
 
 def execute(experiment: Experiment, out: Path, progress: Progress | None = None) -> RunResult:
@@ -57,21 +62,26 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     ------
     RunFailed
         If an FMU ends the run; what was recorded until then is in `NAME.partial.csv`.
-    FmuError, ScenarioError, ValueError, OSError
+    MaglevError, OSError
         If it cannot run, be measured or be written.
     """
-    scenario = experiment.scenario
+    plan = experiment.plan
     every = experiment.output_every()
     try:
         recording = experiment.run(progress)
     except RunFailed as error:
-        rescued = out / f"{scenario.name}.partial.csv"
+        rescued = out / f"{plan.name}.partial.csv"
         write_csv(rescued, error.recording, every)
         raise RunFailed(f"{error}; what was recorded until then is in {rescued}", error.recording) from error
-    write_csv(out / f"{scenario.name}.csv", recording, every)
-    metrics = evaluate(scenario, recording.time, recording.columns)
-    thin = thinned(recording, every)
-    return RunResult(scenario, thin.time, thin.columns, metrics, ends=ends_of(recording),
+    write_csv(out / f"{plan.name}.csv", recording, every)
+    return measured(experiment, recording)
+
+
+def measured(experiment: Experiment, recording: Recording) -> RunResult:
+    """Result of a run that was recorded to its end: every output interval of it, and what was measured on all of it."""
+    metrics = evaluate(experiment.plan, recording.time, recording.columns)
+    thin = thinned(recording, experiment.output_every())
+    return RunResult(experiment.plan, thin.time, thin.columns, metrics, ends=ends_of(recording),
                      parameters=experiment.parameters())
 
 
@@ -87,8 +97,8 @@ def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: 
     Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
     the others go on.
     """
-    by_name = {experiment.scenario.name: experiment for experiment in experiments}
-    return list(in_order({name: experiment.scenario.needs for name, experiment in by_name.items()},
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
                          lambda name, ends: partial(execute_or_fail, by_name[name], out, ends), jobs,
                          lambda name, message: failed(by_name[name], message), watch).values())
 
@@ -96,18 +106,18 @@ def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: 
 def execute_or_fail(experiment: Experiment, out: Path, ends: Ends, progress: Progress) -> RunResult:
     """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
     try:
-        return execute(replace(experiment, scenario=started(experiment.scenario, ends)), out, progress)
+        return execute(replace(experiment, plan=started(experiment.plan, ends)), out, progress)
     except FAILURES as error:
         return failed(experiment, in_one_line(error))
 
 
 def failed(experiment: Experiment, message: str) -> RunResult:
     """Result of a run that did not complete."""
-    return RunResult(experiment.scenario, np.zeros(0), failure=message)
+    return RunResult(experiment.plan, np.zeros(0), failure=message)
 
 
 def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs."""
-    metrics = {result.scenario.name: result.metrics for result in results}
-    return {result.scenario.name: [judge(claim, result.metrics, metrics) for claim in result.scenario.claims]
+    metrics = {result.plan.name: result.metrics for result in results}
+    return {result.plan.name: [judge(claim, result.metrics, metrics) for claim in result.plan.claims]
             for result in results}

@@ -1,10 +1,10 @@
-"""Check of the names, causalities, types and units in a scenario against the FMUs it runs."""
+"""Check of the names, causalities, types and units in a run against the FMUs it runs."""
 
 from collections.abc import Iterator, Mapping
 from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
-from maglev.schema.scenario import Scenario, StartValue
+from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.units import UNITS, si_unit
 
 REAL = ("Real", "Float64", "Float32")
@@ -27,20 +27,23 @@ Descriptions = Mapping[str, Mapping[str, Variable]]
 class PortCheck:
     """The check of one scenario; refusals name its file."""
 
-    def __init__(self, scenario: Scenario, descriptions: Descriptions):
-        self.scenario = scenario
+    def __init__(self, plan: RunPlan, descriptions: Descriptions):
+        self.plan = plan
         self.descriptions = descriptions
         self.fed: dict[str, str] = {}   # input: key that feeds it
+        self.origin = ""                # of the value that is looked at, if it is not the file
 
     def refuse(self, key: str, value: object, expectation: str) -> ScenarioError:
         """Return the error."""
-        return ScenarioError(f"{self.scenario.path}: {key} = {shortened(value)}: {expectation}")
+        if self.origin:
+            return ScenarioError(f"{self.origin}: {expectation}")
+        return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
 
     def variable(self, key: str, port: str, *causalities: str) -> Variable:
         """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
         fmu, _, name = port.partition(".")
-        if fmu not in self.scenario.fmus:
-            raise self.refuse(key, port, f"there is no FMU {fmu!r}; nearest is {nearest(fmu, self.scenario.fmus)}")
+        if fmu not in self.plan.fmus:
+            raise self.refuse(key, port, f"there is no FMU {fmu!r}; nearest is {nearest(fmu, self.plan.fmus)}")
         return self.variable_of(key, port, fmu, name, *causalities)
 
     def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Variable:
@@ -66,7 +69,7 @@ class PortCheck:
 
     def connections(self) -> None:
         """Check that connections run from outputs to inputs of the same type and unit."""
-        for key, (start, end) in self.scenario.wires.items():
+        for key, (start, end) in self.plan.wires.items():
             ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
             output = self.variable(ends[0], start, "output")
             target = self.feed(ends[1], end)
@@ -79,7 +82,7 @@ class PortCheck:
 
     def signals(self) -> None:
         """Check that signals feed Real inputs of their dimension."""
-        for i, signal in enumerate(self.scenario.signals):
+        for i, signal in enumerate(self.plan.signals):
             key = f"signals[{i}].to"
             target = self.feed(key, signal.to, "parameter")
             self.real(key, signal.to, target)
@@ -109,15 +112,17 @@ class PortCheck:
 
     def start_values(self) -> None:
         """Check that start values are of parameters or inputs, and of their type and dimension."""
-        for fmu, entry in self.scenario.fmus.items():
+        for fmu, entry in self.plan.fmus.items():
             for name, start in entry.start.items():
                 key = key_path(["fmus", fmu, "start", name])
+                self.origin = start.origin
                 variable = self.variable_of(key, start.written, fmu, name, "parameter", "input")
                 expected = expected_start(start, variable)
                 if expected:
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
                 if start.unit is not None:
                     self.dimension(key, start.written, start.unit, variable)
+            self.origin = ""
             for name, source in entry.start_from.items():
                 key = key_path(["fmus", fmu, "start_from", name])
                 self.real(key, name, self.variable_of(key, source.output, fmu, name, "parameter", "input"))
@@ -126,16 +131,16 @@ class PortCheck:
         """Check the variables that metrics are computed from."""
         for key, port in self.recorded_numbers():
             self.real(key, port, self.variable(key, port, "output", "local", "input"))
-        for key, flag in (("stop_flag", self.scenario.stop_flag), ("trip_flag", self.scenario.trip_flag)):
+        for key, flag in (("stop_flag", self.plan.stop_flag), ("trip_flag", self.plan.trip_flag)):
             if flag is not None and self.variable(key, flag, "output", "local").type != "Boolean":
                 raise self.refuse(key, flag, "expected a Boolean variable")
 
     def recorded_numbers(self) -> Iterator[tuple[str, str]]:
         """Yield key and name of every variable of the axes and motors."""
-        for name, axis in self.scenario.axes.items():
+        for name, axis in self.plan.axes.items():
             yield f"axes.{name}.position", axis.position
             yield f"axes.{name}.reference", axis.reference
-        for name, motor in self.scenario.motors.items():
+        for name, motor in self.plan.motors.items():
             for i, current in enumerate(motor.currents):
                 yield f"motors.{name}.currents[{i}]", current
             for i, command in enumerate(motor.commands):
@@ -143,7 +148,7 @@ class PortCheck:
 
     def checked(self) -> None:
         """Check the signals that are compared with a baseline."""
-        for signal in self.scenario.check.signals:
+        for signal in self.plan.check.signals:
             self.variable(key_path(["check", "signals", signal]), signal, "output", "local", "input")
 
 
@@ -157,22 +162,22 @@ def expected_start(start: StartValue, variable: Variable) -> str:
     return "a number" if boolean or variable.type not in REAL else ""
 
 
-def check_names(scenario: Scenario, descriptions: Descriptions) -> None:
-    """Check a scenario against the FMUs it runs.
+def check_names(plan: RunPlan, descriptions: Descriptions) -> None:
+    """Check a run against the FMUs it runs.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
         The scenario.
     descriptions : mapping
-        By name of FMU in the scenario: its variables by name.
+        By name of FMU in the plan: its variables by name.
 
     Raises
     ------
     ScenarioError
         If a port is missing, of another causality, type or unit than needed, or an input is fed twice.
     """
-    check = PortCheck(scenario, descriptions)
+    check = PortCheck(plan, descriptions)
     check.connections()
     check.signals()
     check.start_values()

@@ -1,4 +1,4 @@
-"""A scenario made ready to run: FMU files, start values and reference signals, then measured and judged."""
+"""A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -7,38 +7,38 @@ from pathlib import Path
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import read_description
-from maglev.cosim.master import Master, Participant, Progress, Recording, whole_steps
+from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
+from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.cosim.wiring import Order
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.port_check import check_names
 from maglev.experiment.replacement import Replacement, fit, known_ports, require_essential
-from maglev.schema.scenario import Fmu, Scenario, StartValue, read_start_value
+from maglev.schema.run_plan import FmuTable, RunPlan, StartValue, read_start_value
 from maglev.units import number_or_text
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A scenario with its FMU files.
+    """A run with its FMU files.
 
     Attributes
     ----------
-    scenario : Scenario
+    plan : RunPlan
     files : dict of str to Path
-        FMU file of each participant, in the order of stepping.
+        FMU file of each FMU of the plan, in the order of stepping.
     step : float
         Communication step, s.
     left_out : tuple of str
-        Start values of the scenario, `fmu.variable`, for which the FMU that was put in has no variable.
+        Start values of the plan, `fmu.variable`, for which the FMU that was put in has no variable.
     order : str
         "sequential" or "jacobi", see `wire`.
     ports : dict of str to PortMap
-        What the FMUs that were put in call their ports, by participant.
+        What the FMUs that were put in call their ports, by name in the run.
     notes : tuple of str
         Sentences about what these FMUs lack or leave open.
     """
 
-    scenario: Scenario
+    plan: RunPlan
     files: dict[str, Path]
     step: float
     left_out: tuple[str, ...] = ()
@@ -47,18 +47,18 @@ class Experiment:
     notes: tuple[str, ...] = ()
 
     def check(self) -> dict[str, ModelDescription]:
-        """Check every name of the scenario against the FMUs; returns their model descriptions.
+        """Check every name of the plan against the FMUs; returns their model descriptions.
 
         Raises
         ------
         FmuError, ScenarioError
-            If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the scenario names.
+            If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the plan names.
         """
         descriptions = {name: read_description(name, path) for name, path in self.files.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
-        require_essential(self.scenario, {name: self.files[name] for name in self.ports}, descriptions)
-        check_names(self.scenario, {name: {v.name: v for v in description.modelVariables}
+        require_essential(self.plan, {name: self.files[name] for name in self.ports}, descriptions)
+        check_names(self.plan, {name: {v.name: v for v in description.modelVariables}
                                     for name, description in descriptions.items()})
         return descriptions
 
@@ -67,27 +67,27 @@ class Experiment:
 
         The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
         """
-        times = [k * self.step for k in range(whole_steps(self.scenario.stop_time, self.step) + 1)]
+        times = [k * self.step for k in range(whole_steps(self.plan.stop_time, self.step) + 1)]
         drives = {}
-        for signal in self.scenario.signals:
+        for signal in self.plan.signals:
             drives[signal.to] = [signal.value(t) for t in times]
             if signal.rate_to is not None:
                 drives[signal.rate_to] = [signal.rate(t) for t in times]
-        fed = {target for _, target in self.scenario.wires.values()} | set(drives)
-        for axis in self.scenario.axes.values():
+        fed = {target for _, target in self.plan.wires.values()} | set(drives)
+        for axis in self.plan.axes.values():
             if axis.reference not in fed:
                 drives[axis.reference] = [self.start_value(axis.reference, descriptions)] * len(times)
         return drives
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
-        """Start value of an input or parameter, `fmu.variable`: the scenario's, or the FMU's."""
+        """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's."""
         fmu, _, variable = name.partition(".")
-        if variable in self.scenario.fmus[fmu].start:
-            return float(self.scenario.fmus[fmu].start[variable].value)
+        if variable in self.plan.fmus[fmu].start:
+            return float(self.plan.fmus[fmu].start[variable].value)
         return float(next(v.start for v in descriptions[fmu].modelVariables if v.name == variable))
 
     def parameters(self) -> dict[str, float]:
-        """Start value of every Real parameter, `fmu.variable`: the scenario's, or the FMU's."""
+        """Start value of every Real parameter, `fmu.variable`: the plan's, or the FMU's."""
         descriptions = self.check()
         return {f"{name}.{variable.name}": self.start_value(f"{name}.{variable.name}", descriptions)
                 for name, description in descriptions.items() for variable in description.modelVariables
@@ -108,59 +108,59 @@ class Experiment:
     def run(self, progress: Progress | None = None) -> Recording:
         """Run the co-simulation."""
         descriptions = self.check()
-        participants = [Participant(name, path, {variable: start.value for variable, start
-                                                 in self.scenario.fmus[name].start.items()}, self.ports.get(name))
+        setups = [FmuSetup(name, path, {variable: start.value for variable, start
+                                                 in self.plan.fmus[name].start.items()}, self.ports.get(name))
                         for name, path in self.files.items()]
-        connections = list(self.scenario.wires.values())
-        with Master(participants, connections, self.step, self.order) as master:
-            return master.run(self.scenario.stop_time, self.drives(descriptions), progress)
+        connections = list(self.plan.wires.values())
+        with Master(setups, connections, self.step, self.order) as master:
+            return master.run(self.plan.stop_time, self.drives(descriptions), progress)
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""
-        return max(1, round(self.scenario.output_interval / self.step))
+        return max(1, round(self.plan.output_interval / self.step))
 
 
-def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Iterable[str],
+def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Iterable[str],
             step: float | None = None, order: Order = "sequential") -> Experiment:
-    """Experiment of a scenario.
+    """Experiment of a run.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
     fmus : Path
         Folder with the FMUs of this project.
     replaced : mapping of str to Replacement
-        FMUs that take the place of the scenario's, by participant.
+        FMUs that take the place of the plan's, by name in the run.
     settings : iterable of str
-        Start values that go before the scenario's, `fmu.variable=value`, the value with or without a unit.
+        Start values that go before the plan's, `fmu.variable=value`, the value with or without a unit.
     step : float, optional
-        Communication step that takes the place of the scenario's, s.
+        Communication step that takes the place of the plan's, s.
     order : str
         "sequential" or "jacobi", see `wire`.
 
     Raises
     ------
     ScenarioError, FmuError
-        If a replaced participant or a setting does not exist or cannot be read.
+        If a replaced FMU or a setting does not exist or cannot be read.
     """
     known = {}
     for name, replacement in replaced.items():
-        known_participant(scenario, f"--{name}", name)
-        known[name] = known_ports(scenario, name, fmu_file(scenario.fmus[name], fmus))
+        known_participant(plan, f"--{name}", name)
+        known[name] = known_ports(plan, name, fmu_file(plan.fmus[name], fmus))
         replacement.ports.require_known(known[name])
     replaced = {name: Replacement(replacement.path, replace(replacement.ports, units=known[name]))
                 for name, replacement in replaced.items()}
-    start = {name: dict(fmu.start) for name, fmu in scenario.fmus.items()}
-    start_from = {name: dict(fmu.start_from) for name, fmu in scenario.fmus.items()}
+    start = {name: dict(fmu.start) for name, fmu in plan.fmus.items()}
+    start_from = {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}
     settings = list(settings)
     overruled: list[str] = []
     for setting in settings:
         name, variable, value = read_setting(setting)
-        known_participant(scenario, f"--set {setting}", name)
+        known_participant(plan, f"--set {setting}", name)
         start[name][variable] = value
         source = start_from[name].pop(variable, None)
         if source is not None:
-            overruled.append(f"{scenario.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
+            overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
     asked = {setting.partition("=")[0].strip() for setting in settings}
     left_out = [full for name, replacement in replaced.items()
                 for full in unknown_starts(name, replacement, [*start[name], *start_from[name]]) if full not in asked]
@@ -169,12 +169,12 @@ def prepare(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement],
         start[name].pop(variable, None)
         start_from[name].pop(variable, None)
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name]})
-                     for name, fmu in scenario.fmus.items()}
-    changed = scenario.model_copy(update={"fmus": scenario_fmus})
+                     for name, fmu in plan.fmus.items()}
+    changed = plan.model_copy(update={"fmus": scenario_fmus})
     files = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus)
-             for name, fmu in scenario.fmus.items()}
+             for name, fmu in plan.fmus.items()}
     fitted = fit(changed, replaced, known)
-    return Experiment(fitted.scenario, files, scenario.step if step is None else step, tuple(left_out), order,
+    return Experiment(fitted.plan, files, plan.step if step is None else step, tuple(left_out), order,
                       {name: replacement.ports for name, replacement in replaced.items()}, (*fitted.notes, *overruled))
 
 
@@ -184,11 +184,11 @@ def unknown_starts(name: str, replacement: Replacement, start: Iterable[str]) ->
     return [f"{name}.{variable}" for variable in start if variable not in known]
 
 
-def known_participant(scenario: Scenario, key: str, name: str) -> None:
-    """Refuse an FMU that the scenario does not have."""
-    if name not in scenario.fmus:
-        raise ScenarioError(f"{key}: scenario {scenario.name} has no FMU {name}, expected one of "
-                            f"{', '.join(scenario.fmus)}; nearest is {nearest(name, scenario.fmus)}")
+def known_participant(plan: RunPlan, key: str, name: str) -> None:
+    """Refuse an FMU that the plan does not have."""
+    if name not in plan.fmus:
+        raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
+                            f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
 
 
 def read_setting(setting: str) -> tuple[str, str, StartValue]:
@@ -199,13 +199,13 @@ def read_setting(setting: str) -> tuple[str, str, StartValue]:
         raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
     text = text.strip()
     if text.lower() in ("true", "false"):
-        return name, variable, StartValue(text.lower() == "true", None, text)
+        return name, variable, StartValue(text.lower() == "true", None, text, f"--set {setting}")
     try:
-        return name, variable, read_start_value(number_or_text(text))
+        return name, variable, read_start_value(number_or_text(text))._replace(origin=f"--set {setting}")
     except QuantityError as error:
         raise ScenarioError(f"--set {setting}: {error}") from error
 
 
-def fmu_file(fmu: Fmu, folder: Path) -> Path:
-    """File of a scenario's FMU."""
+def fmu_file(fmu: FmuTable, folder: Path) -> Path:
+    """File of a run's FMU."""
     return folder / f"{fmu.model}.fmu" if fmu.model is not None else Path(str(fmu.file))

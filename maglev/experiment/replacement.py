@@ -1,4 +1,4 @@
-"""FMUs that somebody puts in the place of a scenario's: what they lack, what is left out for it, and what is said."""
+"""FMUs that somebody puts in the place of a run's: what they lack, what is left out for it, and what is said."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,13 +11,13 @@ from maglev.cosim.fmu import OWN_TOOL, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import ScenarioError, nearest
 from maglev.schema.claims import Claim
-from maglev.schema.scenario import Motor, Scenario
+from maglev.schema.run_plan import Motor, RunPlan
 from maglev.units import si_unit
 
 
 @dataclass(frozen=True)
 class Replacement:
-    """An FMU file that takes the place of a scenario's, and what it calls its ports."""
+    """An FMU file that takes the place of a run's, and what it calls its ports."""
 
     path: Path
     ports: PortMap = field(default_factory=PortMap)
@@ -30,18 +30,18 @@ class Replacement:
 
 
 class Fitted(NamedTuple):
-    """A scenario without what the FMUs that were put in lack, and sentences about it for the user."""
+    """A run without what the FMUs that were put in lack, and sentences about it for the user."""
 
-    scenario: Scenario
+    plan: RunPlan
     notes: tuple[str, ...]
 
 
-def known_ports(scenario: Scenario, name: str, own: Path) -> dict[str, str | None]:
-    """Names of the variables that an FMU of a scenario can have, with units: those named in it, and those of ours."""
-    named = [*essential_ports(scenario), *(port for _, port in optional_ports(scenario))]
+def known_ports(plan: RunPlan, name: str, own: Path) -> dict[str, str | None]:
+    """Names of the variables that an FMU of a run can have, with units: those named in it, and those of ours."""
+    named = [*essential_ports(plan), *(port for _, port in optional_ports(plan))]
     known: dict[str, str | None] = {port.partition(".")[2]: None for port in named if port.startswith(f"{name}.")}
-    known |= dict.fromkeys(scenario.fmus[name].start)
-    for signal in scenario.signals:
+    known |= dict.fromkeys(plan.fmus[name].start)
+    for signal in plan.signals:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = si_unit(signal.unit)
     if own.is_file():
@@ -49,36 +49,36 @@ def known_ports(scenario: Scenario, name: str, own: Path) -> dict[str, str | Non
     return known
 
 
-def essential_ports(scenario: Scenario) -> dict[str, str]:
-    """Causalities of the ports without which a scenario means nothing, by `fmu.variable`."""
+def essential_ports(plan: RunPlan) -> dict[str, str]:
+    """Causalities of the ports without which a run means nothing, by `fmu.variable`."""
     ports = {}
-    for source, target in scenario.wires.values():
+    for source, target in plan.wires.values():
         ports[source], ports[target] = "output", "input"
-    ports |= {signal.to: "input" for signal in scenario.signals}
-    for axis in scenario.axes.values():
+    ports |= {signal.to: "input" for signal in plan.signals}
+    for axis in plan.axes.values():
         ports.setdefault(axis.position, "output")
         ports.setdefault(axis.reference, "input")
     return ports
 
 
-def optional_ports(scenario: Scenario) -> list[tuple[str, str]]:
-    """Ports that a scenario can do without, `fmu.variable`, and what is left out then: a word and the port itself."""
-    found = [(key, flag) for key, flag in (("stop contact", scenario.stop_flag), ("trip", scenario.trip_flag)) if flag]
-    found += [("rate", signal.rate_to) for signal in scenario.signals if signal.rate_to is not None]
-    found += [("comparison", signal) for signal in scenario.check.signals]
-    for motor in scenario.motors.values():
+def optional_ports(plan: RunPlan) -> list[tuple[str, str]]:
+    """Ports that a run can do without, `fmu.variable`, and what is left out then: a word and the port itself."""
+    found = [(key, flag) for key, flag in (("stop contact", plan.stop_flag), ("trip", plan.trip_flag)) if flag]
+    found += [("rate", signal.rate_to) for signal in plan.signals if signal.rate_to is not None]
+    found += [("comparison", signal) for signal in plan.check.signals]
+    for motor in plan.motors.values():
         found += [("currents", port) for port in motor.currents] + [("commands", port) for port in motor.commands]
     return found
 
 
-def require_essential(scenario: Scenario, put_in: Mapping[str, Path],
+def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
                       descriptions: Mapping[str, ModelDescription]) -> None:
     """Refuse FMUs that were put in and lack essential ports: all of these in one message, with the nearest names."""
     for name, path in put_in.items():
-        missing = missing_ports(scenario, name, descriptions[name])
+        missing = missing_ports(plan, name, descriptions[name])
         if not missing:
             continue
-        needed = {port.partition(".")[2] for port in essential_ports(scenario)}
+        needed = {port.partition(".")[2] for port in essential_ports(plan)}
         lines = []
         for port, causality in missing.items():
             free = [v.name for v in descriptions[name].modelVariables
@@ -89,48 +89,48 @@ def require_essential(scenario: Scenario, put_in: Mapping[str, Path],
                             "(docs/importing.md)")
 
 
-def missing_ports(scenario: Scenario, name: str, description: ModelDescription) -> dict[str, str]:
+def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:
     """Causalities of the essential ports that an FMU lacks, by name."""
     variables = {variable.name for variable in description.modelVariables}
-    ports = {port.partition(".")[2]: causality for port, causality in essential_ports(scenario).items()
+    ports = {port.partition(".")[2]: causality for port, causality in essential_ports(plan).items()
              if port.startswith(f"{name}.")}
     return {port: causality for port, causality in ports.items() if port not in variables}
 
 
-def fit(scenario: Scenario, replaced: Mapping[str, Replacement], known: Mapping[str, Mapping[str, object]]) -> Fitted:
-    """Leave out of a scenario what the FMUs that were put in lack, as far as it can do without.
+def fit(plan: RunPlan, replaced: Mapping[str, Replacement], known: Mapping[str, Mapping[str, object]]) -> Fitted:
+    """Leave out of a run what the FMUs that were put in lack, as far as it can do without.
 
     A signal to compare that FMUs of this project lack, too, is misspelt, and stays to be refused.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
     replaced : mapping of str to Replacement
-        By participant.
+        By name in the run.
     known : mapping of str to mapping
-        The ports that FMUs of this project have there, by participant.
+        The ports that FMUs of this project have there, by name in the run.
     """
     notes: list[str] = []
     for name, replacement in replaced.items():
         description = replacement.description(name)
-        if missing_ports(scenario, name, description):
+        if missing_ports(plan, name, description):
             continue   # refused before it runs, with all of them
         variables = {variable.name for variable in description.modelVariables}
-        lacking = [(what, port) for what, port in optional_ports(scenario) if port.startswith(f"{name}.")
+        lacking = [(what, port) for what, port in optional_ports(plan) if port.startswith(f"{name}.")
                    and port.partition(".")[2] not in variables
                    and (what != "comparison" or port.partition(".")[2] in known[name])]
         if lacking:
-            scenario = without(scenario, lacking)
+            plan = without(plan, lacking)
             listed = ", ".join(dict.fromkeys(port for _, port in lacking))
             notes.append(f"the FMU that was put in has no {listed}: metrics and claims that need them are left out")
-        notes += remarks(scenario, name, replacement, description, known[name])
-    return Fitted(scenario, tuple(notes))
+        notes += remarks(plan, name, replacement, description, known[name])
+    return Fitted(plan, tuple(notes))
 
 
-def remarks(scenario: Scenario, name: str, replacement: Replacement, description: ModelDescription,
+def remarks(plan: RunPlan, name: str, replacement: Replacement, description: ModelDescription,
             known: Mapping[str, object]) -> list[str]:
     """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
-    fed = {target for _, target in scenario.wires.values()} | {signal.to for signal in scenario.signals}
+    fed = {target for _, target in plan.wires.values()} | {signal.to for signal in plan.signals}
     extra = [v.name for v in description.modelVariables
              if v.causality == "input" and f"{name}.{v.name}" not in fed and v.name not in known]
     found = []
@@ -141,25 +141,25 @@ def remarks(scenario: Scenario, name: str, replacement: Replacement, description
     named = getattr(description.defaultExperiment, "stepSize", None)
     fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
     asked = replacement.ports.step
-    if not own and fixed and asked is None and named is not None and abs(float(named) - scenario.step) > 1e-9:
+    if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
         found.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
                      f"gets the communication step unless a --map has step = ... under [{name}]")
     return found
 
 
-def without(scenario: Scenario, lacking: Sequence[tuple[str, str]]) -> Scenario:
-    """Scenario without ports, given with what each is for; claims that would need them are not testable."""
+def without(plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunPlan:
+    """Plan without ports, given with what each is for; claims that would need them are not testable."""
     ports = {port for _, port in lacking}
     signals = [signal.model_copy(update={"rate_to": None}) if signal.rate_to in ports else signal
-               for signal in scenario.signals]
+               for signal in plan.signals]
     motors = {name: Motor(currents=complete(motor.currents, ports), commands=complete(motor.commands, ports))
-              for name, motor in scenario.motors.items()}
-    compared = {name: tolerance for name, tolerance in scenario.check.signals.items() if name not in ports}
-    return scenario.model_copy(update={
-        "check": scenario.check.model_copy(update={"signals": compared}), "signals": signals, "motors": motors,
-        "stop_flag": None if scenario.stop_flag in ports else scenario.stop_flag,
-        "trip_flag": None if scenario.trip_flag in ports else scenario.trip_flag,
-        "claims": [judgeable(claim, scenario, lacking) for claim in scenario.claims]})
+              for name, motor in plan.motors.items()}
+    compared = {name: tolerance for name, tolerance in plan.check.signals.items() if name not in ports}
+    return plan.model_copy(update={
+        "check": plan.check.model_copy(update={"signals": compared}), "signals": signals, "motors": motors,
+        "stop_flag": None if plan.stop_flag in ports else plan.stop_flag,
+        "trip_flag": None if plan.trip_flag in ports else plan.trip_flag,
+        "claims": [judgeable(claim, plan, lacking) for claim in plan.claims]})
 
 
 def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
@@ -167,7 +167,7 @@ def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
     return [] if set(names) & set(lacking) else list(names)
 
 
-def judgeable(claim: Claim, scenario: Scenario, lacking: Sequence[tuple[str, str]]) -> Claim:
+def judgeable(claim: Claim, plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> Claim:
     """The claim, not testable if its metric needs what is lacking."""
     needs = {"trip_time": "trip", "tripped": "trip", "stop_contact": "stop contact", "failed": "stop contact",
              "lost_setpoints": "stop contact", "peak_current": "currents", "mean_current": "currents",
@@ -175,7 +175,7 @@ def judgeable(claim: Claim, scenario: Scenario, lacking: Sequence[tuple[str, str
     needed = needs.get(str(claim.metric))
     names = {port for what, port in lacking if what == needed}
     if needed in ("currents", "commands"):
-        names &= {port for name in claim.motors or scenario.motors for port in getattr(scenario.motors[name], needed)}
+        names &= {port for name in claim.motors or plan.motors for port in getattr(plan.motors[name], needed)}
     if not names:
         return claim
     return claim.model_copy(update={"metric": None, "than": None, "than_axis": None, "not_testable":

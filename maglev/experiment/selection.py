@@ -3,29 +3,26 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from maglev.cosim.wiring import Order
+from maglev.cosim.order import Order
 from maglev.errors import ScenarioError, key_path, nearest
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.replacement import Replacement
-from maglev.schema.loading import load_runs, load_scenario, packaged_scenarios
-from maglev.schema.scenario import Scenario
+from maglev.schema.layers import packaged_files
+from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.run_plan import RunPlan
 
 
-def select(names: Iterable[str], everything: bool) -> list[Scenario]:
-    """Runs of scenarios, variants or files by name, each once; or all that come with the package.
+def select(names: Iterable[str | Path] | None) -> list[RunPlan]:
+    """Runs of scenarios, variants or files by name, each once; all that come with the package if none is named.
 
     Raises
     ------
     ScenarioError
-        If nothing is named, both are, or a name does not exist.
+        If a name does not exist, or two runs have one name.
     """
-    names = list(names)
-    if everything == bool(names):
-        raise ScenarioError("expected the name of a scenario, or --all" if not names else
-                            f"--all and {', '.join(names)}: expected one of them")
-    runs: dict[str, Scenario] = {}
-    for name in packaged_scenarios() if everything else names:
-        for run in load_runs(name):
+    runs: dict[str, RunPlan] = {}
+    for name in packaged_files() if names is None else names:
+        for run in load_plans(name):
             if runs.setdefault(run.name, run).path != run.path:
                 raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "
                                     f"{runs[run.name].path}, for the results are named after it")
@@ -33,7 +30,7 @@ def select(names: Iterable[str], everything: bool) -> list[Scenario]:
     return list(runs.values())
 
 
-def require_own_names(runs: Sequence[Scenario]) -> None:
+def require_own_names(runs: Sequence[RunPlan]) -> None:
     """Refuse procedures of different files with one name, or with that of a run: their results are named after it."""
     names = {run.name: run.path for run in runs}
     paths: dict[str, Path] = {}
@@ -47,53 +44,53 @@ def require_own_names(runs: Sequence[Scenario]) -> None:
                                 "for the results are named after it")
 
 
-def compared(runs: Sequence[Scenario]) -> list[Scenario]:
+def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
     """Runs that claims of the given ones compare with, and that are not among them."""
     names = {run.name for run in runs}
     named = [claim.than for run in runs for claim in run.claims if claim.than is not None]
     missing = dict.fromkeys(name for name in named if name not in names)
     found = []
     for run in runs:
-        siblings = {sibling.name: sibling for sibling in load_runs(run.path)} if missing else {}
+        siblings = {sibling.name: sibling for sibling in load_plans(run.path)} if missing else {}
         for name in [name for name in missing if name in siblings]:
             found.append(siblings[name])
             del missing[name]
-    return found + [other for name in missing for other in load_runs(name)]
+    return found + [other for name in missing for other in load_plans(name)]
 
 
-def needed(runs: Sequence[Scenario]) -> list[Scenario]:
+def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
     """Runs that the given ones start from, directly or through others, and that are not among them."""
     known = {run.name: run for run in runs}
     waiting = list(runs)
     while waiting:
         run = waiting.pop()
-        siblings = {sibling.name: sibling for sibling in load_runs(run.path)} if run.needs - known.keys() else {}
+        siblings = {sibling.name: sibling for sibling in load_plans(run.path)} if run.needs - known.keys() else {}
         for name in sorted(run.needs - known.keys()):
-            known[name] = siblings.get(name) or load_scenario(name)
+            known[name] = siblings.get(name) or load_plan(name)
             waiting.append(known[name])
     return list(known.values())[len(runs):]
 
 
-def prepare_all(runs: Iterable[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                 step: float | None = None, order: Order = "sequential") -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`.
 
     Also refused is a run that starts from an output which the other run, among the given ones, does not have.
     """
     experiments = [prepare(run, fmus, replaced, settings, step, order) for run in runs]
-    by_name = {experiment.scenario.name: experiment for experiment in experiments}
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
-        if experiment.scenario.needs:
+        if experiment.plan.needs:
             experiment.check()   # what it refuses shows before the runs that it waits for
-        for fmu, entry in experiment.scenario.fmus.items():
+        for fmu, entry in experiment.plan.fmus.items():
             for variable, source in entry.start_from.items():
                 outputs = by_name[source.run].outputs()
                 key = key_path(["fmus", fmu, "start_from", variable, "output"])
                 if source.output not in outputs:
-                    raise ScenarioError(f"{experiment.scenario.path}: {key} = {source.output!r}: {source.run} has no "
+                    raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: {source.run} has no "
                                         f"such output; nearest is {nearest(source.output, outputs)}")
                 own, theirs = experiment.unit(f"{fmu}.{variable}"), outputs[source.output]
                 if own and theirs and own != theirs:
-                    raise ScenarioError(f"{experiment.scenario.path}: {key} = {source.output!r}: is in {theirs}, "
+                    raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: is in {theirs}, "
                                         f"expected an output in {own} for {fmu}.{variable}")
     return experiments

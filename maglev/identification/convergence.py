@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fmi_export.whole_file import write_whole
 from maglev.identification.identify import Identification
 from maglev.identification.rigs import Array
 
@@ -27,7 +28,7 @@ def write_convergence(path: Path, found: Identification) -> None:
     header, rows = table_of(found)
     path.parent.mkdir(parents=True, exist_ok=True)
     text = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
-    path.write_text("\n".join(text) + "\n", encoding="utf-8", newline="\n")
+    write_whole(path, "\n".join(text) + "\n")
 
 
 def write_picture(stem: Path, found: Identification) -> Path | None:

@@ -4,30 +4,32 @@ import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from fmi_export.whole_file import write_whole
 from maglev.errors import IdentificationError, in_one_line, nearest, nearest_file
-from maglev.identification.identify import Identification
 from maglev.identification.rigs import RIGS
 
-PARTICIPANTS = ("plant", "controller")
+if TYPE_CHECKING:
+    from maglev.identification.identify import Identification
+
+FMUS = ("plant", "controller")
 CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
 SMALLEST = 1e-9   # the controllers divide by them
 
 
-def write_model(path: Path, found: Identification, source: Path) -> None:
+def write_model(path: Path, found: "Identification", source: Path) -> None:
     """Write the constants for the plant and for the controller's model; one that cannot be used stays a comment."""
     lines = [f"# Identified by maglev identify from {source.name}: {found.estimate.method} estimator, "
              f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
              "# To be used by: maglev run SCENARIO --model FILE. Standard errors behind the values.",
              *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
-    for participant in PARTICIPANTS:
-        lines += ["", f"[{participant}]"]
+    for fmu in FMUS:
+        lines += ["", f"[{fmu}]"]
         for name, value in found.estimate.final.items():
             usable = value >= SMALLEST and math.isfinite(found.standard_error[name])
             lines.append(f"{'' if usable else '# '}{name} = {value!r}   # ± {found.standard_error[name]:.2g}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_whole(path, "\n".join(lines) + "\n")
 
 
 def model_settings(path: Path, rig: str | None = None) -> list[str]:
@@ -56,14 +58,14 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
         raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig}, the scenario's")
     rig = named or rig
     valid = RIGS[rig].constants if rig in RIGS else CONSTANTS
-    tables = {name: table.pop(name, {}) for name in PARTICIPANTS}
-    both = checked(path, "", table, valid, (*valid, *PARTICIPANTS, "rig"))
+    tables = {name: table.pop(name, {}) for name in FMUS}
+    both = checked(path, "", table, valid, (*valid, *FMUS, "rig"))
     settings = []
-    for participant, own in tables.items():
+    for fmu, own in tables.items():
         if not isinstance(own, dict):
-            raise IdentificationError(f"{path}: {participant} = {own!r}: expected a table [{participant}]")
-        values = {**both, **checked(path, f"{participant}.", own, valid, valid)}
-        settings += [f"{participant}.{name}={values[name]!r}" for name in sorted(values)]
+            raise IdentificationError(f"{path}: {fmu} = {own!r}: expected a table [{fmu}]")
+        values = {**both, **checked(path, f"{fmu}.", own, valid, valid)}
+        settings += [f"{fmu}.{name}={values[name]!r}" for name in sorted(values)]
     if not settings:
         raise IdentificationError(f"{path}: has no constants, expected C1 = … in [plant], in [controller] or for both")
     return settings

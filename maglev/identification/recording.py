@@ -17,7 +17,7 @@ SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 
 UNEVEN = 0.01             # of the sample time
 LARGEST_TRAVEL = 0.5      # m
 LARGEST_CURRENT = 100.0   # A
-PARTICIPANT = "plant."    # before the names in results of this project
+PLANT = "plant."    # before the names in results of this project
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
 def axis_names(axis: str) -> list[str]:
     """Columns that an axis may be recorded in, the best first."""
     return [f"{prefix}{axis}{suffix}" for suffix in ("", ".encoder", ".measured", ".position")
-            for prefix in ("", PARTICIPANT)]
+            for prefix in ("", PLANT)]
 
 
 def current_names(rig: Rig, motor: str, current: str) -> list[str]:
     """Columns that a current of a motor may be recorded in, the best first."""
     bare = [current] if len(rig.motors) == 1 else []
-    return [*bare, f"{motor}.{current}", f"{PARTICIPANT}{motor}.{current}"]
+    return [*bare, f"{motor}.{current}", f"{PLANT}{motor}.{current}"]
 
 
 def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:

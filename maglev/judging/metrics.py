@@ -3,15 +3,12 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MeasurementError, nearest
-
-if TYPE_CHECKING:
-    from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 Array = NDArray[np.float64]
 
@@ -68,12 +65,12 @@ class Metrics:
     lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
 
 
-def evaluate(scenario: "Scenario", time: Array, columns: Mapping[str, Array]) -> Metrics:
+def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metrics:
     """Measure a run.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
         Names the columns of axes, motors and flags, and the bands.
     time : ndarray, shape (n,)
         Ascending times of the samples, s.
@@ -88,23 +85,23 @@ def evaluate(scenario: "Scenario", time: Array, columns: Mapping[str, Array]) ->
     time = np.asarray(time, dtype=np.float64)
     if time.ndim != 1 or not len(time):
         raise MeasurementError(f"time has the shape {time.shape}, expected at least one sample")
-    settings = scenario.metrics
-    positions = {axis: column(columns, names.position, len(time)) for axis, names in scenario.axes.items()}
-    references = {axis: column(columns, names.reference, len(time)) for axis, names in scenario.axes.items()}
-    end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in scenario.axes}
-    stop_contact = first_time(time, columns, scenario.stop_flag)
-    tripped = first_time(time, columns, scenario.trip_flag)
-    flags = [column(columns, flag, len(time)) for flag in (scenario.stop_flag, scenario.trip_flag) if flag is not None]
+    settings = plan.metrics
+    positions = {axis: column(columns, names.position, len(time)) for axis, names in plan.axes.items()}
+    references = {axis: column(columns, names.reference, len(time)) for axis, names in plan.axes.items()}
+    end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in plan.axes}
+    stop_contact = first_time(time, columns, plan.stop_flag)
+    tripped = first_time(time, columns, plan.trip_flag)
+    flags = [column(columns, flag, len(time)) for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
     return Metrics(
         steps=step_responses(time, positions, references, settings.bands),
         lost=lost_setpoints(time, positions, references, flags, settings.fail_error),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
-            for axis in scenario.axes),
+            for axis in plan.axes),
         motors=tuple(MotorCurrents(motor,
                                    *peak_and_mean([column(columns, name, len(time)) for name in names.currents]),
                                    *peak_and_mean([column(columns, name, len(time)) for name in names.commands]))
-                     for motor, names in scenario.motors.items()),
+                     for motor, names in plan.motors.items()),
         end_errors=end_errors,
         stop_contact=stop_contact,
         tripped=tripped,

@@ -20,10 +20,10 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     3-DOF stage that is the force of one, as in the thesis's figure; on the mover acts four times as much.
     """
     offset, excitation, currents = (runs.get(settings.runs[part]) for part in ("offset", "excitation", "currents"))
-    names = tuple(run.scenario.name for run in (offset, excitation, currents) if run is not None)
+    names = tuple(run.plan.name for run in (offset, excitation, currents) if run is not None)
     if offset is None or excitation is None or settings.gaps is None:
         return Outcome(settings, names)
-    rig = rig_of(offset.scenario)
+    rig = rig_of(offset.plan)
     constants = rig.rows[0].constants
     attraction = constants[0]
     at_zero, between = estimate(excitation, EPSILON, constants), estimate(offset, EPSILON, constants)

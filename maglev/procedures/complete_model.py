@@ -28,7 +28,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     flown, model = runs.get(settings.runs["rig"]), runs.get(settings.runs["model"])
     if flown is None:
         return Outcome(settings, ())
-    rig = rig_of(flown.scenario)
+    rig = rig_of(flown.plan)
     values = constant_values(flown, rig.constants)
     if model is not None:
         for axis in rig.axes:
@@ -37,7 +37,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     found = identify(recording_of(flown, rig))
     charts = [thrust_chart(settings, rig, flown, runs), *current_charts(settings, rig, flown, runs),
               convergence_chart(flown, rig)]
-    return Outcome(settings, tuple(run.scenario.name for run in (flown, model) if run is not None), tuple(values),
+    return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
                    (constant_table(settings, flown, rig.constants), offline_table(found)), tuple(charts),
                    tuple(found.warnings))
 
@@ -116,5 +116,5 @@ def convergence_chart(flown: RunResult, rig: Rig) -> Chart:
     panels = tuple(Panel("time (s)", constant, tuple(
         Curve(f"ε = {epsilon:g}", time, column(flown, f"{name}.{constant}")[rows].tolist())
         for epsilon, name in estimators(flown).items())) for constant in rig.constants)
-    return Chart(None, f"{flown.scenario.title}: the estimates over time, from half of the values of the thesis.",
+    return Chart(None, f"{flown.plan.title}: the estimates over time, from half of the values of the thesis.",
                  panels)

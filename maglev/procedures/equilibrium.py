@@ -27,7 +27,7 @@ class Measured(NamedTuple):
 def measured(result: RunResult, rig: Rig) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
     axis = rig.axes[0]
-    reference = column(result, entry(result.scenario.axes, axis, result).reference)
+    reference = column(result, entry(result.plan.axes, axis, result).reference)
     position = plant_column(result, f"{axis}.encoder")
     current = np.mean([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=0)
     starts = [0, *step_samples(reference)]
@@ -48,10 +48,10 @@ def beside_each_other(seen: Measured, theory: Array) -> Panel:
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     """Outcome of Procedure 2 on the runs that completed: `currents` and `excitation`."""
     currents, excitation = (runs.get(settings.runs[part]) for part in ("currents", "excitation"))
-    names = tuple(run.scenario.name for run in (currents, excitation) if run is not None)
+    names = tuple(run.plan.name for run in (currents, excitation) if run is not None)
     if excitation is None:
         return Outcome(settings, names)
-    rig = rig_of(excitation.scenario)
+    rig = rig_of(excitation.plan)
     constants = rig.rows[0].constants
     values = constant_values(excitation, constants)
     tables = (constant_table(settings, excitation, constants),)

@@ -21,9 +21,9 @@ def evaluate_all(results: Sequence[RunResult], asked: Collection[str] | None = N
     does not make a procedure. What a procedure finds only with runs that failed or are not there is left out of its
     outcome.
     """
-    completed = {result.scenario.name: result for result in results if result.failure is None}
-    procedures = {result.scenario.procedure.name: result.scenario.procedure for result in results
-                  if result.scenario.procedure is not None and (asked is None or result.scenario.name in asked)}
+    completed = {result.plan.name: result for result in results if result.failure is None}
+    procedures = {result.plan.procedure.name: result.plan.procedure for result in results
+                  if result.plan.procedure is not None and (asked is None or result.plan.name in asked)}
     return [evaluate(settings, completed) for _, settings in sorted(procedures.items())]
 
 

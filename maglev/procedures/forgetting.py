@@ -32,7 +32,7 @@ class Jump(NamedTuple):
 def jumps(result: RunResult) -> list[Jump]:
     """Jumps of the plant's constants, by the scenario's signals."""
     return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
-            for signal in result.scenario.signals
+            for signal in result.plan.signals
             if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1
             and result.time[0] < signal.times[-1] <= result.time[-1] - AFTER
             and 0.0 != signal.values[-2] != signal.values[-1]]
@@ -45,7 +45,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         return Outcome(settings, ())
     found = jumps(result)
     if not found:
-        raise ScenarioError(f"{result.scenario.name}: no constant of the plant jumps to another value {AFTER:g} s or "
+        raise ScenarioError(f"{result.plan.name}: no constant of the plant jumps to another value {AFTER:g} s or "
                             "more before the end, expected a signal of kind steps to plant.C1 or another")
     estimators = estimators_by(result, "forgetting")
     rows, panels = [], []
@@ -68,7 +68,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
                                         "scatter in this time", f"left of the jump {AFTER:g} s after"), tuple(rows))
     chart = Chart(None, "Constants of the plant that jump, and their estimates with several rates of forgetting.",
                   tuple(panels))
-    return Outcome(settings, (result.scenario.name,), tables=(table,), charts=(chart,))
+    return Outcome(settings, (result.plan.name,), tables=(table,), charts=(chart,))
 
 
 def percent(share: float) -> str:

@@ -25,7 +25,7 @@ from maglev.procedures.rig_data import (
     plant_column,
     rig_of,
 )
-from maglev.schema.loading import load_runs
+from maglev.schema.loading import load_plans
 from maglev.schema.procedure import ProcedureSettings
 
 FEWEST = 4    # rows that make a parabola
@@ -54,7 +54,7 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
         return []
     end = min(stroke(plant_column(result, f"{axis}.encoder")) for axis in axes)
     if end < FEWEST:
-        raise ScenarioError(f"{result.scenario.name}: {end} rows of a parabola, expected {FEWEST} or more")
+        raise ScenarioError(f"{result.plan.name}: {end} rows of a parabola, expected {FEWEST} or more")
     time = result.time[:end]
     found = []
     for axis in axes:
@@ -77,9 +77,9 @@ def stroke(position: Array) -> int:
 
 def all_thrusts(procedure: str, runs: Runs) -> list[Thrust]:
     """Thrusts of the runs of a procedure, by ascending air gap."""
-    mine = [run for run in runs.values() if run.scenario.procedure is not None
-            and run.scenario.procedure.name == procedure]
-    found = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.scenario))]
+    mine = [run for run in runs.values() if run.plan.procedure is not None
+            and run.plan.procedure.name == procedure]
+    found = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.plan))]
     return sorted(found, key=lambda thrust: thrust.gap)
 
 
@@ -88,7 +88,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     thrusts = all_thrusts(settings.name, runs)
     if not thrusts:
         return Outcome(settings, ())
-    rig = rig_of(thrusts[0].run.scenario)
+    rig = rig_of(thrusts[0].run.plan)
     alone = [thrust for thrust in thrusts if thrust.alone]
     together = [thrust for thrust in thrusts if not thrust.alone]
     axes = list(dict.fromkeys(thrust.axis for thrust in alone))
@@ -105,8 +105,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         if other is not None:
             share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
             values.append(Found("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
-    names = tuple(sorted({thrust.run.scenario.name for thrust in thrusts}))
-    every = load_runs(thrusts[0].run.scenario.path)
+    names = tuple(sorted({thrust.run.plan.name for thrust in thrusts}))
+    every = load_plans(thrusts[0].run.plan.path)
     notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
     return Outcome(settings, names, tuple(values),
                    tuple(table(axis, [thrust for thrust in alone if thrust.axis == axis]) for axis in axes),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import RIGS, Rig
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
 T = TypeVar("T")
@@ -20,11 +20,11 @@ Runs = Mapping[str, RunResult]   # runs that completed, by name
 EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 
-def rig_of(scenario: Scenario) -> Rig:
+def rig_of(plan: RunPlan) -> Rig:
     """The rig of a scenario, by the names of its axes; ScenarioError if they are of neither."""
-    found = next((rig for rig in RIGS.values() if rig.axes[0] in scenario.axis_names), None)
+    found = next((rig for rig in RIGS.values() if rig.axes[0] in plan.axis_names), None)
     if found is None:
-        raise ScenarioError(f"{scenario.path}: expected a start value or an axis of v (2-DOF) or y (3-DOF), by which a "
+        raise ScenarioError(f"{plan.path}: expected a start value or an axis of v (2-DOF) or y (3-DOF), by which a "
                             "procedure knows the rig")
     return found
 
@@ -37,12 +37,12 @@ def estimators(result: RunResult) -> dict[float, str]:
 def estimators_by(result: RunResult, parameter: str) -> dict[float, str]:
     """Estimators of a run by a parameter of theirs, ascending; ScenarioError if two have the same."""
     found: dict[float, str] = {}
-    for name in result.scenario.fmus:
+    for name in result.plan.fmus:
         value = result.parameters.get(f"{name}.{parameter}")
         if value is None:
             continue
         if value in found:
-            raise ScenarioError(f"{found[value]} and {name} of {result.scenario.name} both have {parameter} = "
+            raise ScenarioError(f"{found[value]} and {name} of {result.plan.name} both have {parameter} = "
                                 f"{value:g}, expected estimators that differ in it")
         found[value] = name
     return dict(sorted(found.items()))
@@ -66,7 +66,7 @@ def no_such_epsilon(epsilon: float, found: Iterable[float]) -> ScenarioError:
 def entry(table: Mapping[str, T], name: str, result: RunResult) -> T:
     """What a table of a run has under a name; ScenarioError if it has nothing."""
     if name not in table:
-        raise ScenarioError(f"{result.scenario.name} has no {name}, nearest is {nearest(name, table)}")
+        raise ScenarioError(f"{result.plan.name} has no {name}, nearest is {nearest(name, table)}")
     return table[name]
 
 
@@ -82,7 +82,7 @@ def plant_column(result: RunResult, name: str) -> Array:
 
 def moving_axes(result: RunResult, rig: Rig) -> list[str]:
     """Horizontal axes that nothing holds."""
-    start = entry(result.scenario.fmus, "plant", result).start
+    start = entry(result.plan.fmus, "plant", result).start
     return [axis for axis in rig.axes[1:] if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
 
 

@@ -11,9 +11,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
+from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import BaselineError, nearest, shortened
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -40,7 +42,7 @@ class Baseline:
     Attributes
     ----------
     name : str
-        Name of the scenario.
+        Name of the plan.
     time : ndarray, shape (n,)
         Times of the samples, s; ascending, on the grid of communication points.
     columns : dict of str to ndarray, shape (n,)
@@ -79,15 +81,15 @@ def baseline_files(folder: Path, name: str) -> tuple[Path, Path]:
     return folder / f"{name}_ref.csv", folder / f"{name}_ref.opt"
 
 
-def from_recording(scenario: Scenario, step: float, recording: Recording) -> Baseline:
-    """Baseline of a run: the signals of `scenario.check`, one sample every `scenario.check.interval`.
+def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline:
+    """Baseline of a run: the signals of `plan.check`, one sample every `plan.check.interval`.
 
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
     trajectory by tens of micrometres.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
     step : float
         Communication step of the run, s.
     recording : Recording
@@ -98,17 +100,17 @@ def from_recording(scenario: Scenario, step: float, recording: Recording) -> Bas
         If no signal is to be checked, a signal was not recorded or is not finite, the interval is not a whole number
         of steps, or fewer than two samples remain.
     """
-    check = scenario.check
+    check = plan.check
     if not check.signals:
-        raise BaselineError(f"{scenario.path}: check.signals: expected at least one signal")
+        raise BaselineError(f"{plan.path}: check.signals: expected at least one signal")
     every = round(check.interval / step)
     if every < 1 or abs(every * step - check.interval) > ON_GRID * step:
-        raise BaselineError(f"{scenario.path}: check.interval = {check.interval} s: expected a multiple of the "
+        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: expected a multiple of the "
                             f"communication step, {step} s")
-    rows = slice(0, rows_before_contact(scenario, recording), every)
+    rows = slice(0, rows_before_contact(plan, recording), every)
     time = recording.time[rows].copy()
     if len(time) < 2:
-        raise BaselineError(f"{scenario.path}: check.interval = {check.interval} s: {len(time)} samples before a stop "
+        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: {len(time)} samples before a stop "
                             "is touched, the controller trips or the run ends, expected at least 2")
     columns = {name: recorded(recording, name)[rows].astype(np.float64) for name in check.signals}
     for name, values in columns.items():
@@ -116,13 +118,13 @@ def from_recording(scenario: Scenario, step: float, recording: Recording) -> Bas
             raise BaselineError(f"{name} is not finite at t = {time[np.argmin(np.isfinite(values))]:.9g} s, "
                                 "expected finite values for a baseline")
     tolerances = {name: Tolerance(allowed.absolute, allowed.relative) for name, allowed in check.signals.items()}
-    return Baseline(scenario.name, time, columns, step, float(time[-1]), tolerances, check.interval)
+    return Baseline(plan.name, time, columns, step, float(time[-1]), tolerances, check.interval)
 
 
-def rows_before_contact(scenario: Scenario, recording: Recording) -> int:
-    """Number of communication points before the first one with a flag of the scenario set."""
+def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
+    """Number of communication points before the first one with a flag of the plan set."""
     end = len(recording.time)
-    for flag in (scenario.stop_flag, scenario.trip_flag):
+    for flag in (plan.stop_flag, plan.trip_flag):
         if flag is not None:
             rows_set = np.flatnonzero(recorded(recording, flag))
             end = min([end, *rows_set[:1].tolist()])
@@ -157,53 +159,60 @@ def write_baseline(folder: Path, baseline: Baseline) -> None:
         writer.writerows((key, name, repr(value)) for key, value in zip(SIGNAL_KEYS, tolerance, strict=True))
 
     files = baseline_files(folder, baseline.name)
-    texts = (samples.getvalue().encode(), options.getvalue().encode())
-    if len(texts[0]) > LARGEST_FILE:
-        raise BaselineError(f"{files[0]} would have {len(texts[0])} bytes, expected at most {LARGEST_FILE}: check "
-                            "fewer signals, or at a longer check.interval")
-    folder.mkdir(parents=True, exist_ok=True)
-    unfinished = [file.with_name(file.name + ".part") for file in files]
-    for part, text in zip(unfinished, texts, strict=True):
-        part.write_bytes(text)
-    for part, file in zip(unfinished, files, strict=True):
-        part.replace(file)
+    if samples.tell() > LARGEST_FILE:
+        raise BaselineError(f"{files[0]} would have {samples.tell()} characters, expected at most {LARGEST_FILE}: "
+                            "check fewer signals, or at a longer check.interval")
+    with whole_file(files[0]) as first, whole_file(files[1]) as second:
+        first.write_text(samples.getvalue(), encoding="utf-8", newline="\n")
+        second.write_text(options.getvalue(), encoding="utf-8", newline="\n")
 
 
 def read_baseline(folder: Path, name: str) -> Baseline:
-    """Read the baseline of a scenario, and check it.
+    """Read the baseline of a run, and check it.
 
     Raises
     ------
-    BaselineError
+    BaselineError, CsvError
         If a file is missing, or something in it is not as expected.
     OSError
         If a file cannot be read.
     """
     samples_file, options_file = baseline_files(folder, name)
-    signals, samples = read_samples(samples_file)
+    for file in (samples_file, options_file):
+        if not file.is_file():
+            raise BaselineError(f"{file}: there is no such file, expected the baseline of a run; "
+                                "`maglev check --update` writes it")
+    table = read_samples(samples_file)
+    time, *signals = table.names
     options = read_options(options_file, signals)
     step = options["StepSize", None].value
-    lines = [line for line, _ in samples]
-    table = np.array([values for _, values in samples])
-    check_times(samples_file, lines, table[:, 0].tolist(), step)
-    for key, row in (("StartTime", 0), ("StopTime", -1)):
+    times = table.column(time)
+    check_times(table, times.tolist(), step)
+    for key, k in (("StartTime", 0), ("StopTime", -1)):
         line, value = options[key, None]
-        if abs(value - table[row, 0]) > ON_GRID * step:
+        if abs(value - times[k]) > ON_GRID * step:
             raise refused(options_file, line, key, value,
-                          f"expected the time in line {lines[row]} of {samples_file.name}, {table[row, 0]} s")
-    columns = {signal: table[:, i].copy() for i, signal in enumerate(signals, start=1)}
+                          f"expected the {'first' if k == 0 else 'last'} time in {samples_file.name}, {times[k]} s")
     tolerances = {signal: Tolerance(*(options[key, signal].value for key in SIGNAL_KEYS)) for signal in signals}
-    return Baseline(name, table[:, 0].copy(), columns, step, options["StopTime", None].value, tolerances,
-                    options["OutputInterval", None].value)
+    return Baseline(name, times, {signal: table.column(signal) for signal in signals}, step,
+                    options["StopTime", None].value, tolerances, options["OutputInterval", None].value)
+
+
+def read_samples(path: Path) -> CsvTable:
+    """Table of the samples: time first, at least one signal, at least two rows."""
+    table = read_csv(path)
+    table.require_full_rows()
+    if table.names[0] != "time":
+        raise BaselineError(f"{path}: the first column is {table.names[0]!r}, expected time")
+    if len(table.column("time")) < 2:
+        raise BaselineError(f"{path}: 1 sample, expected 2 or more")
+    return table
 
 
 def read_rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows, with the numbers of their lines, of a comma-separated file that must exist and not be empty."""
+    """Rows, with the numbers of their lines, of a comma-separated file that is not empty."""
     try:
         text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise BaselineError(f"{path}: there is no such file, expected the baseline of a run; "
-                            "`maglev check --update` writes it") from None
     except UnicodeDecodeError:
         raise BaselineError(f"{path}: cannot be read, expected UTF-8 text") from None
     if not text.strip():
@@ -213,25 +222,6 @@ def read_rows(path: Path) -> list[tuple[int, list[str]]]:
         return [(reader.line_num, cells) for cells in reader]
     except csv.Error as error:
         raise BaselineError(f"{path}, line {reader.line_num}: {error}, expected comma-separated values") from None
-
-
-def read_samples(path: Path) -> tuple[list[str], list[tuple[int, list[float]]]]:
-    """Names of the signals, and the rows of finite numbers, time first, with the numbers of their lines."""
-    (line, header), *rows = read_rows(path)
-    if not header or header[0] != "time":
-        raise refused(path, line, "first column", header[0] if header else "", "expected time")
-    for i, name in enumerate(header):
-        if name in header[:i]:
-            raise refused(path, line, f"column {i + 1}", name, "the name occurs twice, expected one column a signal")
-    if len(header) < 2 or len(rows) < 2:
-        raise BaselineError(f"{path}: {len(header) - 1} signals and {len(rows)} samples, expected at least 1 signal "
-                            "and 2 samples")
-    for line, cells in rows:
-        if len(cells) != len(header):
-            raise refused(path, line, "row", ",".join(cells), f"has {len(cells)} values, expected {len(header)} as "
-                                                              "the header has")
-    return header[1:], [(line, [number(path, line, name, cell) for name, cell in zip(header, cells, strict=True)])
-                        for line, cells in rows]
 
 
 def read_options(path: Path, signals: Sequence[str]) -> Options:
@@ -269,13 +259,13 @@ def read_options(path: Path, signals: Sequence[str]) -> Options:
     return options
 
 
-def check_times(path: Path, lines: list[int], times: list[float], step: float) -> None:
+def check_times(table: CsvTable, times: Sequence[float], step: float) -> None:
     """Refuse times that do not ascend, or are not whole numbers of communication steps (s)."""
-    for i, (line, time) in enumerate(zip(lines, times, strict=True)):
-        if i > 0 and time <= times[i - 1]:
-            raise refused(path, line, "time", time, f"expected more than {times[i - 1]} s, of the sample before")
+    for k, time in enumerate(times):
+        if k > 0 and time <= times[k - 1]:
+            raise table.refusal("time", k, f"expected more than {times[k - 1]} s, of the sample before")
         if time < 0.0 or abs(math.remainder(time, step)) > ON_GRID * step:
-            raise refused(path, line, "time", time, f"expected a multiple of StepSize = {step} s")
+            raise table.refusal("time", k, f"expected a multiple of StepSize = {step} s")
 
 
 def number(path: Path, line: int, label: str, text: str) -> float:

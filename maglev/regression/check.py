@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Literal
 
 from maglev.cosim.master import Progress
-from maglev.errors import FAILURES, BaselineError, in_one_line
+from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.processes import Task, Watcher
 from maglev.experiment.replacement import Replacement
 from maglev.regression.baseline import ON_GRID, Baseline, baseline_files, from_recording, read_baseline, write_baseline
 from maglev.regression.deviation import Deviation, WorstDifference, changes, first_deviation, worst
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class CheckResult:
     Attributes
     ----------
     name : str
-        Name of the scenario.
+        Name of the plan.
     status : str
         "deviated" is a difference beyond its tolerance, "error" a run that could not be compared.
     message : str
@@ -59,7 +59,7 @@ class UpdateResult:
     Attributes
     ----------
     name : str
-        Name of the scenario.
+        Name of the plan.
     status : str
         "new": there was no baseline; "replaced": the old one could not be read or compared; "error": nothing was
         written.
@@ -81,23 +81,23 @@ class UpdateResult:
     ends: Mapping[str, float] = field(default_factory=dict)
 
 
-def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
-    """Run a scenario to the end of its baseline, and compare.
+    """Run a run to the end of its baseline, and compare.
 
     Parameters
     ----------
-    scenario : Scenario
+    plan : RunPlan
     fmus : Path
         Folder with the FMUs of this project.
     replaced : mapping of str to Replacement
-        FMUs that take the place of the scenario's, by participant.
+        FMUs that take the place of the plan's, by name in the run.
     settings : sequence of str
-        Start values that go before the scenario's, `fmu.variable=value`.
+        Start values that go before the plan's, `fmu.variable=value`.
     baselines : Path
         Folder with the baselines.
     ends : mapping of str to mapping of str to float
-        Of the runs that the scenario starts from.
+        Of the runs that the plan starts from.
     progress : callable, optional
         Called now and then with the steps done and the steps in all.
 
@@ -106,73 +106,73 @@ def check_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement
     begin = time.perf_counter()
     try:
         # First, because a run is long and a missing baseline is found at once.
-        baseline = read_baseline(baselines, scenario.name)
-        require_fit(scenario, baseline, baselines)
-        shortened = scenario.model_copy(update={"stop_time": baseline.stop_time})
+        baseline = read_baseline(baselines, plan.name)
+        require_fit(plan, baseline, baselines)
+        shortened = plan.model_copy(update={"stop_time": baseline.stop_time})
         experiment = prepared(shortened, fmus, replaced, settings, ends)
-        lacking = [name for name in shortened.check.signals if name not in experiment.scenario.check.signals]
+        lacking = [name for name in shortened.check.signals if name not in experiment.plan.check.signals]
         baseline = without(baseline, lacking)
         units = units_of(experiment, baseline.columns)
         recording = experiment.run(progress)
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
     except FAILURES as error:
-        return CheckResult(scenario.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
+        return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     # A run that was cut short has not come to the results that others start from.
-    reached = ends_of(recording) if shortened.stop_time == scenario.stop_time else {}
+    reached = ends_of(recording) if shortened.stop_time == plan.stop_time else {}
     if deviation is not None:
-        return CheckResult(scenario.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
+        return CheckResult(plan.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
                            differences, elapsed, units, reached)
     same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
                + ("equal the baseline" if same else "are within their tolerances")
                + (f"; not compared, for the FMU has no such signals: {', '.join(lacking)}" if lacking else ""))
-    return CheckResult(scenario.name, "passed", message, None, differences, elapsed, units, reached)
+    return CheckResult(plan.name, "passed", message, None, differences, elapsed, units, reached)
 
 
-def update_run(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def update_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
-    """Run a whole scenario, write its baseline with the scenario's tolerances, and say what moved against the old one.
+    """Run a whole scenario, write its baseline with the plan's tolerances, and say what moved against the old one.
 
     Parameters as of `check_run`. After an error the old baseline stands.
     """
     begin = time.perf_counter()
     try:
-        old, unreadable = old_baseline(baselines, scenario.name)
-        experiment = prepared(scenario, fmus, replaced, settings, ends)
-        units = units_of(experiment, scenario.check.signals)
+        old, unreadable = old_baseline(baselines, plan.name)
+        experiment = prepared(plan, fmus, replaced, settings, ends)
+        units = units_of(experiment, plan.check.signals)
         recording = experiment.run(progress)
-        new, reached = from_recording(scenario, experiment.step, recording), ends_of(recording)
+        new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
         write_baseline(baselines, new)
     except FAILURES as error:
-        return UpdateResult(scenario.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
+        return UpdateResult(plan.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     extent = f"{len(new.columns)} signals at {len(new.time)} samples to t = {new.stop_time:.9g} s"
     if unreadable is not None:
-        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; the old one: {unreadable}", {}, elapsed,
+        return UpdateResult(plan.name, "replaced", f"replaced, {extent}; the old one: {unreadable}", {}, elapsed,
                             reached)
     if old is None:
-        return UpdateResult(scenario.name, "new", f"new, {extent}", {}, elapsed, reached)
+        return UpdateResult(plan.name, "new", f"new, {extent}", {}, elapsed, reached)
     try:
         moved = changes(old, new)
     except BaselineError as error:
-        return UpdateResult(scenario.name, "replaced", f"replaced, {extent}; nothing to compare: {error}", {}, elapsed,
+        return UpdateResult(plan.name, "replaced", f"replaced, {extent}; nothing to compare: {error}", {}, elapsed,
                             reached)
     notes = change_notes(old, new, moved, units)
     if not notes:
-        return UpdateResult(scenario.name, "unchanged", f"unchanged, {extent}", moved, elapsed, reached)
-    return UpdateResult(scenario.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed, reached)
+        return UpdateResult(plan.name, "unchanged", f"unchanged, {extent}", moved, elapsed, reached)
+    return UpdateResult(plan.name, "updated", f"updated, {extent}; {'; '.join(notes)}", moved, elapsed, reached)
 
 
-def prepared(scenario: Scenario, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def prepared(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
              ends: Ends) -> Experiment:
-    """Experiment of a scenario that starts from the ends of others; settings go before these."""
-    experiment = prepare(scenario, fmus, replaced, settings)
-    return replace(experiment, scenario=started(experiment.scenario, ends))
+    """Experiment of a run that starts from the ends of others; settings go before these."""
+    experiment = prepare(plan, fmus, replaced, settings)
+    return replace(experiment, plan=started(experiment.plan, ends))
 
 
-def check_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def check_all(runs: Sequence[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
     """Check runs, each in a process of its own, at most `jobs` at a time; other parameters as of `check_run`."""
     by_name = {run.name: run for run in runs}
@@ -185,7 +185,7 @@ def check_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Repla
                          watch).values())
 
 
-def update_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
+def update_all(runs: Sequence[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
                baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
     """Update the baselines of runs; parameters as of `check_all`."""
     by_name = {run.name: run for run in runs}
@@ -198,7 +198,7 @@ def update_all(runs: Sequence[Scenario], fmus: Path, replaced: Mapping[str, Repl
 
 
 def describe(result: CheckResult | UpdateResult) -> str:
-    """One line about a result, the name of the scenario first."""
+    """One line about a result, the name of the plan first."""
     return f"{result.name}: {'error: ' if result.status == 'error' else ''}{result.message}"
 
 
@@ -210,19 +210,19 @@ def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
     return 1 if "deviated" in statuses else 0
 
 
-def require_fit(scenario: Scenario, baseline: Baseline, folder: Path) -> None:
-    """Refuse a baseline that the scenario has outgrown: what it lacks would otherwise go unchecked."""
-    samples, options = baseline_files(folder, scenario.name)
-    if abs(scenario.step - baseline.step) > ON_GRID * baseline.step:
+def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
+    """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
+    samples, options = baseline_files(folder, plan.name)
+    if abs(plan.step - baseline.step) > ON_GRID * baseline.step:
         raise BaselineError(f"{options}: StepSize = {baseline.step}: expected the communication step of the scenario, "
-                            f"{scenario.step} s; `maglev check --update` writes a new baseline")
-    if baseline.stop_time > scenario.stop_time + ON_GRID * baseline.step:
+                            f"{plan.step} s; `maglev check --update` writes a new baseline")
+    if baseline.stop_time > plan.stop_time + ON_GRID * baseline.step:
         raise BaselineError(f"{options}: StopTime = {baseline.stop_time}: expected at most the stop time of the "
-                            f"scenario, {scenario.stop_time} s; `maglev check --update` writes a new baseline")
-    for name in scenario.check.signals:
+                            f"scenario, {plan.stop_time} s; `maglev check --update` writes a new baseline")
+    for name in plan.check.signals:
         if name not in baseline.columns:
             raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
-                                f"{scenario.path}; `maglev check --update` writes a new baseline")
+                                f"{plan.path}; `maglev check --update` writes a new baseline")
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
@@ -236,7 +236,7 @@ def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:
         return None, None
     try:
         return read_baseline(folder, name), None
-    except BaselineError as error:
+    except (BaselineError, CsvError) as error:
         return None, in_one_line(error)
 
 

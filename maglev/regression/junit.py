@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from fmi_export.whole_file import whole_file
+
 if TYPE_CHECKING:
     from maglev.regression.check import CheckResult
 
@@ -32,10 +34,8 @@ def write_junit(path: Path, results: "Sequence[CheckResult]") -> None:
             reason = ElementTree.SubElement(case, ELEMENTS[result.status], {"message": message, "type": result.status})
             reason.text = message
     ElementTree.indent(suite)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".part")
-    ElementTree.ElementTree(suite).write(unfinished, encoding="utf-8", xml_declaration=True)
-    unfinished.replace(path)
+    with whole_file(path) as unfinished:
+        ElementTree.ElementTree(suite).write(unfinished, encoding="utf-8", xml_declaration=True)
 
 
 def printable(text: str) -> str:

@@ -79,7 +79,7 @@ def claim_anchor(name: str, k: int) -> str:
 def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
                  outcomes: Sequence[Outcome] = ()) -> str:
     """Bodies of the table, one for each run, then one for each procedure."""
-    return "\n".join([run_group(result, judgements.get(result.scenario.name, ()), shown)
+    return "\n".join([run_group(result, judgements.get(result.plan.name, ()), shown)
                       for result in results if has_group(result, judgements)]
                      + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
                         for outcome in outcomes])
@@ -87,16 +87,16 @@ def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Se
 
 def has_group(result: RunResult, judgements: Judgements) -> bool:
     """Whether a run is in the table: of a procedure, where there are many, only those that have something to tell."""
-    return bool(result.scenario.procedure is None or result.failure is not None
-                or judgements.get(result.scenario.name))
+    return bool(result.plan.procedure is None or result.failure is not None
+                or judgements.get(result.plan.name))
 
 
 def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
     """Body of the table with the claims about one run."""
-    name = result.scenario.name
+    name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
-    return claim_group(run_anchor(name), name, result.scenario.title, status, figure_links(figures),
+    return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]))
 
 
@@ -188,8 +188,8 @@ def cited_figures(source: str) -> set[str]:
 
 def names_behind(shown: Shown) -> list[str]:
     """Names of a figure's runs, and of the procedures that these belong to: all that claims may be about."""
-    procedures = [run.scenario.procedure.name for run in shown.runs if run.scenario.procedure is not None]
-    return list(dict.fromkeys([*(run.scenario.name for run in shown.runs), *procedures]))
+    procedures = [run.plan.procedure.name for run in shown.runs if run.plan.procedure is not None]
+    return list(dict.fromkeys([*(run.plan.name for run in shown.runs), *procedures]))
 
 
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:

@@ -11,7 +11,7 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.report.series import tolerances
-from maglev.schema.scenario import Axis, Motor, Scenario
+from maglev.schema.run_plan import Axis, Motor, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 
 AXIS_PANELS = ("position", "speed", "error")
@@ -108,7 +108,7 @@ class Shown(NamedTuple):
 
     def has(self, run: str) -> bool:
         """Whether the figure is about a run."""
-        return any(result.scenario.name == run for result in self.runs)
+        return any(result.plan.name == run for result in self.runs)
 
 
 def read_figures() -> list[Figure]:
@@ -124,15 +124,15 @@ def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> li
     """
     shown = list(with_data(figures, results))
     every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
-    others = [Figure(caption=result.scenario.title, runs={result.scenario.name: "simulated"}, panels=every_panel)
+    others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel)
               for result in results
-              if result.scenario.procedure is None and not any(each.has(result.scenario.name) for each in shown)]
+              if result.plan.procedure is None and not any(each.has(result.plan.name) for each in shown)]
     return shown + list(with_data(others, results))
 
 
 def with_data(figures: Iterable[Figure], results: Sequence[RunResult]) -> Iterator[Shown]:
     """Figures that have something to draw."""
-    by_name = {result.scenario.name: result for result in results}
+    by_name = {result.plan.name: result for result in results}
     for figure in figures:
         runs = [by_name[run] for run in figure.runs if run in by_name]
         panels = list(dict.fromkeys(panel for text in figure.panels for panel in expand(text, runs)))
@@ -144,11 +144,11 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
     """Panels that a text such as "error *" means, as far as the runs have what they show."""
     kind, _, of = text.partition(" ")
     for result in runs:
-        scenario = result.scenario
+        plan = result.plan
         recorded = recorded_columns(result)
-        names: Mapping[str, Axis | Motor] = scenario.axes if kind in AXIS_PANELS else scenario.motors
+        names: Mapping[str, Axis | Motor] = plan.axes if kind in AXIS_PANELS else plan.motors
         for name in names:
-            if of in (name, EVERY) and any(column in recorded for column in needed_columns(scenario, kind, name)):
+            if of in (name, EVERY) and any(column in recorded for column in needed_columns(plan, kind, name)):
                 yield Panel(kind, name)
 
 
@@ -175,7 +175,7 @@ def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
     """
     columns = result.columns
     errors = {error_of(axis): columns[axis.position] - columns[axis.reference]
-              for axis in result.scenario.axes.values() if axis.position in columns and axis.reference in columns}
+              for axis in result.plan.axes.values() if axis.position in columns and axis.reference in columns}
     return {**columns, **errors}
 
 
@@ -185,26 +185,26 @@ def shown_commands(motor: Motor) -> list[str]:
     return [name for name in motor.commands if "i_d" in name or "i_q" in name] or list(motor.commands)
 
 
-def needed_columns(scenario: Scenario, kind: str, of: str) -> list[str]:
+def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     """Names of the columns that a panel draws."""
     if kind == "commands":
-        return shown_commands(scenario.motors[of])
+        return shown_commands(plan.motors[of])
     if kind == "currents":
-        return list(scenario.motors[of].currents)
-    axis = scenario.axes[of]
+        return list(plan.motors[of].currents)
+    axis = plan.axes[of]
     return {"speed": [speed_of(axis)], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
 
 
 def needed_tolerances(result: RunResult, shown: Iterable[Shown]) -> dict[str, float]:
     """Tolerances by name of the columns that the figures and the moving picture draw of a run."""
-    scenario = result.scenario
-    panels = {panel for each in shown if each.has(scenario.name) for panel in each.panels}
-    if scenario.name in MOVING:
-        panels |= {Panel("position", axis) for axis in scenario.axes}
-        panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in scenario.motors}
+    plan = result.plan
+    panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
+    if plan.name in MOVING:
+        panels |= {Panel("position", axis) for axis in plan.axes}
+        panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in plan.motors}
     needed: dict[str, list[str]] = {"position": [], "speed": [], "current": []}
     for kind, of in sorted(panels):
-        if of in (scenario.axes if kind in AXIS_PANELS else scenario.motors):
+        if of in (plan.axes if kind in AXIS_PANELS else plan.motors):
             group = "current" if kind in MOTOR_PANELS else "speed" if kind == "speed" else "position"
-            needed[group] += needed_columns(scenario, kind, of)
+            needed[group] += needed_columns(plan, kind, of)
     return tolerances(needed["position"], needed["speed"], needed["current"])

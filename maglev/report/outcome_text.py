@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from fmi_export.whole_file import write_whole
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.report.text import REPORT_WIDTH, claim_table
@@ -49,10 +50,10 @@ def write_outcomes(outcomes: Iterable[Outcome], verdicts: Judgements, out: Path)
     for outcome in outcomes:
         name = outcome.settings.name
         files.append(out / f"{name}.txt")
-        files[-1].write_text(outcome_text(outcome, verdicts[name]), encoding="utf-8")
+        write_whole(files[-1], outcome_text(outcome, verdicts[name]))
         if outcome.charts:
             files.append(out / f"{name}.curves.csv")
-            files[-1].write_text(curves_csv(outcome.charts), encoding="utf-8", newline="\n")
+            write_whole(files[-1], curves_csv(outcome.charts))
     return files
 
 

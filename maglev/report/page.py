@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from fmi_export.whole_file import write_whole
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
@@ -65,10 +66,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
     """
     require_plotly()
     page = report_page(results, judgements, plotly_script(), outcomes)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.write_text(page, encoding="utf-8", newline="\n")
-    unfinished.replace(path)
+    write_whole(path, page)
 
 
 def plotly_script() -> str:
@@ -113,8 +111,8 @@ def json_in_html(data: object) -> str:
 
 def has_motion(result: RunResult, name: str) -> bool:
     """Whether this is the run of that name, and has what the moving picture needs."""
-    axes = result.scenario.axes.values()
-    return (result.scenario.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
+    axes = result.plan.axes.values()
+    return (result.plan.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
             and all(error_of(axis) in recorded_columns(result) for axis in axes))
 
 
@@ -122,7 +120,7 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str,
     """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
     most = MOST_ROWS
     while True:
-        runs = {result.scenario.name: run_data(result, shown, most) for result in results
+        runs = {result.plan.name: run_data(result, shown, most) for result in results
                 if len(result.time) and is_drawn(result, shown)}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
@@ -131,22 +129,22 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str,
 
 def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
     """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
-    name = result.scenario.name
-    return result.scenario.procedure is None or name in MOVING or any(each.has(name) for each in shown)
+    name = result.plan.name
+    return result.plan.procedure is None or name in MOVING or any(each.has(name) for each in shown)
 
 
 def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
-    scenario = result.scenario
-    packed = pack(result.time, recorded_columns(result), scenario.output_interval, needed_tolerances(result, shown),
+    plan = result.plan
+    packed = pack(result.time, recorded_columns(result), plan.output_interval, needed_tolerances(result, shown),
                   most)
     return {
-        "title": scenario.title,
+        "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in scenario.axes.items()},
+                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in plan.axes.items()},
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
-                   for name, motor in scenario.motors.items()},
-        "bands": scenario.metrics.bands,
+                   for name, motor in plan.motors.items()},
+        "bands": plan.metrics.bands,
         "events": [{"time": time, "text": words} for time, words in claim_table.events(result)],
         **packed,
     }
@@ -156,7 +154,7 @@ def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
         return chart_data(shown)
-    return {"runs": [{"name": run.scenario.name, "label": shown.figure.runs[run.scenario.name]}
+    return {"runs": [{"name": run.plan.name, "label": shown.figure.runs[run.plan.name]}
                      for run in shown.recorded],
             "panels": [panel._asdict() for panel in shown.panels],
             **({} if shown.figure.until is None else {"until": shown.figure.until})}
@@ -187,7 +185,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
 
 def run_link(run: RunResult, judgements: Judgements) -> str:
     """Name of a run with a link to its claims."""
-    name = run.scenario.name
+    name = run.plan.name
     if not claim_table.has_group(run, judgements):
         return escape(name)
     return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
@@ -195,6 +193,6 @@ def run_link(run: RunResult, judgements: Judgements) -> str:
 
 def description(result: RunResult) -> str:
     """Name, title and description of a run."""
-    scenario = result.scenario
-    return (f"<dt>{escape(scenario.name)}: {escape(scenario.title)}</dt>"
-            f"<dd>{escape(scenario.description) or 'no description'}</dd>")
+    plan = result.plan
+    return (f"<dt>{escape(plan.name)}: {escape(plan.title)}</dt>"
+            f"<dd>{escape(plan.description) or 'no description'}</dd>")

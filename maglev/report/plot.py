@@ -7,7 +7,7 @@ import numpy as np
 
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
 FAINT = {"color": "0.6", "linewidth": 0.8}
@@ -19,32 +19,32 @@ def require_matplotlib() -> None:
         raise ScenarioError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
 
 
-def plot(path: Path, scenario: Scenario, recording: Recording, every: int = 1) -> None:
+def plot(path: Path, plan: RunPlan, recording: Recording, every: int = 1) -> None:
     """Write a PNG of a recording, thinned to every n-th communication point."""
     from matplotlib.figure import Figure  # an extra: only who plots needs it
 
     time = recording.time[::every]
     columns = {name: values[::every] for name, values in recording.columns.items()}
-    rows = len(scenario.axes) + len(scenario.motors)
+    rows = len(plan.axes) + len(plan.motors)
     figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
-    figure.suptitle(f"{scenario.name}: {scenario.title}")
+    figure.suptitle(f"{plan.name}: {plan.title}")
     path.parent.mkdir(parents=True, exist_ok=True)
     if not rows:
         figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
         figure.savefig(path, dpi=110)
         return
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
-    for (name, axis), (left, right) in zip(scenario.axes.items(), panels, strict=False):
+    for (name, axis), (left, right) in zip(plan.axes.items(), panels, strict=False):
         position, reference = 1e3 * columns[axis.position], 1e3 * columns[axis.reference]
         left.plot(time, reference, **FAINT, label="reference")
         left.plot(time, position, linewidth=1.0, label="position")
         left.set_ylabel(f"{name} (mm)")
         left.legend(loc="upper right", fontsize="small")
         right.semilogy(time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8)
-        for band in scenario.metrics.bands:
+        for band in plan.metrics.bands:
             right.axhline(1e3 * band, **FAINT, linestyle="--")
         right.set_ylabel(f"|error| of {name} (mm)")
-    for (name, motor), (left, right) in zip(scenario.motors.items(), panels[len(scenario.axes):], strict=True):
+    for (name, motor), (left, right) in zip(plan.motors.items(), panels[len(plan.axes):], strict=True):
         # Of the commands the direct and the quadrature current; the phases are on the right, as delivered.
         commands = [command for command in motor.commands if "i_d" in command or "i_q" in command]
         for panel, names, what in ((left, commands, "commands"), (right, motor.currents, "phase currents")):

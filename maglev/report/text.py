@@ -13,7 +13,7 @@ from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
 from maglev.procedures.outcome import Outcome
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
 REPORT_WIDTH = 120   # characters
@@ -24,12 +24,12 @@ COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "re
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
     """Print what was measured on a run, and the claims with their verdicts."""
-    scenario = result.scenario
-    console.print(f"[bold]{escape(scenario.name)}[/]: {escape(scenario.title)}")
+    plan = result.plan
+    console.print(f"[bold]{escape(plan.name)}[/]: {escape(plan.title)}")
     if result.metrics is None:
         console.print(f"did not complete: {result.failure}", markup=False)
         return
-    for table in metric_tables(scenario, result.metrics):
+    for table in metric_tables(plan, result.metrics):
         console.print(table)
     console.print(claim_table(verdicts) if verdicts else "no claims")
     console.print(outcome(result.metrics))
@@ -42,11 +42,11 @@ def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     return text.getvalue()
 
 
-def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
+def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     """Tables of the steps, the tracking errors and the currents, as far as the run has them."""
     tables = []
     if metrics.steps:
-        bands = scenario.metrics.bands
+        bands = plan.metrics.bands
         table = Table(title="Steps: time from the step to the last error beyond a band")
         for name in ("t (s)", "axis", "step (mm)", *(f"settled to {length(band)}" for band in bands),
                      "overshoot", "steady-state error"):
@@ -58,7 +58,7 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
                           f"{100.0 * step.overshoot:.1f} %", length(step.steady_state_error))
         tables.append(table)
     if metrics.tracking:
-        table = Table(title=f"Tracking error from t = {scenario.metrics.tracking_from:g} s on")
+        table = Table(title=f"Tracking error from t = {plan.metrics.tracking_from:g} s on")
         for name in ("axis", "mean", "peak"):
             table.add_column(name, justify="right")
         for tracking in metrics.tracking:
@@ -70,7 +70,7 @@ def metric_tables(scenario: Scenario, metrics: Metrics) -> list[Table]:
     for name in ("motor", "phase current (A)", "command (A)"):
         table.add_column(name, justify="right")
     for motor in metrics.motors:
-        names = scenario.motors[motor.motor]
+        names = plan.motors[motor.motor]
         table.add_row(motor.motor, f"{motor.peak_current:.2f}" if names.currents else "not recorded",
                       f"{motor.peak_command:.2f}" if names.commands else "not recorded")
     tables.append(table)
@@ -96,16 +96,16 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
                   *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
                   title="Verdicts on the claims")
     for result in results:
-        if result.failure is None and result.scenario.procedure is not None and not verdicts[result.scenario.name]:
+        if result.failure is None and result.plan.procedure is not None and not verdicts[result.plan.name]:
             continue   # dozens of short runs, of which only the procedure has claims
         ended = short_outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
-        table.add_row(escape(result.scenario.name), escape(ended), *counted_cells(verdicts[result.scenario.name]))
+        table.add_row(escape(result.plan.name), escape(ended), *counted_cells(verdicts[result.plan.name]))
     table.add_section()
     for found in outcomes:
         table.add_row(escape(found.settings.name), counted(found.values, "value"),
                       *counted_cells(verdicts[found.settings.name]))
     table.add_section()
-    every = [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]
+    every = [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]
     totals = count_verdicts([claim for name in every for claim in verdicts[name]])
     procedures = counted(outcomes, "procedure") if outcomes else ""
     table.add_row(f"{len(results)} runs", procedures, *(str(total) for total in totals.values()))
@@ -131,7 +131,7 @@ def counted(items: Sequence[object], noun: str) -> str:
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
     """Table of all claims in Markdown: run or procedure, claim, source, the thesis's value, ours, verdict."""
     lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
-    for name in [*(result.scenario.name for result in results), *(found.settings.name for found in outcomes)]:
+    for name in [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]:
         for judged in verdicts[name]:
             claim = judged.claim
             verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict

@@ -4,7 +4,6 @@ Only `math` is used, so that a signal is the same on every machine with the same
 bare `sum` has compensated the rounding of floats since Python 3.12, and did not before.
 """
 
-import csv
 import math
 from bisect import bisect_right
 from itertools import pairwise
@@ -13,7 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from maglev.errors import QuantityError, nearest, nearest_file
+from maglev.csv_table import read_csv
+from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.toml_table import Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 
@@ -183,39 +183,18 @@ class Csv(SignalTable):
     def read(self) -> "Csv":
         """Read the file."""
         try:
-            with Path(self.file).open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.reader(file) if row]
-        except OSError as error:
-            expectation = f"cannot be read: {error.strerror}{nearest_file(Path(self.file))}"
-            raise key_refused("file", self.file, expectation) from None
-        except UnicodeDecodeError:
-            raise key_refused("file", self.file, "cannot be read: expected UTF-8 text") from None
-        if len(rows) < 2:
-            raise key_refused("file", self.file, "expected a header and at least one row")
-        header = [name.strip() for name in rows[0]]
-        if self.column not in header[1:]:
-            raise key_refused("column", self.column,
-                              f"no such column in {self.file}, nearest is {nearest(self.column, header[1:])}")
-        self._times = self.read_column(rows, 0)
-        self._values = [parse_quantity(value, self.unit) for value in self.read_column(rows, header.index(self.column))]
+            table = read_csv(Path(self.file))
+            if self.column not in table.names[1:]:
+                raise key_refused("column", self.column,
+                                  f"no such column in {self.file}, nearest is {nearest(self.column, table.names[1:])}")
+            self._times = table.column(table.names[0]).tolist()
+            self._values = [parse_quantity(value, self.unit) for value in table.column(self.column).tolist()]
+        except CsvError as error:
+            raise key_refused("file", self.file, error.problem) from None
         for i, (earlier, later) in enumerate(pairwise(self._times)):
             if later <= earlier:
                 raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
         return self
-
-    def read_column(self, rows: list[list[str]], column: int) -> list[float]:
-        """Return the numbers of a column."""
-        numbers = []
-        for i, row in enumerate(rows[1:], start=2):
-            text = row[column] if column < len(row) else ""
-            try:
-                numbers.append(float(text))
-            except ValueError:
-                numbers.append(math.nan)
-            if not math.isfinite(numbers[-1]):
-                raise key_refused("file", self.file,
-                                  f"row {i}, column {rows[0][column]!r} is {text!r}, expected a finite number")
-        return numbers
 
     def value(self, t: float) -> float:
         """Return the value at time t (s), SI."""

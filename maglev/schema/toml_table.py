@@ -1,21 +1,16 @@
-"""Tables of a scenario file: unknown keys, one-line errors, and files that extend others."""
+"""Tables of a scenario file: unknown keys, and one-line errors."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.errors import key_path, nearest, shortened
+from maglev.schema.layers import Layer, child, merged
 from maglev.units import parse_quantity
-
-# The experiments are a folder beside the package in the repository, and in it where it is installed.
-HERE = Path(__file__).parents[1]
-PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
-RIGS = ("2dof", "3dof")   # folders with the experiments themselves
 
 Seconds = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "s"))]
 Metres = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "m"))]
@@ -43,90 +38,6 @@ class Table(BaseModel):
                     expectation = f"unknown key, nearest valid key is {nearest(key, valid)}"
                     raise key_refused(key, value, expectation)
         return table
-
-
-class Layer(NamedTuple):
-    """One TOML file and what it says."""
-
-    path: Path
-    table: dict[str, Any]
-
-
-def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
-    """Read a file and those it extends, the file itself last.
-
-    Raises
-    ------
-    ScenarioError
-        If a file is missing, is not TOML, or extends itself.
-    """
-    if path in extending:
-        raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
-    return extended(Layer(path, read_toml(path)), extending)
-
-
-def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
-    """Layers of the files that a table extends, in their order, and the table itself last."""
-    path, table = layer
-    bases = table.pop("extends", [])
-    bases = [bases] if isinstance(bases, str) else bases
-    if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
-        raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
-    layers = [below for base in bases for below in read_layers(found_base(path, base), (*extending, path))]
-    return [*layers, layer]
-
-
-def found_base(path: Path, base: str) -> Path:
-    """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
-    beside = (path.parent / base).resolve()
-    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]
-    return next((file.resolve() for file in (beside, *packaged) if file.is_file()), beside)
-
-
-def merged(layers: list[Layer]) -> dict[str, Any]:
-    """Merge layers, later ones over earlier ones."""
-    table: dict[str, Any] = {}
-    for layer in layers:
-        table = merge(table, layer.table)
-    return table
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read one TOML file; its relative file names are made absolute."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: TOML syntax: {error}") from None
-    variants = table.get("variants")
-    for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
-        if isinstance(part, dict):
-            place_files(part, path.parent)
-    return table
-
-
-def place_files(table: dict[str, Any], folder: Path) -> None:
-    """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
-    fmus = table.get("fmus")
-    signals = table.get("signals")
-    entries = [*(fmus.values() if isinstance(fmus, dict) else []), *(signals if isinstance(signals, list) else [])]
-    for entry in entries:
-        if isinstance(entry, dict) and isinstance(entry.get("file"), str):
-            entry["file"] = str(folder / entry["file"])
-
-
-def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end."""
-    merged = dict(base)
-    for key, value in over.items():
-        if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
-            merged[key] = merge(merged[key], value)
-        else:
-            merged[key] = value
-    return merged
 
 
 def one_line(error: ValidationError, layers: list[Layer]) -> str:
@@ -167,15 +78,6 @@ def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
         keys.append(key)
         table = child(table, key)
     return keys
-
-
-def child(table: Any, key: str | int) -> Any:
-    """Return the entry of a table or list, None where there is none."""
-    if isinstance(table, Mapping):
-        return table.get(key)
-    if isinstance(table, list) and isinstance(key, int) and key < len(table):
-        return table[key]
-    return None
 
 
 def file_of(keys: list[str | int], layers: list[Layer]) -> Path:

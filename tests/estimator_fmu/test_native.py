@@ -9,31 +9,31 @@ from direct_loop import RIGS
 from estimator_run import new_estimator
 from fmu_access import bits, outputs, put, variables
 
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
 
 @pytest.mark.parametrize("rig", [2, 3])
 @pytest.mark.parametrize("parameters", [
     {}, {"matched_filter": True, "forgetting": 0.5}, {"epsilon": 0.001, "gamma": 3.0, "observer.time1": 0.0}])
-def test_same_bits(flight: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Component], rig: int,
+def test_same_bits(flight: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], rig: int,
                    parameters: dict[str, float]) -> None:
     axes, motors, dt = RIGS[rig]
     data = flight(rig, seconds=20.0)
-    component = load_native(f"Estimator{rig}DOF")
-    component.initialise(parameters, 0.0, 10.0)
-    starts = np.array([component.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)
+    fmu = load_native(f"Estimator{rig}DOF")
+    fmu.initialise(parameters, 0.0, 10.0)
+    starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)
     block = new_estimator(rig, starts, **parameters)
-    names = [v.name for v in variables(component, "output")]
+    names = [v.name for v in variables(fmu, "output")]
     values_of = attrgetter(*names)
     for k in range(600):
         inputs = {f"{name}.measured": float(data[f"{name}.encoder"][15_000 + k]) for name in axes}
         inputs |= {f"{name}.{what}": float(data[f"{name}.{what}"][15_000 + k])
                    for name in motors for what in ("i_d", "i_q")}
-        put(component, inputs)
+        put(fmu, inputs)
         for name, value in inputs.items():
             owner, _, what = name.partition(".")
             setattr(getattr(block, owner), what, value)
-        component.instance.doStep(k * dt, dt)
+        fmu.instance.doStep(k * dt, dt)
         assert block.step(k * dt, dt) == 0
         ours = dict(zip(names, values_of(block), strict=True))
-        assert bits([outputs(component)]) == bits([ours]), k
+        assert bits([outputs(fmu)]) == bits([ours]), k

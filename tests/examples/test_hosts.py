@@ -13,7 +13,7 @@ import pytest
 from command_line import maglev
 from example_builds import EXAMPLES, require_compiler
 
-from maglev.cosim.master import Master, Participant
+from maglev.cosim.master import FmuSetup, Master
 
 
 @pytest.fixture(scope="session")
@@ -56,8 +56,8 @@ def recorded(fmus: Path, seconds: float) -> np.ndarray:
     steps = round(seconds / 0.2e-3)
     drives = {f"controller.{axis}.reference": [0.0] * (steps + 1) for axis in "xz"}
     drives["controller.y.reference"] = [25e-3 if k * 0.2e-3 < 1.0 - 1e-9 else 26e-3 for k in range(steps + 1)]
-    with Master([Participant("controller", fmus / "Regulator3DOF.fmu"),
-                 Participant("plant", fmus / "Plant3DOF.fmu", start)], connections, 0.2e-3) as master:
+    with Master([FmuSetup("controller", fmus / "Regulator3DOF.fmu"),
+                 FmuSetup("plant", fmus / "Plant3DOF.fmu", start)], connections, 0.2e-3) as master:
         columns = master.run(seconds, drives).columns
     return np.stack([columns[f"plant.{axis}.position"] for axis in axes], axis=1)
 

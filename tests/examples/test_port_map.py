@@ -10,7 +10,7 @@ import pytest
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.fmu import read_description
-from maglev.cosim.master import Master, Participant, rate
+from maglev.cosim.master import FmuSetup, Master, rate
 from maglev.cosim.port_map import Port, PortMap, apply
 from maglev.cosim.wiring import Rate
 from maglev.errors import FmuError, ScenarioError
@@ -63,7 +63,7 @@ def test_rates_that_do_not_divide(own: float) -> None:
 
 def loop(fmus: Path, step: float, **steps: float) -> dict[str, np.ndarray]:
     """Positions and commands of the 2-DOF loop; named FMUs with a step of their own, which the regulator allows."""
-    participants = [Participant(name, fmus / f"{model}.fmu", {"v.position_start": 0.02} if name == "plant" else {},
+    participants = [FmuSetup(name, fmus / f"{model}.fmu", {"v.position_start": 0.02} if name == "plant" else {},
                                 PortMap(step=steps[name]) if name in steps else None)
                     for name, model in (("controller", "PID2DOF"), ("plant", "Plant2DOF"))]
     connections = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "vh"),

@@ -15,10 +15,10 @@ from fmpy.validation import validate_fmu
 
 from fmi_export.binaries import without_finalizer
 from fmi_export.errors import ExportError
-from maglev.build import DEFINITIONS, build, definition
+from maglev.catalogue import DEFINITIONS, build, definition
 from maglev.errors import BuildError
 
-BUILD = ("import sys; from pathlib import Path; from maglev.build import DEFINITIONS, build; "
+BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEFINITIONS, build; "
          "build(DEFINITIONS, Path(sys.argv[1]))")
 
 RATIOS = ("attraction_modulation", "gamma", "convergence.tolerance")   # without a unit

@@ -18,17 +18,17 @@ from native_builds import built_once
 
 from fmi_export.container import Container, build_container
 from fmi_export.errors import ExportError
-from maglev.build import CONTAINERS, build, build_containers, container
-from maglev.cosim.fmu import Component, read_description
+from maglev.catalogue import CONTAINERS, build, build_containers, container
+from maglev.cosim.fmu import Fmu, read_description
 from maglev.errors import BuildError, FmuError
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
-from maglev.schema.loading import load_scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan
 
 INPUTS = PACKAGED / "inputs"
 INPUT_FILE = {"ClosedLoop2DOF": INPUTS / "2dof-setpoints.csv", "ClosedLoop3DOF": INPUTS / "3dof-setpoints.csv"}
-BUILD = ("import sys; from pathlib import Path; from maglev.build import CONTAINERS, build_containers; "
+BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import CONTAINERS, build_containers; "
          "build_containers(CONTAINERS, Path(sys.argv[1]), Path(sys.argv[2]))")
 
 
@@ -56,21 +56,21 @@ def test_fmpy_validates(containers: Path, name: str) -> None:
 ])
 def test_the_committed_inputs_give_the_run_of_our_master_bit_for_bit(
         containers: Path, native_fmus: Path, name: str, run: str, settings: Sequence[str], every: int) -> None:
-    scenario = load_scenario(run).model_copy(update={"stop_time": 3.0})
-    experiment = prepare(scenario, native_fmus, {}, settings)
+    plan = load_plan(run).model_copy(update={"stop_time": 3.0})
+    experiment = prepare(plan, native_fmus, {}, settings)
     expected = experiment.run()
     # The defaults of a container are those of the scenario that it is made of.
     start = {} if run == CONTAINERS[name] else {
-        f"{part}.{variable}": value.value for part, fmu in experiment.scenario.fmus.items()
+        f"{part}.{variable}": value.value for part, fmu in experiment.plan.fmus.items()
         for variable, value in fmu.start.items()}
     result = fmpy.simulate_fmu(str(containers / f"{name}.fmu"), input=read_csv(INPUT_FILE[name]), start_values=start,
-                               output_interval=every * scenario.step, stop_time=3.0)
-    references = {axis.reference for axis in scenario.axes.values()}
+                               output_interval=every * plan.step, stop_time=3.0)
+    references = {axis.reference for axis in plan.axes.values()}
     assert set(result.dtype.names) == {"time", *expected.columns} - references
     for column in set(result.dtype.names) - {"time"}:
         assert result[column].astype(np.float64).tobytes() == \
             expected.columns[column][::every].astype(np.float64).tobytes(), column
-    for axis in scenario.axes.values():
+    for axis in plan.axes.values():
         assert np.ptp(result[axis.position]) > 1e-3, "the step at 1 s is in it"
 
 
@@ -81,19 +81,19 @@ def test_input_files_say_what_the_scenario_says(name: str, tmp_path: Path) -> No
     recording = script["inputs"](name)
     write_csv(tmp_path / "inputs.csv", recording)
     assert (tmp_path / "inputs.csv").read_bytes() == INPUT_FILE[name].read_bytes()
-    scenario = load_scenario(CONTAINERS[name])
-    for t in np.arange(0.0, scenario.stop_time, 0.1):
+    plan = load_plan(CONTAINERS[name])
+    for t in np.arange(0.0, plan.stop_time, 0.1):
         row = np.searchsorted(recording.time, t + 1e-9, side="right") - 1
-        for signal in scenario.signals:
+        for signal in plan.signals:
             assert recording.columns[signal.to.partition(".")[2]][row] == signal.value(t)
 
 
 @pytest.mark.parametrize("name", CONTAINERS)
 def test_description_is_complete(containers: Path, name: str) -> None:
     description = fmpy.read_model_description(str(containers / f"{name}.fmu"))
-    scenario = load_scenario(CONTAINERS[name])
-    assert float(description.defaultExperiment.stopTime) == scenario.stop_time == 26.0
-    assert float(description.defaultExperiment.stepSize) == scenario.step
+    plan = load_plan(CONTAINERS[name])
+    assert float(description.defaultExperiment.stopTime) == plan.stop_time == 26.0
+    assert float(description.defaultExperiment.stepSize) == plan.step
     assert not description.coSimulation.canHandleVariableCommunicationStepSize
     units = {unit.name for unit in description.unitDefinitions}
     for v in description.modelVariables:
@@ -104,7 +104,7 @@ def test_description_is_complete(containers: Path, name: str) -> None:
                 assert float(v.min) <= float(v.start) <= float(v.max), v.name
     of = {kind: {v.name for v in description.modelVariables if v.causality == kind}
           for kind in ("input", "output", "parameter")}
-    axes = list(scenario.axes)
+    axes = list(plan.axes)
     assert of["input"] == {f"{axis}.{port}" for axis in axes for port in ("reference", "reference_rate", "force")}
     assert of["output"] >= {f"plant.{axis}.position" for axis in axes} | {"plant.at_stop", "controller.tripped"}
     assert of["parameter"] >= {f"plant.{axis}.mass" for axis in axes} | {f"controller.{axis}.k1" for axis in axes}
@@ -144,7 +144,7 @@ def test_builds_are_reproducible(containers: Path, native_fmus: Path, tmp_path: 
 def test_refusals_of_a_component_are_logged(containers: Path) -> None:
     """With logging on, which `Component` has: without it the toolbox swallows what its components say."""
     path = containers / "ClosedLoop3DOF.fmu"
-    loop = Component("loop", path, read_description("loop", path))
+    loop = Fmu("loop", path, read_description("loop", path))
     try:
         with pytest.raises(FmuError, match=r"y\.mass = -1\.0 kg, expected a number from 0\.001"):
             loop.initialise({"plant.y.mass": -1.0}, 0.0, 1.0)

@@ -9,18 +9,18 @@ import pytest
 import fmi_export.build
 import pmlsm.gap_functions
 from fmi_export.build import build_fmu
-from maglev.build import DEFINITIONS, PACKAGES, definition
-from maglev.cosim.fmu import Component, read_description
+from maglev.catalogue import DEFINITIONS, PACKAGES, definition
+from maglev.cosim.fmu import Fmu, read_description
 
 
 def falling(path: Path) -> float:
     """Air gap after 20 ms of fall."""
-    with Component(path.stem, path, read_description(path.stem, path)) as component:
-        component.initialise({}, 0.0, 1.0)
+    with Fmu(path.stem, path, read_description(path.stem, path)) as fmu:
+        fmu.initialise({}, 0.0, 1.0)
         for k in range(100):
-            component.instance.doStep(k * 2e-4, 2e-4)
-        reference = component.variable("y.position").valueReference
-        return float(component.instance.getReal([reference])[0])
+            fmu.instance.doStep(k * 2e-4, 2e-4)
+        reference = fmu.variable("y.position").valueReference
+        return float(fmu.instance.getReal([reference])[0])
 
 
 def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

@@ -10,10 +10,10 @@ from fmu_access import bits, outputs, put, variables
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from maglev.build import DEFINITIONS
-from maglev.cosim.fmu import Component
+from maglev.catalogue import DEFINITIONS
+from maglev.cosim.fmu import Fmu
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 Values = dict[str, float | bool]
 
 PLANT_STEPS = st.floats(1e-5, 2e-3)
@@ -37,7 +37,7 @@ def pick(vs: list[ScalarVariable], most: int) -> st.SearchStrategy[Values]:
         lambda chosen: st.fixed_dictionaries({v.name: near(v) for v in chosen}))
 
 
-def attempt(component: Component, call: Callable[[], Any]) -> str:
+def attempt(component: Fmu, call: Callable[[], Any]) -> str:
     """What an FMU says when it refuses; empty if it does not."""
     component.messages.clear()
     try:
@@ -50,10 +50,10 @@ def attempt(component: Component, call: Callable[[], Any]) -> str:
 class Pair:
     """An FMU of both kinds, which everything is done to."""
 
-    def __init__(self, python: Component, native: Component):
+    def __init__(self, python: Fmu, native: Fmu):
         self.both = (python, native)
 
-    def do(self, call: Callable[[Component], Any]) -> bool:
+    def do(self, call: Callable[[Fmu], Any]) -> bool:
         """Whether both do it; if not, both refuse in the same words."""
         said = [attempt(component, lambda component=component: call(component)) for component in self.both]
         assert said[0] == said[1]

@@ -16,7 +16,7 @@ from fmpy.model_description import ModelDescription
 from native_binaries import ARM64_MACOS, X86_64_MACOS, X86_64_WINDOWS, mac_libraries, windows_library
 from native_builds import HERE, STRICT, built_once, compiled, require_command, require_native_tools, unpacked_sources
 
-from maglev.build import build_native
+from maglev.catalogue import build_native
 
 NAME = "Regulator2DOF"
 STEP = 5e-4    # s, its sample time

@@ -13,9 +13,9 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from maglev.build import DEFINITIONS, definition
+from maglev.catalogue import DEFINITIONS, definition
 
-BUILD = ("import sys; from pathlib import Path; from maglev.build import build_native; "
+BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import build_native; "
          "build_native(['PID2DOF'], Path(sys.argv[1]), host_only=True)")
 
 # What may differ between the two kinds.

@@ -13,67 +13,67 @@ from fmu_access import bits, outputs, put, read, refusal, step
 import fmi_export.native.compiler
 import fmi_export.native.translation
 from fmi_export.errors import ExportError
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
-def started(load: Load, name: str) -> Component:
-    component = load(name)
-    component.initialise({}, 0.0, 10.0)
-    return component
+def started(load: Load, name: str) -> Fmu:
+    fmu = load(name)
+    fmu.initialise({}, 0.0, 10.0)
+    return fmu
 
 
 def test_calls_outside_their_phase(load_native: Load) -> None:
     """FMI 2.0.4, figure 11 and the table below it; pythonfmu's binary lets these through."""
-    component = load_native("Plant3DOF")
-    instance = component.instance
+    fmu = load_native("Plant3DOF")
+    instance = fmu.instance
     first = "before fmi2EnterInitializationMode"
-    said = refusal(component, lambda: read(component, "y.position"))
+    said = refusal(fmu, lambda: read(fmu, "y.position"))
     assert said == f"fmi2GetReal {first}, expected in the initialization or after the initialization or after " \
                    "fmi2Terminate or after an error"
-    assert first in refusal(component, instance.exitInitializationMode)
-    assert first in refusal(component, instance.terminate)
+    assert first in refusal(fmu, instance.exitInitializationMode)
+    assert first in refusal(fmu, instance.terminate)
     instance.enterInitializationMode()
-    assert "in the initialization" in refusal(component, instance.setupExperiment)
-    assert "in the initialization" in refusal(component, instance.enterInitializationMode)
+    assert "in the initialization" in refusal(fmu, instance.setupExperiment)
+    assert "in the initialization" in refusal(fmu, instance.enterInitializationMode)
     instance.exitInitializationMode()
-    assert "after the initialization" in refusal(component, instance.exitInitializationMode)
+    assert "after the initialization" in refusal(fmu, instance.exitInitializationMode)
     instance.doStep(0.0, 2e-4)
     instance.terminate()
-    assert outputs(component)
-    assert "after fmi2Terminate" in refusal(component, lambda: instance.doStep(2e-4, 2e-4))
-    assert "after fmi2Terminate" in refusal(component, lambda: put(component, {"z.force": 1.0}))
+    assert outputs(fmu)
+    assert "after fmi2Terminate" in refusal(fmu, lambda: instance.doStep(2e-4, 2e-4))
+    assert "after fmi2Terminate" in refusal(fmu, lambda: put(fmu, {"z.force": 1.0}))
     instance.reset()
-    component.initialise({}, 0.0, 1.0)
+    fmu.initialise({}, 0.0, 1.0)
     instance.doStep(0.0, 2e-4)
 
 
 def test_after_a_refused_step(load_native: Load) -> None:
     """An error ends the run; a state from before it, or a reset, starts another one."""
-    component = started(load_native, "Plant3DOF")
-    state = component.instance.getFMUState()
-    refusal(component, lambda: component.instance.doStep(0.0, -1.0))
-    assert "after an error" in refusal(component, lambda: component.instance.doStep(0.0, 2e-4))
-    assert outputs(component), "for debugging"
-    component.instance.setFMUState(state)
-    component.instance.doStep(0.0, 2e-4)
-    component.instance.freeFMUState(state)
+    fmu = started(load_native, "Plant3DOF")
+    state = fmu.instance.getFMUState()
+    refusal(fmu, lambda: fmu.instance.doStep(0.0, -1.0))
+    assert "after an error" in refusal(fmu, lambda: fmu.instance.doStep(0.0, 2e-4))
+    assert outputs(fmu), "for debugging"
+    fmu.instance.setFMUState(state)
+    fmu.instance.doStep(0.0, 2e-4)
+    fmu.instance.freeFMUState(state)
 
 
 def test_step_beyond_the_stop_time(load_either: Load) -> None:
-    component = load_either("Plant3DOF")
-    component.initialise({}, 0.0, 1e-3)
-    step(component, 0, 5, 2e-4)
-    said = refusal(component, lambda: component.instance.doStep(1e-3, 2e-4))
+    fmu = load_either("Plant3DOF")
+    fmu.initialise({}, 0.0, 1e-3)
+    step(fmu, 0, 5, 2e-4)
+    said = refusal(fmu, lambda: fmu.instance.doStep(1e-3, 2e-4))
     assert said == f"communication step to {1e-3 + 2e-4} s, expected none beyond the stop time, 0.001 s"
 
 
 def test_step_to_the_stop_time_with_a_rounded_clock(load_either: Load) -> None:
-    component = load_either("Plant3DOF")
-    component.initialise({}, 0.0, 0.3)
+    fmu = load_either("Plant3DOF")
+    fmu.initialise({}, 0.0, 0.3)
     for k in range(3):
-        component.instance.doStep(k * 0.1, 0.1 + 1e-17)
+        fmu.instance.doStep(k * 0.1, 0.1 + 1e-17)
 
 
 def test_serialized_state_that_is_not_its_own(load_native: Load) -> None:
@@ -89,13 +89,13 @@ def test_serialized_state_that_is_not_its_own(load_native: Load) -> None:
     (True, [], True), (True, ["logAll"], True), (True, ["logStatusError"], True), (True, ["logStatusWarning"], False),
     (False, [], False), (False, ["logStatusError"], False), (False, ["logStatusFatal"], True)])
 def test_log_categories(load_native: Load, on: bool, categories: list[str], speaks: bool) -> None:
-    component = started(load_native, "Plant3DOF")
+    fmu = started(load_native, "Plant3DOF")
     texts = (ctypes.c_char_p * len(categories))(*(category.encode() for category in categories))
-    assert component.instance.dll["fmi2SetDebugLogging"](component.handle(), int(on),
+    assert fmu.instance.dll["fmi2SetDebugLogging"](fmu.handle(), int(on),
                                                          ctypes.c_size_t(len(categories)), texts) == 0
     with pytest.raises(Exception, match="fmi2DoStep"):
-        component.instance.doStep(0.0, 0.0)
-    assert bool(component.messages) is speaks
+        fmu.instance.doStep(0.0, 0.0)
+    assert bool(fmu.messages) is speaks
 
 
 @pytest.mark.parametrize(("name", "size"), [("Plant3DOF", 2e-4), ("ScheduledRegulator3DOF", 2e-4)])
@@ -104,12 +104,12 @@ def test_instances_in_threads(load_native: Load, name: str, size: float) -> None
     inputs = [v.name for v in load_native(name).description.modelVariables
               if v.causality == "input" and v.unit in ("m/s", "A")]
 
-    def run(component: Component, sign: float, rows: list[dict[str, float]]) -> None:
+    def run(fmu: Fmu, sign: float, rows: list[dict[str, float]]) -> None:
         for k in range(400):
-            put(component, dict.fromkeys(inputs, sign * (k // 50 % 5 - 2) * 0.1))
+            put(fmu, dict.fromkeys(inputs, sign * (k // 50 % 5 - 2) * 0.1))
             for part in range(5):
-                component.instance.doStep((5 * k + part) * size, size)
-            rows.append(outputs(component))
+                fmu.instance.doStep((5 * k + part) * size, size)
+            rows.append(outputs(fmu))
 
     results: list[list[list[dict[str, float]]]] = []
     for parallel in (False, True):
@@ -165,7 +165,7 @@ def test_modules_of_a_native_run_need_no_python_of_the_project(native_fmus: Path
     before = set(sys.modules)
     path = native_fmus / "PID2DOF.fmu"
     from maglev.cosim.fmu import read_description
-    with Component("PID2DOF", path, read_description("PID2DOF", path)) as component:
-        component.initialise({}, 0.0, 1.0)
-        step(component, 0, 3, 5e-4)
+    with Fmu("PID2DOF", path, read_description("PID2DOF", path)) as fmu:
+        fmu.initialise({}, 0.0, 1.0)
+        step(fmu, 0, 3, 5e-4)
     assert not any(name.startswith("pid2dof_") for name in set(sys.modules) - before)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from native_builds import GENERATED, STRICT, require_command, unpacked_sources
 
-from maglev.build import DEFINITIONS
+from maglev.catalogue import DEFINITIONS
 
 # Sections; constant tables of addresses are in .data.rel.ro.
 WRITABLE = re.compile(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from maglev.build import DEFINITIONS, definition
+from maglev.catalogue import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",

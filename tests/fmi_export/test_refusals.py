@@ -6,9 +6,9 @@ from collections.abc import Callable
 import pytest
 from fmu_access import outputs, put, read, refusal, step
 
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def load(load_either: Load) -> Load:
     return load_either
 
 
-def started(load: Load, name: str) -> Component:
+def started(load: Load, name: str) -> Fmu:
     component = load(name)
     component.initialise({}, 0.0, 10.0)
     return component

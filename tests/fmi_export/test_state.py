@@ -5,18 +5,18 @@ from collections.abc import Callable
 import pytest
 from fmu_access import bits, put, read, refusal, step, variables
 
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
-def started(load: Load, name: str) -> Component:
+def started(load: Load, name: str) -> Fmu:
     component = load(name)
     component.initialise({}, 0.0, 10.0)
     return component
 
 
-def excite(component: Component) -> Callable[[int, float], None]:
+def excite(component: Fmu) -> Callable[[int, float], None]:
     """Inputs that move everything: integrators, observers, friction, amplifiers, a stop."""
     inputs = [v for v in variables(component, "input") if v.type == "Real"]
 

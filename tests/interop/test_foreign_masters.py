@@ -11,7 +11,7 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
-from maglev.build import SYSTEMS, build_systems
+from maglev.catalogue import SYSTEMS, build_systems
 
 KINDS = {"native": "native_fmus", "python": "fmus"}
 STOP_TIME = 5.0   # s
@@ -37,34 +37,34 @@ def assert_moves(rows: np.ndarray) -> None:
 
 
 def test_ecos_is_our_jacobi_order(pair: Path, tmp_path: Path) -> None:
-    scenario = loop("Stage3DOF", STOP_TIME)
-    rows = foreign("ecos", scenario, pair, tmp_path)
+    plan = loop("Stage3DOF", STOP_TIME)
+    rows = foreign("ecos", plan, pair, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours(scenario, pair, "jacobi"))
+    assert np.array_equal(rows, ours(plan, pair, "jacobi"))
 
 
 def test_libcosim_is_our_jacobi_order_with_its_clock(pair: Path, tmp_path: Path) -> None:
-    scenario = loop("Stage3DOF", STOP_TIME)
-    rows = foreign("libcosim", scenario, pair, tmp_path)
+    plan = loop("Stage3DOF", STOP_TIME)
+    rows = foreign("libcosim", plan, pair, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours_in_nanoseconds(scenario, pair))
+    assert np.array_equal(rows, ours_in_nanoseconds(plan, pair))
 
 
 def test_libcosim_without_encoder_steps_is_our_jacobi_order(native_fmus: Path, tmp_path: Path) -> None:
     """Its steps differ from ours in the last digit, and no encoder makes a count of that."""
-    scenario = with_start(loop("Stage3DOF", STOP_TIME), SMOOTH)
-    rows = foreign("libcosim", scenario, native_fmus, tmp_path, start=SMOOTH)
+    plan = with_start(loop("Stage3DOF", STOP_TIME), SMOOTH)
+    rows = foreign("libcosim", plan, native_fmus, tmp_path, start=SMOOTH)
     assert_moves(rows)
-    assert np.abs(rows - ours(scenario, native_fmus, "jacobi")).max() <= JACOBI_ROUNDING
+    assert np.abs(rows - ours(plan, native_fmus, "jacobi")).max() <= JACOBI_ROUNDING
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
 @pytest.mark.parametrize("tool", ["ecos", "libcosim"])
 def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, tool: str, system: str) -> None:
-    scenario = loop(system, 1.5)
-    rows = foreign(tool, scenario, native_fmus, tmp_path, systems / f"{system}NoPorts.ssp")
+    plan = loop(system, 1.5)
+    rows = foreign(tool, plan, native_fmus, tmp_path, systems / f"{system}NoPorts.ssp")
     assert_moves(rows)
-    same = ours(scenario, native_fmus, "jacobi") if tool == "ecos" else ours_in_nanoseconds(scenario, native_fmus)
+    same = ours(plan, native_fmus, "jacobi") if tool == "ecos" else ours_in_nanoseconds(plan, native_fmus)
     assert np.array_equal(rows, same)
 
 
@@ -72,15 +72,15 @@ def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, 
 def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path, tmp_path: Path, system: str,
                                                 stop_time: float) -> None:
     """fmpy exchanges nothing before the first step: the controller waits for a measurement."""
-    scenario = loop(system, stop_time)
-    rows = foreign("fmpy.ssp", scenario, native_fmus, tmp_path, systems / f"{system}.ssp")
+    plan = loop(system, stop_time)
+    rows = foreign("fmpy.ssp", plan, native_fmus, tmp_path, systems / f"{system}.ssp")
     assert_moves(rows)
-    assert np.array_equal(rows, ours_from_zero(scenario, native_fmus))
+    assert np.array_equal(rows, ours_from_zero(plan, native_fmus))
 
 
 def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
-    scenario = loop("Stage3DOF", STOP_TIME)
+    plan = loop("Stage3DOF", STOP_TIME)
     build_systems(["Stage3DOF"], fmus, tmp_path)
-    rows = foreign("fmpy.ssp", scenario, fmus, tmp_path, tmp_path / "Stage3DOF.ssp")
+    rows = foreign("fmpy.ssp", plan, fmus, tmp_path, tmp_path / "Stage3DOF.ssp")
     assert_moves(rows)
-    assert np.array_equal(rows, ours_from_zero(scenario, fmus))
+    assert np.array_equal(rows, ours_from_zero(plan, fmus))

@@ -9,11 +9,11 @@ import pytest
 from command_line import maglev
 from fmpy.ssp.simulation import simulate_ssp
 
-from maglev.build import CONTAINERS, DEFINITIONS, build_containers, build_systems
-from maglev.cosim.fmu import Component, read_description
+from maglev.catalogue import CONTAINERS, DEFINITIONS, build_containers, build_systems
+from maglev.cosim.fmu import Fmu, read_description
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan
 
 FOLDER = "mit Leerzeichen ünïcödé"
 KINDS = {"python": "fmus", "native": "native_fmus"}
@@ -37,7 +37,7 @@ def test_every_fmu(elsewhere: Path) -> None:
     for name in DEFINITIONS:
         path = elsewhere / f"{name}.fmu"
         description = read_description(name, path)
-        with Component(name, path, description) as component:
+        with Fmu(name, path, description) as component:
             component.initialise({}, 0.0, 1.0)
         step = float(description.defaultExperiment.stepSize)
         result = fmpy.simulate_fmu(str(path), stop_time=0.01, step_size=step, output_interval=step)
@@ -56,20 +56,20 @@ def test_containers(native_fmus: Path, tmp_path: Path) -> None:
 
 def test_our_master(originals: Path, elsewhere: Path) -> None:
     """Also the same numbers."""
-    scenario = load_scenario("3dof-setpoints").model_copy(update={"stop_time": 0.1})
-    runs = [prepare(scenario, folder, {}, []).run().columns for folder in (originals, elsewhere)]
+    plan = load_plan("3dof-setpoints").model_copy(update={"stop_time": 0.1})
+    runs = [prepare(plan, folder, {}, []).run().columns for folder in (originals, elsewhere)]
     for name, column in runs[0].items():
         assert np.array_equal(column, runs[1][name]), name
 
 
 def test_replacement_and_results(elsewhere: Path) -> None:
     """Options with such paths, and results in such a folder."""
-    scenario = elsewhere / "kürzer.toml"
-    scenario.write_text('extends = "2dof-setpoints.toml"\nname = "kurz"\nstop_time = "10 ms"\nclaims = []\n')
-    shutil.copy(load_scenario("2dof-setpoints").path, elsewhere)
+    plan = elsewhere / "kürzer.toml"
+    plan.write_text('extends = "2dof-setpoints.toml"\nname = "kurz"\nstop_time = "10 ms"\nclaims = []\n')
+    shutil.copy(load_plan("2dof-setpoints").path, elsewhere)
     for folder in ("loops", "gains", "references"):
         shutil.copytree(PACKAGED / folder, elsewhere / folder)
-    done = maglev("run", scenario, "--fmus", elsewhere, "--controller", elsewhere / "PID2DOF.fmu",
+    done = maglev("run", plan, "--fmus", elsewhere, "--controller", elsewhere / "PID2DOF.fmu",
                   "--out", elsewhere / "résultats")
     assert done.exit_code == 0, done.output
     assert (elsewhere / "résultats" / "kurz.csv").is_file()

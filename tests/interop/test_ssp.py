@@ -13,8 +13,8 @@ from lxml import etree
 
 from fmi_export.errors import ExportError
 from fmi_export.ssp import SSC, SSD, SSV, write_ssp
-from maglev.build import SYSTEMS, build_systems, definition
-from maglev.schema.loading import load_scenario
+from maglev.catalogue import SYSTEMS, build_systems, definition
+from maglev.schema.loading import load_plan
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
 FILES = [f"{system}{ports}.ssp" for system in SYSTEMS for ports in ("", "NoPorts")]
@@ -50,12 +50,12 @@ def test_connections_are_those_of_the_scenario(systems: Path, file: str) -> None
     ends = [[connection.get(key) for key in ("startElement", "startConnector", "endElement", "endConnector")]
             for connection in system.iter(f"{{{SSD}}}Connection")]
     inner = [(f"{a}.{b}", f"{c}.{d}") for a, b, c, d in ends if a is not None and c is not None]
-    scenario = load_scenario(SYSTEMS[file.removesuffix(".ssp").removesuffix("NoPorts")])
-    assert inner == [tuple(each) for each in scenario.connections]
+    plan = load_plan(SYSTEMS[file.removesuffix(".ssp").removesuffix("NoPorts")])
+    assert inner == [tuple(each) for each in plan.connections]
     ports = {connector.get("name") for connector in system.findall(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
     assert ports == {b if a is None else d for a, b, c, d in ends if a is None or c is None}
     assert bool(ports) == ("NoPorts" not in file)
-    assert not ports or {f"{axis}.{port}" for axis in scenario.axes for port in ("reference", "position")} <= ports
+    assert not ports or {f"{axis}.{port}" for axis in plan.axes for port in ("reference", "position")} <= ports
 
 
 @pytest.mark.parametrize("file", FILES)
@@ -82,16 +82,16 @@ def test_components_say_what_their_fmus_say(systems: Path, fmus: Path, file: str
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_start_values_are_those_of_the_scenario_and_of_the_fmus(system: str) -> None:
     """A tool that leaves out the start values of the file runs the same: the references start where the stage is."""
-    scenario = load_scenario(SYSTEMS[system])
-    blocks = {name: definition(str(fmu.model)) for name, fmu in scenario.fmus.items()}
+    plan = load_plan(SYSTEMS[system])
+    blocks = {name: definition(str(fmu.model)) for name, fmu in plan.fmus.items()}
     starts = {f"{name}.{v.name}": fmu.start_value(v) for name, fmu in blocks.items() for v in fmu.variables}
-    for name, fmu in scenario.fmus.items():
+    for name, fmu in plan.fmus.items():
         for variable, start in fmu.start.items():
             assert starts[f"{name}.{variable}"] == start.value, variable
-    for axis in scenario.axes:
+    for axis in plan.axes:
         at = starts[f"plant.{axis}.position_start"]
         assert starts[f"controller.{axis}.reference"] == starts[f"controller.{axis}.measured"] == at
-        assert next(s for s in scenario.signals if s.to == f"controller.{axis}.reference").value(0.0) == at
+        assert next(s for s in plan.signals if s.to == f"controller.{axis}.reference").value(0.0) == at
 
 
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:

@@ -7,12 +7,12 @@ import pytest
 from fmu_access import put, read
 from stage_cases import phases
 
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
-def held(load: Load, displacement: float) -> Component:
+def held(load: Load, displacement: float) -> Fmu:
     """Plant without magnetic forces and with huge masses: what counts here is x, which stays."""
     plant = load("Plant3DOF")
     plant.initialise({"y.mass": 1e6, "x.mass": 1e6, "y.position_start": 25e-3, "x.position_start": displacement,
@@ -20,12 +20,12 @@ def held(load: Load, displacement: float) -> Component:
     return plant
 
 
-def command(plant: Component, i_d: float, i_q: float, displacement: float) -> None:
+def command(plant: Fmu, i_d: float, i_q: float, displacement: float) -> None:
     put(plant, {f"alpha.i_{phase}_cmd": float(i) for phase, i in zip("abc", phases(i_d, i_q, displacement),
                                                                    strict=True)})
 
 
-def delivered(plant: Component, time: float, step: float, start: float = 0.0) -> tuple[float, float]:
+def delivered(plant: Fmu, time: float, step: float, start: float = 0.0) -> tuple[float, float]:
     """i_d and i_q after a time."""
     for k in range(round(time / step)):
         plant.instance.doStep(start + k * step, step)

@@ -8,52 +8,52 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 
 
-def variables(component: Component, causality: str) -> list[ScalarVariable]:
+def variables(fmu: Fmu, causality: str) -> list[ScalarVariable]:
     """Variables of a causality."""
-    return [v for v in component.description.modelVariables if v.causality == causality]
+    return [v for v in fmu.description.modelVariables if v.causality == causality]
 
 
-def put(component: Component, values: Mapping[str, float | bool]) -> None:
+def put(fmu: Fmu, values: Mapping[str, float | bool]) -> None:
     """Set variables by name."""
     for name, value in values.items():
-        v = component.variable(name)
-        setter = component.instance.setBoolean if v.type == "Boolean" else component.instance.setReal
+        v = fmu.variable(name)
+        setter = fmu.instance.setBoolean if v.type == "Boolean" else fmu.instance.setReal
         setter([v.valueReference], [value])
 
 
-def read(component: Component, name: str) -> float:
+def read(fmu: Fmu, name: str) -> float:
     """Value of a variable."""
-    v = component.variable(name)
-    getter = component.instance.getBoolean if v.type == "Boolean" else component.instance.getReal
+    v = fmu.variable(name)
+    getter = fmu.instance.getBoolean if v.type == "Boolean" else fmu.instance.getReal
     return getter([v.valueReference])[0]
 
 
-def outputs(component: Component) -> dict[str, float]:
+def outputs(fmu: Fmu) -> dict[str, float]:
     """Values of all outputs."""
-    return {v.name: read(component, v.name) for v in variables(component, "output")}
+    return {v.name: read(fmu, v.name) for v in variables(fmu, "output")}
 
 
-def step(component: Component, first: int, count: int, size: float,
+def step(fmu: Fmu, first: int, count: int, size: float,
          before: Callable[[int, float], None] | None = None) -> list[dict[str, float]]:
     """Take communication steps `first` … `first + count − 1` of a size (s); outputs after each."""
     rows = []
     for k in range(first, first + count):
         if before is not None:
             before(k, k * size)
-        component.instance.doStep(k * size, size)
-        rows.append(outputs(component))
+        fmu.instance.doStep(k * size, size)
+        rows.append(outputs(fmu))
     return rows
 
 
-def refusal(component: Component, call: Callable[[], Any]) -> str:
+def refusal(fmu: Fmu, call: Callable[[], Any]) -> str:
     """Message that the FMU logs when it refuses a call; fails the test if it does not refuse."""
-    component.messages.clear()
+    fmu.messages.clear()
     with pytest.raises(FMICallException):
         call()
-    text = component.said()
+    text = fmu.said()
     assert text, "refused without a message"
     return text
 

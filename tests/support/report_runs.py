@@ -12,9 +12,10 @@ from maglev.judging.verdicts import ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.report.page import report_page
 from maglev.schema.claims import Claim
-from maglev.schema.loading import load_runs, packaged_runs
+from maglev.schema.layers import packaged_runs
+from maglev.schema.loading import load_plans
 from maglev.schema.procedure import ProcedureSettings
-from maglev.schema.scenario import Scenario
+from maglev.schema.run_plan import RunPlan
 
 STEP = 1e-3   # s
 SPEED = 0.01  # m/s, of every axis; the reference is 1 mm ahead
@@ -22,52 +23,52 @@ SPEED = 0.01  # m/s, of every axis; the reference is 1 mm ahead
 MEASURED = Metrics(steps=(), tracking=(), motors=(), end_errors={}, stop_contact=None, tripped=None, failed=False)
 
 
-def recorded(scenario: Scenario, stop_time: float = 0.5, noise: float = 0.0, **metrics) -> RunResult:
+def recorded(plan: RunPlan, stop_time: float = 0.5, noise: float = 0.0, **metrics) -> RunResult:
     """A completed run: all axes move at SPEED from 20 mm on, currents are sinusoids with an amplitude of 1 A."""
     time = np.arange(round(stop_time / STEP) + 1) * STEP
     random = np.random.default_rng(1)
     columns = {}
-    for axis in scenario.axes.values():
+    for axis in plan.axes.values():
         columns[axis.position] = 0.02 + SPEED * time + noise * random.standard_normal(len(time))
         columns[axis.reference] = 0.021 + SPEED * time
         columns[axis.position.rpartition(".")[0] + ".velocity"] = np.full(len(time), SPEED)
-    for motor in scenario.motors.values():
+    for motor in plan.motors.values():
         for k, name in enumerate([*motor.commands, *motor.currents]):
             columns[name] = np.sin(2.0 * np.pi * (time + k / 3.0)) + noise * random.standard_normal(len(time))
-    return RunResult(scenario, time, columns, replace(MEASURED, **metrics))
+    return RunResult(plan, time, columns, replace(MEASURED, **metrics))
 
 
-def failed(scenario: Scenario, message: str) -> RunResult:
+def failed(plan: RunPlan, message: str) -> RunResult:
     """A run that did not complete."""
-    return RunResult(scenario, np.zeros(0), failure=message)
+    return RunResult(plan, np.zeros(0), failure=message)
 
 
-def packaged(name: str) -> Scenario:
+def packaged(name: str) -> RunPlan:
     """Scenario of a packaged run."""
-    (scenario,) = load_runs(name)
-    return scenario
+    (plan,) = load_plans(name)
+    return plan
 
 
-def renamed(name: str, new: str) -> Scenario:
+def renamed(name: str, new: str) -> RunPlan:
     """Scenario of a packaged run under another name."""
     return packaged(name).model_copy(update={"name": new})
 
 
-def of_procedure(name: str, new: str, **changes) -> Scenario:
+def of_procedure(name: str, new: str, **changes) -> RunPlan:
     """Scenario of a packaged run under another name, as one of a procedure."""
     settings = ProcedureSettings(kind="parabolas", name="2dof-thrust", title="Thrust by parabolas")
     return renamed(name, new).model_copy(update={"procedure": settings, **changes})
 
 
-def without_anything(name: str) -> Scenario:
+def without_anything(name: str) -> RunPlan:
     """Scenario of a run without axes, motors or claims."""
     return renamed("2dof-setpoints", name).model_copy(update={"axes": {}, "motors": {}, "claims": []})
 
 
 def all_recorded() -> list[RunResult]:
     """Every packaged run that a figure shows: not the many of a procedure."""
-    return [recorded(scenario) for scenario in map(packaged, packaged_runs())
-            if scenario.procedure is None or scenario.figures]
+    return [recorded(plan) for plan in map(packaged, packaged_runs())
+            if plan.procedure is None or plan.figures]
 
 
 def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str = "p. 53, Fig. 4.18",

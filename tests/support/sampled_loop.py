@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.build import definition
-from maglev.cosim.wiring import Order
-from maglev.schema.scenario import Scenario
+from maglev.catalogue import definition
+from maglev.cosim.order import Order
+from maglev.schema.run_plan import RunPlan
 
 AXES = {"2dof": ("v", "h"), "3dof": ("y", "x", "z")}
 MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
@@ -23,13 +23,13 @@ def set_path(block: Any, name: str, value: float | bool) -> None:
     setattr(attrgetter(path)(block) if path else block, attribute, value)
 
 
-def sampled_loop(scenario: Scenario, drives: Mapping[str, Sequence[float]], names: Sequence[str],
+def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float]], names: Sequence[str],
                  times: Sequence[float], steps: Sequence[float],
                  order: Order = "sequential") -> dict[str, NDArray[np.float64]]:
     """Values of `fmu.variable` names before the first step and after each, at times t_k (s) and with steps h_k (s)."""
-    rig = scenario.name.partition("-")[0]
+    rig = plan.name.partition("-")[0]
     blocks: dict[str, Any] = {}
-    for fmu, table in scenario.fmus.items():
+    for fmu, table in plan.fmus.items():
         blocks[fmu] = definition(str(table.model)).new_block()
         for name, start in table.start.items():
             set_path(blocks[fmu], name, start.value)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from sampled_loop import AXES, MOTORS, PHASES, sampled_loop
 
-from maglev.cosim.master import Master, Participant, RunFailed
-from maglev.cosim.wiring import Order
+from maglev.cosim.master import FmuSetup, Master, RunFailed
+from maglev.cosim.order import Order
 from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_scenario
+from maglev.schema.loading import load_plan
 
 
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
@@ -21,23 +21,23 @@ from maglev.schema.loading import load_scenario
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
 def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str, order: Order) -> None:
     """1.5 s under every controller, the first step of the set-points included."""
-    scenario = load_scenario(name).model_copy(update={"stop_time": 1.5})
-    experiment = prepare(scenario, fmus, {}, [], order=order)
+    plan = load_plan(name).model_copy(update={"stop_time": 1.5})
+    experiment = prepare(plan, fmus, {}, [], order=order)
     recording = experiment.run()
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]
     assert len(names) == len(list(recording.columns)) - len(drives)
-    times = [k * scenario.step for k in range(scenario.steps)]
-    direct = sampled_loop(scenario, drives, names, times, [scenario.step] * len(times), order)
+    times = [k * plan.step for k in range(plan.steps)]
+    direct = sampled_loop(plan, drives, names, times, [plan.step] * len(times), order)
     for n in names:
         assert np.array_equal(recording.columns[n].astype(float).view(np.int64), direct[n].view(np.int64)), n
     position = recording.columns[next(n for n in names if n.endswith(".position"))]
     assert np.ptp(position) > 1e-4, "something has to move for this to mean anything"
 
 
-def three(fmus: Path) -> list[Participant]:
-    return [Participant("controller", fmus / "Regulator3DOF.fmu"), Participant("plant", fmus / "Plant3DOF.fmu"),
-            Participant("shadow", fmus / "Plant3DOF.fmu")]
+def three(fmus: Path) -> list[FmuSetup]:
+    return [FmuSetup("controller", fmus / "Regulator3DOF.fmu"), FmuSetup("plant", fmus / "Plant3DOF.fmu"),
+            FmuSetup("shadow", fmus / "Plant3DOF.fmu")]
 
 
 def loop_connections(to: str = "plant") -> list[tuple[str, str]]:
@@ -95,7 +95,7 @@ def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
         return 0
 
     with Master(three(fmus)[:2], loop_connections(), 2e-4) as master:
-        master.components["controller"].do_step = interrupt
+        master.fmus["controller"].do_step = interrupt
         with pytest.raises(RunFailed, match=r"at t = 0\.0246 s: interrupted") as failure:
             master.run(0.1)
     assert len(failure.value.recording.time) == 124
@@ -119,7 +119,7 @@ def test_wrong_wiring(fmus: Path, connections: list[tuple[str, str]], drives: di
 @pytest.mark.parametrize(("start", "message"), [({"y.mas": 1.0}, "no variable y.mas; nearest is 'y.mass'"),
                                                 ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001")])
 def test_wrong_start_value(fmus: Path, start: dict[str, float], message: str) -> None:
-    plant = Participant("plant", fmus / "Plant3DOF.fmu", start)
+    plant = FmuSetup("plant", fmus / "Plant3DOF.fmu", start)
     with Master([plant], [], 2e-4) as master, pytest.raises(FmuError, match=message):
         master.run(0.001)
 
@@ -138,7 +138,7 @@ def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
 def test_file_that_is_no_fmu(tmp_path: Path) -> None:
     path = tmp_path / "Plant.fmu"
     with pytest.raises(FmuError, match="there is no file"):
-        Master([Participant("plant", path)], [], 1e-3)
+        Master([FmuSetup("plant", path)], [], 1e-3)
     path.write_bytes(b"not a zip")
     with pytest.raises(FmuError, match="cannot be read as an FMU"):
-        Master([Participant("plant", path)], [], 1e-3)
+        Master([FmuSetup("plant", path)], [], 1e-3)

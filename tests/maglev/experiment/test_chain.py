@@ -15,9 +15,9 @@ from maglev.experiment.chain import Ends, in_order, started
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import needed, prepare_all, select
 from maglev.regression.check import CheckResult, check_all, update_all
-from maglev.schema.loading import load_runs, load_scenario
-from maglev.schema.scenario import RunOutput, Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.run_plan import RunOutput, RunPlan
 
 # Brackets hold the air gap; each run starts where the one that it names has ended.
 CHAIN = """
@@ -126,9 +126,9 @@ def changed(path: Path, old: str, new: str) -> Path:
     return path
 
 
-def ran(runs: list[Scenario], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
+def ran(runs: list[RunPlan], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
     experiments = prepare_all(runs, fmus, {}, settings)
-    return {result.scenario.name: result for result in execute_all(experiments, out, 2, lambda *_: None)}
+    return {result.plan.name: result for result in execute_all(experiments, out, 2, lambda *_: None)}
 
 
 def positions(result: RunResult) -> np.ndarray:
@@ -136,7 +136,7 @@ def positions(result: RunResult) -> np.ndarray:
 
 
 def test_a_run_starts_where_the_other_ended(fmus: Path, chain: Path, tmp_path: Path) -> None:
-    results = ran(load_runs(chain), fmus, tmp_path)
+    results = ran(load_plans(chain), fmus, tmp_path)
     assert list(results) == ["chain-last", "chain-middle", "chain-first", "chain-alone"]
     assert [result.failure for result in results.values()] == [None] * 4
     first, middle, last = (results[f"chain-{name}"] for name in ("first", "middle", "last"))
@@ -149,14 +149,14 @@ def test_a_run_starts_where_the_other_ended(fmus: Path, chain: Path, tmp_path: P
 
 
 def test_a_set_value_goes_before_the_result(fmus: Path, chain: Path, tmp_path: Path) -> None:
-    results = ran(load_runs(chain), fmus, tmp_path, "plant.h.position_start=3 mm")
+    results = ran(load_plans(chain), fmus, tmp_path, "plant.h.position_start=3 mm")
     assert [positions(result)[0] for result in results.values()] == [0.003] * 4
-    assert {tuple(result.scenario.needs) for result in results.values()} == {()}
+    assert {tuple(result.plan.needs) for result in results.values()} == {()}
 
 
 def test_a_run_whose_predecessor_fails_says_so_and_does_not_run(fmus: Path, chain: Path, tmp_path: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start]\n"v.mass" = -1\n')
-    results = ran(load_runs(chain), fmus, tmp_path)
+    results = ran(load_plans(chain), fmus, tmp_path)
     failures = {name: result.failure for name, result in results.items()}
     assert "v.mass = -1.0 kg" in str(failures["chain-first"])
     assert failures["chain-middle"] == ("plant.h.position_start starts from plant.h.position of chain-first, which did "
@@ -168,9 +168,9 @@ def test_a_run_whose_predecessor_fails_says_so_and_does_not_run(fmus: Path, chai
 
 
 def test_needed_runs_are_found_through_others(chain: Path) -> None:
-    assert [run.name for run in needed([load_runs(chain)[0]])] == ["chain-middle", "chain-first"]
-    assert [run.name for run in needed(load_runs(chain)[:2])] == ["chain-first"]
-    assert needed(load_runs(chain)) == []
+    assert [run.name for run in needed([load_plans(chain)[0]])] == ["chain-middle", "chain-first"]
+    assert [run.name for run in needed(load_plans(chain)[:2])] == ["chain-first"]
+    assert needed(load_plans(chain)) == []
     # The estimate between the slots starts from that at zero displacement, whose run has no needs.
     assert [run.name for run in needed(select(["2dof-cogging"], False))] == ["2dof-equilibrium-excitation"]
     (replay,) = select(["2dof-identification-model"], False)
@@ -182,7 +182,7 @@ def test_a_run_of_the_package_can_be_started_from(fmus: Path, tmp_path: Path) ->
     path = tmp_path / "mine.toml"
     path.write_text(text.replace('"chain"', '"mine"') + '[fmus.plant.start_from]\n"h.position_start" = '
                     '{ run = "2dof-parabolas-10mm", output = "plant.h.position" }\n')
-    (run,) = load_runs(path)
+    (run,) = load_plans(path)
     (other,) = needed([run])
     assert other.name == "2dof-parabolas-10mm"
     short = other.model_copy(update={"stop_time": 0.005})
@@ -196,7 +196,7 @@ def test_a_run_of_the_package_can_be_started_from(fmus: Path, tmp_path: Path) ->
     ("2dof-equilibrium-excitaton", "nearest is '2dof-equilibrium-excitation'")])
 def test_an_unknown_run_and_the_run_itself_are_refused(chain: Path, run: str, expected: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        load_runs(changed(chain, '"chain-first"', f'"{run}"'))
+        load_plans(changed(chain, '"chain-first"', f'"{run}"'))
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -217,7 +217,7 @@ def test_an_unknown_run_and_the_run_itself_are_refused(chain: Path, run: str, ex
 def test_what_no_output_or_variable_has_is_refused_before_anything_runs(fmus: Path, chain: Path, tmp_path: Path,
                                                                         monkeypatch: pytest.MonkeyPatch, old: str,
                                                                         new: str, expected: str) -> None:
-    runs = load_runs(changed(chain, old, new))
+    runs = load_plans(changed(chain, old, new))
     with pytest.raises(ScenarioError) as caught:
         prepare_all(runs, fmus, {}, [])
     assert expected in str(caught.value)
@@ -229,14 +229,14 @@ def test_what_no_output_or_variable_has_is_refused_before_anything_runs(fmus: Pa
 def test_a_cycle_is_one_line(fmus: Path, chain: Path, tmp_path: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start_from]\n"h.position_start" = '
             '{ run = "chain-last", output = "plant.h.position" }\n')
-    assert {run.name for run in needed([load_runs(chain)[0]])} == {"chain-middle", "chain-first"}
+    assert {run.name for run in needed([load_plans(chain)[0]])} == {"chain-middle", "chain-first"}
     line = error_line(maglev("run", chain, "--fmus", fmus, "--out", tmp_path))
     assert "chain-last: start_from needs chain-middle, expected a run that can go before it" in line
 
 
 def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -> None:
     """And that of a start value of the same name; others stay, and what was needed is needed no more."""
-    middle = load_runs(changed(chain, '"v.locked" = true', '"v.locked" = true\n"h.position_start" = "1 mm"'))[1]
+    middle = load_plans(changed(chain, '"v.locked" = true', '"v.locked" = true\n"h.position_start" = "1 mm"'))[1]
     ready = started(middle, {"chain-first": {"plant.h.position": 0.25, "plant.v.position": 0.5}})
     assert {name: start.value for name, start in ready.fmus["plant"].start.items()} == {
         "v.locked": True, "h.position_start": 0.25}
@@ -247,12 +247,12 @@ def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -
 
 
 def checked(chain: Path, fmus: Path, *settings: str) -> dict[str, CheckResult]:
-    arguments = (load_runs(chain), fmus, {}, settings, chain.parent / "baselines", 2, lambda *_: None)
+    arguments = (load_plans(chain), fmus, {}, settings, chain.parent / "baselines", 2, lambda *_: None)
     return {result.name: result for result in check_all(*arguments)}
 
 
 def test_check_and_update_hand_on_ends(fmus: Path, chain: Path) -> None:
-    arguments = (load_runs(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
+    arguments = (load_plans(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
     updated = update_all(*arguments)
     assert [result.status for result in updated] == ["new"] * 4
     assert updated[0].ends["plant.h.position"] > updated[1].ends["plant.h.position"] > 1e-6
@@ -267,7 +267,7 @@ def test_check_and_update_hand_on_ends(fmus: Path, chain: Path) -> None:
 
 
 def test_a_baseline_that_is_shorter_than_the_run_hands_on_nothing(fmus: Path, chain: Path) -> None:
-    whole = load_runs(chain)
+    whole = load_plans(chain)
     short = [run.model_copy(update={"stop_time": 0.004}) if run.name == "chain-first" else run for run in whole]
     update_all(short, fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
     results = checked(chain, fmus)
@@ -280,7 +280,7 @@ def test_a_baseline_that_is_shorter_than_the_run_hands_on_nothing(fmus: Path, ch
 
 def test_a_check_takes_a_set_value_before_a_result_that_is_not_there(fmus: Path, chain: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start]\n"v.mass" = -1\n')
-    update_all(load_runs(chain), fmus, {}, ["plant.h.position_start=1mm"], chain.parent / "baselines", 2,
+    update_all(load_plans(chain), fmus, {}, ["plant.h.position_start=1mm"], chain.parent / "baselines", 2,
                lambda *_: None)
     statuses = {name: each.status for name, each in checked(chain, fmus, "plant.h.position_start=1mm").items()}
     assert (statuses["chain-first"], statuses["chain-last"]) == ("error", "passed")
@@ -288,7 +288,7 @@ def test_a_check_takes_a_set_value_before_a_result_that_is_not_there(fmus: Path,
 
 def test_a_failed_run_hands_on_nothing_to_an_update(fmus: Path, chain: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start]\n"v.mass" = -1\n')
-    results = update_all(load_runs(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
+    results = update_all(load_plans(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
     assert [result.status for result in results] == ["error", "error", "error", "new"]
     assert sorted(path.name for path in (chain.parent / "baselines").iterdir()) == [
         "chain-alone_ref.csv", "chain-alone_ref.opt"]
@@ -296,6 +296,6 @@ def test_a_failed_run_hands_on_nothing_to_an_update(fmus: Path, chain: Path) -> 
 
 def test_packaged_runs_start_from_estimates_of_their_own_rig() -> None:
     for rig, constants in (("2dof", ["C1", "C2", "C3", "C4"]), ("3dof", ["C1", "C2", "C3", "C4", "C5"])):
-        run = load_scenario(f"{rig}-identification-model")
+        run = load_plan(f"{rig}-identification-model")
         assert run.fmus["plant"].start_from == {
             name: RunOutput(run=f"{rig}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}

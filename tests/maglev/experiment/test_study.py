@@ -8,13 +8,14 @@ from maglev.errors import ScenarioError
 from maglev.experiment.execution import execute_all, judge_all
 from maglev.experiment.preparation import prepare
 from maglev.experiment.selection import compared, select
-from maglev.schema.loading import load_runs, load_scenario, packaged_runs
+from maglev.schema.layers import packaged_runs
+from maglev.schema.loading import load_plan, load_plans
 
 SHORT = {"stop_time": 0.2}   # s
 
 
 def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
-    good, other = (load_scenario(name).model_copy(update=SHORT)
+    good, other = (load_plan(name).model_copy(update=SHORT)
                    for name in ("2dof-smooth-nonlinear", "2dof-smooth-pid"))
     failing = good.model_copy(update={"name": "failing"})
     dead = good.model_copy(update={"name": "dead"})
@@ -22,7 +23,7 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
                    prepare(dead, tmp_path / "nowhere", {}, []), prepare(other, fmus, {}, [])]
     reports: list[tuple[str, int, int]] = []
     results = execute_all(experiments, tmp_path, 2, lambda *report: reports.append(report))
-    assert [result.scenario.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
+    assert [result.plan.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
                                                            "2dof-smooth-pid"]
     assert [result.failure is None for result in results] == [True, False, False, True]
     assert "v.mass = -1.0 kg" in str(results[1].failure)
@@ -32,7 +33,7 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
     assert len(results[1].time) == 0
     assert (tmp_path / "2dof-smooth-pid.csv").is_file()
     assert not (tmp_path / "failing.csv").exists()
-    assert {name for name, done, steps in reports if done == steps} == {result.scenario.name for result in results}
+    assert {name for name, done, steps in reports if done == steps} == {result.plan.name for result in results}
 
 
 def test_selection() -> None:
@@ -54,14 +55,14 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
 
 
 def test_what_claims_compare_with_is_run_as_well() -> None:
-    linear = [load_scenario("2dof-step-1-linear")]
+    linear = [load_plan("2dof-step-1-linear")]
     assert [run.name for run in compared(linear)] == ["2dof-step-1-nonlinear"]
-    assert compared(load_runs("2dof-step-1")) == []
-    assert [run.name for run in compared(load_runs("3dof-setpoints-improved"))] == ["3dof-setpoints"]
+    assert compared(load_plans("2dof-step-1")) == []
+    assert [run.name for run in compared(load_plans("3dof-setpoints-improved"))] == ["3dof-setpoints"]
 
 
 def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
-    runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_runs("2dof-step-1")]
+    runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_plans("2dof-step-1")]
     verdicts = judge_all(execute_all(runs, tmp_path, 2, lambda *_: None))
     assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear"]
     assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}

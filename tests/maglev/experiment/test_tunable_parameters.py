@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.cosim.master import Master, Participant
+from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError, ScenarioError
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 
 DT = 0.5e-3   # s
@@ -46,24 +46,24 @@ def either(request: pytest.FixtureRequest) -> Path:
     return folder
 
 
-def drive(folder: Path, *steps: str) -> Scenario:
+def drive(folder: Path, *steps: str) -> RunPlan:
     path = folder / "drive.toml"
     path.write_text(DRIVE.format(folder=PACKAGED) + "".join(steps))
-    return load_scenario(path)
+    return load_plan(path)
 
 
-def accelerations(scenario: Scenario, fmus: Path) -> np.ndarray:
+def accelerations(plan: RunPlan, fmus: Path) -> np.ndarray:
     """Mean acceleration of the mover over each communication step, m/s²."""
-    return np.diff(prepare(scenario, fmus, {}, []).run().columns["plant.h.velocity"]) / DT
+    return np.diff(prepare(plan, fmus, {}, []).run().columns["plant.h.velocity"]) / DT
 
 
 def test_thrust_changes_with_the_constant_at_that_time(either: Path, tmp_path: Path) -> None:
     """h'' = −C1 f1 i_q, (4.3)."""
-    scenario = drive(tmp_path, STEP.format(name="C1", times="[0, 0.01, 0.015]", values="[14.2, 11.36, 28.4]"))
+    plan = drive(tmp_path, STEP.format(name="C1", times="[0, 0.01, 0.015]", values="[14.2, 11.36, 28.4]"))
     expected = -np.repeat([14.2, 11.36, 28.4], [20, 10, 10]) * gap_functions(GAP)[0] * -2.0
     # Between two samples the mover leaves the place that the currents are commutated for: 0.3 m/s for 0.5 ms are
     # 0.01 rad of a pole pitch, and the cosine of that is 1 to 5e-5.
-    assert accelerations(scenario, either) == pytest.approx(expected, rel=1e-4)
+    assert accelerations(plan, either) == pytest.approx(expected, rel=1e-4)
 
 
 def test_the_first_value_goes_before_the_start_value(fmus: Path, tmp_path: Path) -> None:
@@ -91,11 +91,11 @@ def test_mass_of_an_axis_with_its_unit(either: Path, tmp_path: Path) -> None:
     ("motor.i_a_cmd", "[1, 2]", "the input is fed by fmus.plant.inputs")])
 def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, name: str, values: str,
                                                    expected: str) -> None:
-    scenario = drive(tmp_path, STEP.format(name=name, times="[0, 0.01]", values=values))
+    plan = drive(tmp_path, STEP.format(name=name, times="[0, 0.01]", values=values))
     with pytest.raises(ScenarioError) as caught:
-        prepare(scenario, fmus, {}, []).check()
+        prepare(plan, fmus, {}, []).check()
     assert expected in str(caught.value)
-    assert str(scenario.path) in str(caught.value)
+    assert str(plan.path) in str(caught.value)
 
 
 def test_a_parameter_has_no_rate_and_one_source(fmus: Path, tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_connections_need_inputs(fmus: Path, tmp_path: Path) -> None:
     wired = drive(tmp_path, '[fmus.plant.inputs]\nC1 = "controller.motor.i_q_cmd"\n')
     with pytest.raises(ScenarioError, match=r"fmus.plant.inputs.C1 = .*'C1' is of causality parameter, expected input"):
         prepare(wired, fmus, {}, []).check()
-    participants = [Participant(name, fmus / f"{fmu.model}.fmu") for name, fmu in wired.fmus.items()]
+    participants = [FmuSetup(name, fmus / f"{fmu.model}.fmu") for name, fmu in wired.fmus.items()]
     with (Master(participants, [("controller.motor.i_q_cmd", "plant.C1")], DT) as master,
           pytest.raises(FmuError, match="plant.C1 is of causality parameter, expected an input$")):
         master.run(0.01)

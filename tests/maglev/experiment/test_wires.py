@@ -9,9 +9,9 @@ import pytest
 from maglev.errors import ScenarioError
 from maglev.experiment.port_check import check_names
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_runs, load_scenario
-from maglev.schema.scenario import Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.run_plan import RunPlan
 
 LOOP = """
 step = "1 ms"
@@ -68,18 +68,18 @@ DESCRIPTIONS = {
 
 
 def test_inputs_are_connections(loop: Path) -> None:
-    scenario = load_scenario(loop)
-    assert scenario.connections == []
-    assert scenario.wires == {'fmus.controller.inputs."y.measured"': ("plant.y.encoder", "controller.y.measured")}
+    plan = load_plan(loop)
+    assert plan.connections == []
+    assert plan.wires == {'fmus.controller.inputs."y.measured"': ("plant.y.encoder", "controller.y.measured")}
     loop.write_text(LOOP.replace("[fmus.controller]", 'connections = [["controller.m.i_a_cmd", "plant.m.i_a_cmd"]]\n'
                                                       "[fmus.controller]", 1))
-    assert list(load_scenario(loop).wires.items()) == [
+    assert list(load_plan(loop).wires.items()) == [
         ("connections[0]", ("controller.m.i_a_cmd", "plant.m.i_a_cmd")),
         ('fmus.controller.inputs."y.measured"', ("plant.y.encoder", "controller.y.measured"))]
 
 
 def test_inputs_of_several_files_and_variants_are_merged(loop: Path) -> None:
-    exact, coarse = load_runs(loop.with_name("experiment.toml"))
+    exact, coarse = load_plans(loop.with_name("experiment.toml"))
     loop_wires = [("plant.y.encoder", "controller.y.measured"), ("controller.m.i_a_cmd", "plant.m.i_a_cmd")]
     assert list(exact.wires.values()) == [*loop_wires, ("plant.y.position", "watcher.y.measured")]
     assert list(coarse.wires.values()) == [*loop_wires, ("plant.y.encoder", "watcher.y.measured"),
@@ -111,7 +111,7 @@ def test_inputs_that_do_not_fit_are_refused_by_their_key(loop: Path, old: str, n
     assert LOOP.count(old) == 1
     loop.write_text(LOOP.replace(old, new))
     with pytest.raises(ScenarioError) as caught:
-        check_names(load_scenario(loop), DESCRIPTIONS)
+        check_names(load_plan(loop), DESCRIPTIONS)
     assert all(word in str(caught.value) for word in [str(loop), *words]), str(caught.value)
 
 
@@ -121,19 +121,19 @@ def test_inputs_that_do_not_fit_are_refused_by_their_key(loop: Path, old: str, n
 def test_a_source_is_one_name(loop: Path, new: str, words: list[str]) -> None:
     loop.write_text(LOOP.replace(WIRE, new))
     with pytest.raises(ScenarioError) as caught:
-        load_scenario(loop)
+        load_plan(loop)
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
-def flown(scenario: Scenario, fmus: Path) -> dict[str, np.ndarray]:
-    return dict(prepare(scenario, fmus, {}, []).run().columns)
+def flown(plan: RunPlan, fmus: Path) -> dict[str, np.ndarray]:
+    return dict(prepare(plan, fmus, {}, []).run().columns)
 
 
 def test_a_run_is_the_same_bit_for_bit_as_with_connections(fmus: Path, tmp_path: Path) -> None:
     path = tmp_path / "drive.toml"
     path.write_text(f'extends = "{PACKAGED / "loops" / "2dof-drive.toml"}"\nname = "drive"\ntitle = "Drive"\n'
                     'stop_time = "20 ms"\n[fmus.controller.start]\n"motor.i_q_reference" = 3\n')
-    own = load_scenario(path)
+    own = load_plan(path)
     connected = own.model_copy(update={
         "connections": list(own.wires.values())[::-1],
         "fmus": {name: fmu.model_copy(update={"inputs": {}}) for name, fmu in own.fmus.items()}})

@@ -12,7 +12,7 @@ from maglev.judging.metrics import evaluate, settling_time, step_samples
 TIME = np.arange(0, 10001) * 1e-3
 
 
-def scenario(**changes):
+def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": SimpleNamespace(position="plant.y.position", reference="controller.y.reference")},
         "motors": {}, "stop_flag": None, "trip_flag": None,
@@ -34,7 +34,7 @@ def second_order(start, target, omega, zeta):
 @given(st.floats(0.2, 0.8), st.floats(5.0, 20.0), st.sampled_from([(0.025, 0.027), (0.03, 0.01), (0.0, -0.015)]))
 def test_second_order_step(zeta, omega, ends):
     start, target = ends
-    metrics = evaluate(scenario(), TIME, {"plant.y.position": second_order(start, target, omega, zeta),
+    metrics = evaluate(plan(), TIME, {"plant.y.position": second_order(start, target, omega, zeta),
                                           "controller.y.reference": step_at_1_s(start, target)})
     (step,) = metrics.steps
     assert (step.axis, step.time, step.start, step.target) == ("y", 1.0, start, target)
@@ -49,7 +49,7 @@ def test_second_order_step(zeta, omega, ends):
 
 def test_first_order_settles_when_it_says():
     position = 0.02 + 0.01 * (1.0 - np.exp(-5.0 * np.maximum(TIME - 1.0, 0.0)))
-    metrics = evaluate(scenario(), TIME, {"plant.y.position": position,
+    metrics = evaluate(plan(), TIME, {"plant.y.position": position,
                                           "controller.y.reference": step_at_1_s(0.02, 0.03)})
     (step,) = metrics.steps
     assert step.settling[1e-4] == pytest.approx(math.log(100.0) / 5.0, abs=1.5e-3)
@@ -70,7 +70,7 @@ def test_window_ends_at_the_next_step_of_any_axis():
     columns = {"y.r": np.where(TIME >= 1.0, 2e-3, 0.0), "x.r": np.where(TIME >= 4.0, 3e-3, 0.0)}
     columns["y.p"] = np.where((TIME >= 2.0) & (TIME < 4.0), 2e-3, 0.0)   # leaves its reference when x steps
     columns["x.p"] = np.where(TIME >= 5.0, 3e-3, 0.0)
-    y, x = evaluate(scenario(axes=axes), TIME, columns).steps
+    y, x = evaluate(plan(axes=axes), TIME, columns).steps
     assert (y.axis, y.time, x.axis, x.time) == ("y", 1.0, "x", 4.0)
     assert y.settling[1e-4] == pytest.approx(0.999)
     assert y.steady_state_error == 0.0
@@ -88,7 +88,7 @@ def test_tracking():
     reference = np.sin(TIME)
     error = np.where(TIME < 3.0, 0.5, 0.0) + 0.1 * np.sign(np.sin(20.0 * TIME))
     settings = SimpleNamespace(bands=[], tracking_from=5.0, fail_error=1.0)
-    (tracking,) = evaluate(scenario(metrics=settings), TIME, {
+    (tracking,) = evaluate(plan(metrics=settings), TIME, {
         "plant.y.position": reference + error, "controller.y.reference": reference}).tracking
     assert tracking.mean == pytest.approx(0.1, rel=1e-2)
     assert tracking.peak == pytest.approx(0.1)
@@ -98,7 +98,7 @@ def test_tracking():
 def test_tracking_from_beyond_the_end_is_refused():
     settings = SimpleNamespace(bands=[], tracking_from=11.0, fail_error=1.0)
     with pytest.raises(MeasurementError, match=r"ends at 10.0 s.*tracking_from = 11.0 s"):
-        evaluate(scenario(metrics=settings), TIME, hold())
+        evaluate(plan(metrics=settings), TIME, hold())
 
 
 def hold(**changes):
@@ -107,7 +107,7 @@ def hold(**changes):
 
 def test_currents_are_absolute():
     motors = {"alpha": SimpleNamespace(currents=["i_a", "i_b"], commands=["i_d"])}
-    metrics = evaluate(scenario(motors=motors), TIME, hold(
+    metrics = evaluate(plan(motors=motors), TIME, hold(
         i_a=np.full_like(TIME, 1.0), i_b=np.where(TIME > 5.0, -3.0, 0.0), i_d=np.full_like(TIME, -2.0)))
     (motor,) = metrics.motors
     assert (motor.motor, motor.peak_current, motor.peak_command, motor.mean_command) == ("alpha", 3.0, 2.0, 2.0)
@@ -118,13 +118,13 @@ def test_failure():
     flags = {"stop_flag": "at_stop", "trip_flag": "tripped"}
     never = np.zeros(len(TIME), dtype=np.int32)
     late = (TIME >= 7.0).astype(np.int32)
-    quiet = evaluate(scenario(**flags), TIME, hold(at_stop=never, tripped=never))
+    quiet = evaluate(plan(**flags), TIME, hold(at_stop=never, tripped=never))
     assert (quiet.stop_contact, quiet.tripped, quiet.failed) == (None, None, False)
-    stopped = evaluate(scenario(**flags), TIME, hold(at_stop=late, tripped=never))
+    stopped = evaluate(plan(**flags), TIME, hold(at_stop=late, tripped=never))
     assert (stopped.stop_contact, stopped.tripped, stopped.failed) == (7.0, None, True)
-    tripped = evaluate(scenario(**flags), TIME, hold(at_stop=never, tripped=late))
+    tripped = evaluate(plan(**flags), TIME, hold(at_stop=never, tripped=late))
     assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
-    lost = evaluate(scenario(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
+    lost = evaluate(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
     assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
 
 
@@ -134,10 +134,10 @@ def test_failure():
     (hold(**{"plant.y.position": np.where(TIME == 2.0, np.nan, 0.0)}), ["plant.y.position", "finite", "2000"])])
 def test_bad_columns_are_refused(columns, words):
     with pytest.raises(MeasurementError) as refusal:
-        evaluate(scenario(), TIME, columns)
+        evaluate(plan(), TIME, columns)
     assert all(word in str(refusal.value) for word in words)
 
 
 def test_no_samples_are_refused():
     with pytest.raises(MeasurementError, match="at least one sample"):
-        evaluate(scenario(), np.array([]), {})
+        evaluate(plan(), np.array([]), {})

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from controller_fmu.linearisation import equilibrium_current
-from maglev.build import definition
+from maglev.catalogue import definition
 from maglev.experiment.execution import RunResult
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 
 Flown = Callable[..., RunResult]
@@ -26,7 +26,7 @@ MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
 def parameters(scenario_name: str) -> dict[str, float]:
     """Every Real parameter of a packaged run, by the blocks of its FMUs."""
     found = {}
-    for name, fmu in load_scenario(scenario_name).fmus.items():
+    for name, fmu in load_plan(scenario_name).fmus.items():
         made = definition(str(fmu.model))
         block = made.new_block()
         for variable in made.variables:
@@ -36,8 +36,8 @@ def parameters(scenario_name: str) -> dict[str, float]:
     return found
 
 
-def estimators_of(scenario: Scenario) -> list[str]:
-    return [name for name, fmu in scenario.fmus.items() if str(fmu.model).startswith("Estimator")]
+def estimators_of(plan: RunPlan) -> list[str]:
+    return [name for name, fmu in plan.fmus.items() if str(fmu.model).startswith("Estimator")]
 
 
 def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
@@ -47,15 +47,15 @@ def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
     Columns of the plant are named without "plant."; a number is one value at all times. Estimates are by name of the
     estimator; those that are not given have `CONSTANTS`.
     """
-    scenario = load_scenario(name)
+    plan = load_plan(name)
     full = {f"plant.{column}": values for column, values in columns.items()}
-    for estimator in estimators_of(scenario):
+    for estimator in estimators_of(plan):
         constants = {**CONSTANTS[name[:4]], **(estimates or {}).get(estimator, {})}
         full |= {f"{estimator}.{constant}": value for constant, value in constants.items()}
-    drives = {signal.to: np.array([signal.value(t) for t in time.tolist()]) for signal in scenario.signals}
+    drives = {signal.to: np.array([signal.value(t) for t in time.tolist()]) for signal in plan.signals}
     arrays = {column: np.broadcast_to(np.asarray(values, dtype=float), time.shape)
               for column, values in {**full, **drives}.items()}
-    return RunResult(scenario, time, arrays, ends={column: float(values[-1]) for column, values in arrays.items()},
+    return RunResult(plan, time, arrays, ends={column: float(values[-1]) for column, values in arrays.items()},
                      parameters=dict(parameters(name)))
 
 
@@ -65,8 +65,8 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     For two thirds of the time at each air gap the mover and its current are elsewhere.
     """
     name = f"{rig}-equilibrium-currents"
-    time = 5e-3 * np.arange(round(load_scenario(name).stop_time / 5e-3) + 1)
-    (signal,) = load_scenario(name).signals
+    time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1)
+    (signal,) = load_plan(name).signals
     asked = np.array([signal.value(t) for t in time.tolist()])
     constants = list(CONSTANTS[rig].values())[-3:]
     motors = 1.0 if rig == "2dof" else 4.0
@@ -82,12 +82,12 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
 
 def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunResult:
     """A parabola of each axis, x(t) = x(0) − ½ n L i_q t², with estimates that agree with L."""
-    scenario = load_scenario(name)
+    plan = load_plan(name)
     rig = name[:4]
     vertical, motors, drives = (("v", 1.0, {"h": ("motor", "C1", -0.05, -0.5)}) if rig == "2dof" else
                                 ("y", 2.0, {"x": ("alpha", "C1", -0.06, -3.0), "z": ("beta", "C2", -0.06, -3.0)}))
-    gap = float(scenario.fmus["plant"].start[f"{vertical}.position_start"].value)
-    time = scenario.step * np.arange(rows)
+    gap = float(plan.fmus["plant"].start[f"{vertical}.position_start"].value)
+    time = plan.step * np.arange(rows)
     columns: dict[str, Any] = {f"{vertical}.encoder": gap}
     estimates = {}
     for axis, (motor, constant, start, i_q) in drives.items():
@@ -96,7 +96,7 @@ def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunRe
         columns[f"{motor}.i_q"] = i_q if thrust else 0.0
         columns[f"{motor}.i_d"] = 0.0
         estimates[constant] = thrust / gap_functions(gap)[0] if thrust else 0.1
-    return result_of(name, time, columns, dict.fromkeys(estimators_of(scenario), estimates))
+    return result_of(name, time, columns, dict.fromkeys(estimators_of(plan), estimates))
 
 
 @pytest.fixture

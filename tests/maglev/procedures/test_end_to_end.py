@@ -9,8 +9,8 @@ from maglev.experiment.selection import prepare_all
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Outcome
-from maglev.schema.loading import load_runs
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plans
 
 # Constants that neither the controller nor the estimators begin with.
 TRUTH = {"C1": 13.4, "C2": 810.0, "C3": 30.0, "C4": 0.14}
@@ -57,8 +57,8 @@ def results(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, R
     """The two runs by name."""
     folder = tmp_path_factory.mktemp("ideal")
     (folder / "ideal.toml").write_text(IDEAL.format(folder=PACKAGED, **TRUTH))
-    experiments = prepare_all(load_runs(folder / "ideal.toml"), fmus, {}, [])
-    found = {result.scenario.name: result for result in execute_all(experiments, folder, 2, lambda *_: None)}
+    experiments = prepare_all(load_plans(folder / "ideal.toml"), fmus, {}, [])
+    found = {result.plan.name: result for result in execute_all(experiments, folder, 2, lambda *_: None)}
     assert [result.failure for result in found.values()] == [None, None]
     assert not any(result.columns["plant.at_stop"].any() for result in found.values())
     return found

@@ -10,8 +10,8 @@ from identification_data import record
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.judging import judge_procedure
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import StartValue
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import StartValue
 from pmlsm.gap_functions import gap_functions
 
 Flown = Callable[..., RunResult]
@@ -72,13 +72,13 @@ def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str,
 
 
 def failed(result: RunResult) -> RunResult:
-    return RunResult(result.scenario, np.zeros(0), failure="it fell")
+    return RunResult(result.plan, np.zeros(0), failure="it fell")
 
 
 def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
     """Procedure and name of every value; a claim is judged only where there is one."""
     found = set()
-    completed = {result.scenario.name for result in results if result.failure is None}
+    completed = {result.plan.name for result in results if result.failure is None}
     for outcome in evaluate_all(results):
         names = {each.name for each in outcome.values}
         found |= {(outcome.settings.name[5:], name) for name in names}
@@ -90,7 +90,7 @@ def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
 
 def test_with_every_run_every_value_is_there(rig: str, results: dict[str, RunResult]) -> None:
     assert found_in(list(results.values())) == set(needed(rig))
-    named = {result.scenario.procedure.name for result in results.values() if result.scenario.procedure}
+    named = {result.plan.procedure.name for result in results.values() if result.plan.procedure}
     assert len(named) == (5 if rig == "2dof" else 4)
     assert [outcome.settings.name for outcome in evaluate_all(list(results.values()))] == sorted(named)
 
@@ -119,13 +119,13 @@ def test_nothing_comes_of_failed_runs_alone_or_of_none(results: dict[str, RunRes
 
 
 def test_runs_of_no_procedure_have_no_outcome() -> None:
-    assert evaluate_all([RunResult(load_scenario("2dof-setpoints"), np.zeros(0))]) == []
+    assert evaluate_all([RunResult(load_plan("2dof-setpoints"), np.zeros(0))]) == []
 
 
 def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, results: dict[str, RunResult]) -> None:
     """They are there for the procedure that was asked for."""
     both = [results[OFFSET], results[EXCITATION]]
-    (found,) = evaluate_all(both, {results[OFFSET].scenario.name})
+    (found,) = evaluate_all(both, {results[OFFSET].plan.name})
     assert found.settings.name == f"{rig}-procedure-3"
     assert "cogging_force" in {each.name for each in found.values}
     assert [each.settings.name for each in evaluate_all(both)] == [f"{rig}-procedure-2", f"{rig}-procedure-3"]
@@ -138,7 +138,7 @@ def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, resu
     ("2dof-identification-rig", {"plant.v.encoder": 0.02, "plant.h.encoder": 0.0}, "no axis is excited")])
 def test_runs_from_which_nothing_can_be_found_are_a_note(rig: str, results: dict[str, RunResult], part: str,
                                                          change: dict[str, float], words: str) -> None:
-    flown = {run.scenario.name: run for run in results.values()}
+    flown = {run.plan.name: run for run in results.values()}
     if rig == "3dof":
         part = part.replace("2dof-parabolas", "3dof-parabolas-x").replace("2dof", "3dof")
         change = {name.replace(".h.", ".x.").replace(".v.", ".y.").replace(".motor.", ".alpha."): value
@@ -159,7 +159,7 @@ def test_runs_from_which_nothing_can_be_found_are_a_note(rig: str, results: dict
 
 def test_a_held_axis_makes_no_parabola(results: dict[str, RunResult]) -> None:
     run = next(run for name, run in results.items() if "parabolas" in name)
-    start = {**run.scenario.fmus["plant"].start, **{f"{axis}.locked": StartValue(True, None, True) for axis in "hxz"}}
-    fmus = {**run.scenario.fmus, "plant": run.scenario.fmus["plant"].model_copy(update={"start": start})}
-    (outcome,) = evaluate_all([replace(run, scenario=run.scenario.model_copy(update={"fmus": fmus}))])
+    start = {**run.plan.fmus["plant"].start, **{f"{axis}.locked": StartValue(True, None, True) for axis in "hxz"}}
+    fmus = {**run.plan.fmus, "plant": run.plan.fmus["plant"].model_copy(update={"start": start})}
+    (outcome,) = evaluate_all([replace(run, plan=run.plan.model_copy(update={"fmus": fmus}))])
     assert outcome.values == outcome.charts == ()

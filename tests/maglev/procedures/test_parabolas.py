@@ -9,7 +9,7 @@ import pytest
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.outcome import Outcome
-from maglev.schema.loading import load_runs
+from maglev.schema.loading import load_plans
 from pmlsm.gap_functions import gap_functions
 
 Flown = Callable[..., RunResult]
@@ -56,14 +56,14 @@ def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
     """A constant of its own at each air gap; the estimators are off by known shares."""
     constants = dict(zip(GAPS["2dof"], np.linspace(12.0, 16.0, 8).tolist(), strict=True))
     runs = []
-    for run in load_runs("2dof-parabolas"):
+    for run in load_plans("2dof-parabolas"):
         gap = 1e3 * float(run.fmus["plant"].start["v.position_start"].value)
         result = drive(run.name, {"h": thrust_at(gap, constants[gap])})
         for estimator, share in (("estimator_1ms", 0.99), ("estimator_10ms", 1.02), ("estimator_50ms", 1.1)):
             result = with_estimate(result, estimator, "C1", share)
         runs.append(result)
     outcome = outcome_of(runs)
-    assert outcome.runs == tuple(sorted(run.scenario.name for run in runs))
+    assert outcome.runs == tuple(sorted(run.plan.name for run in runs))
     assert values(outcome, "thrust", axis="h") == pytest.approx(
         {gap: thrust_at(gap, constant) for gap, constant in constants.items()}, rel=1e-9)
     for epsilon, share in ((0.001, 0.01), (0.01, 0.02), (0.05, 0.1)):
@@ -84,7 +84,7 @@ def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
 def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Flown) -> None:
     """Two motors drive each axis; with both, the estimates here differ by 3 %."""
     runs = []
-    for run in load_runs("3dof-parabolas"):
+    for run in load_plans("3dof-parabolas"):
         gap = 1e3 * float(run.fmus["plant"].start["y.position_start"].value)
         kind = run.name.removeprefix("3dof-parabolas-").partition("-")[0]
         thrusts = {"x": thrust_at(gap, 0.65), "z": thrust_at(gap, 0.9)}

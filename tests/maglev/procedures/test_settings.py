@@ -8,9 +8,9 @@ from pydantic import ValidationError
 
 from maglev.errors import ScenarioError
 from maglev.experiment.selection import select
-from maglev.schema.loading import load_runs, load_scenario
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.procedure import ProcedureClaim, ProcedureSettings
-from maglev.schema.toml_table import PACKAGED
 
 PARTS = {"currents": "a", "excitation": "b"}
 
@@ -142,7 +142,7 @@ def test_refusals_are_one_line_with_file_and_key(tmp_path: Path, old: str, new: 
     assert text.count(old) == 1
     (tmp_path / "mine.toml").write_text(text.replace(old, new))
     with pytest.raises(ScenarioError) as caught:
-        load_runs(tmp_path / "mine.toml")
+        load_plans(tmp_path / "mine.toml")
     message = str(caught.value)
     assert all(word in message for word in ["mine.toml", *words]), message
     assert "\n" not in message
@@ -150,9 +150,9 @@ def test_refusals_are_one_line_with_file_and_key(tmp_path: Path, old: str, new: 
 
 def test_every_variant_belongs_to_the_procedure(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(FILE.format(drive=PACKAGED / "loops" / "2dof-drive.toml"))
-    names = {run.name: run.procedure.name for run in load_runs(tmp_path / "mine.toml") if run.procedure}
+    names = {run.name: run.procedure.name for run in load_plans(tmp_path / "mine.toml") if run.procedure}
     assert names == {"mine-a": "my-procedure", "mine-b": "my-procedure"}
-    assert load_scenario("2dof-setpoints").procedure is None
+    assert load_plan("2dof-setpoints").procedure is None
 
 
 def test_values_of_the_thesis_belong_to_their_epsilon() -> None:

@@ -17,8 +17,8 @@ from maglev.regression.baseline import (
     read_baseline,
     write_baseline,
 )
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import CheckSettings, Scenario, SignalTolerance
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 
 SAMPLES = '"time","plant.y.position","plant.at_stop"\n0.0,0.025,0.0\n0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n'
 OPTIONS = """StartTime,0.0
@@ -147,10 +147,10 @@ def expect(folder: Path, message: str) -> None:
     assert "\n" not in str(refusal.value)
 
 
-def checked(interval: float = 0.05, *signals: str) -> Scenario:
+def checked(interval: float = 0.05, *signals: str) -> RunPlan:
     """The 2-DOF set-points with settings of a check."""
     settings = CheckSettings(interval=interval, signals={name: SignalTolerance(absolute=1e-9) for name in signals})
-    return load_scenario("2dof-setpoints").model_copy(update={"check": settings})
+    return load_plan("2dof-setpoints").model_copy(update={"check": settings})
 
 
 def flown(at_stop: int = 1000, tripped: int = 1000) -> Recording:
@@ -177,14 +177,14 @@ def test_ends_before_contact_or_trip(at_stop: int, tripped: int, last: int) -> N
 
 
 def test_recordings_that_make_no_baseline() -> None:
-    for scenario, recording, message in (
+    for plan, recording, message in (
             (checked(), flown(), "check.signals: expected at least one signal"),
             (checked(0.05, "plant.v.positon"), flown(), "nearest is 'plant.v.position'"),
             (checked(0.0007, "plant.v.position"), flown(), "expected a multiple of the communication step, 0.0005 s"),
             (checked(0.05, "plant.v.position"), flown(at_stop=100), "1 samples before"),
             (checked(0.05, "plant.v.position"), flown(at_stop=0), "0 samples before")):
         with pytest.raises(BaselineError) as refusal:
-            from_recording(scenario, 0.0005, recording)
+            from_recording(plan, 0.0005, recording)
         assert message in str(refusal.value)
     recording = flown()
     recording.columns["plant.v.position"][200] = np.nan

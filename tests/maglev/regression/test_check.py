@@ -16,8 +16,8 @@ from maglev.experiment.preparation import Experiment
 from maglev.regression.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
 from maglev.regression.check import CheckResult, check_run, describe, exit_code, update_run
 from maglev.regression.deviation import Deviation, first_deviation, worst
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import CheckSettings, Scenario, SignalTolerance
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
 SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),
@@ -98,11 +98,11 @@ def test_recordings_that_cannot_be_compared() -> None:
                 compare(baseline, recording)
 
 
-def short(**changed: Any) -> Scenario:
+def short(**changed: Any) -> RunPlan:
     """The first 1.5 s of the 2-DOF set-points, in which both axes step once."""
     signals = {name: SignalTolerance(absolute=1e-9) for name in ("plant.v.position", "plant.h.position")}
     settings = CheckSettings(interval=0.05, signals={**signals, "controller.saturated": SignalTolerance()})
-    return load_scenario("2dof-setpoints").model_copy(update={"stop_time": 1.5, "check": settings, **changed})
+    return load_plan("2dof-setpoints").model_copy(update={"stop_time": 1.5, "check": settings, **changed})
 
 
 @pytest.fixture(scope="module")

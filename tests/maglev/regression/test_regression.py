@@ -6,17 +6,17 @@ import pytest
 
 from maglev.regression.baseline import baseline_files
 from maglev.regression.check import CheckResult, check_run, describe
-from maglev.schema.loading import load_runs, packaged_scenarios
-from maglev.schema.scenario import Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED, packaged_files
+from maglev.schema.loading import load_plans
+from maglev.schema.run_plan import RunPlan
 
 BASELINES = PACKAGED / "baselines"
-RUNS = [run for name in packaged_scenarios() for run in load_runs(name)]
+RUNS = [run for name in packaged_files() for run in load_plans(name)]
 SMOOTH = [run for run in RUNS if "smooth" in run.name]
 every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 
 
-def checked(run: Scenario, fmus: Path, *settings: str) -> CheckResult:
+def checked(run: RunPlan, fmus: Path, *settings: str) -> CheckResult:
     return check_run(run, fmus, {}, settings, BASELINES, {})
 
 
@@ -36,13 +36,13 @@ def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
 
 
 @every_pair
-def test_an_unchanged_pair_passes(fmus: Path, run: Scenario) -> None:
+def test_an_unchanged_pair_passes(fmus: Path, run: RunPlan) -> None:
     result = checked(run, fmus)
     assert result.status == "passed", describe(result)
 
 
 @every_pair
-def test_a_plant_constant_that_is_off_by_a_thousandth(fmus: Path, run: Scenario) -> None:
+def test_a_plant_constant_that_is_off_by_a_thousandth(fmus: Path, run: RunPlan) -> None:
     constants = {"2dof": {"C1": 14.2, "C2": 791.0, "C3": 30.9, "C4": 0.12},
                  "3dof": {"C1": 0.6135, "C2": 0.8224, "C3": 334.52, "C4": 8.71, "C5": 0.0045}}[run.name[:4]]
     for name, value in constants.items():
@@ -50,14 +50,14 @@ def test_a_plant_constant_that_is_off_by_a_thousandth(fmus: Path, run: Scenario)
 
 
 @every_pair
-def test_a_controller_that_samples_one_step_late(fmus: Path, run: Scenario) -> None:
+def test_a_controller_that_samples_one_step_late(fmus: Path, run: RunPlan) -> None:
     """The plant moves first, so that the currents of a sample flow a step later."""
     late = run.model_copy(update={"fmus": dict(reversed(run.fmus.items()))})
     deviates(checked(late, fmus), latest=0.6)
 
 
 @every_pair
-def test_a_motor_with_two_phases_swapped(fmus: Path, run: Scenario) -> None:
+def test_a_motor_with_two_phases_swapped(fmus: Path, run: RunPlan) -> None:
     swap = {"i_a_cmd": "i_b_cmd", "i_b_cmd": "i_a_cmd"}
     connections = []
     for source, target in run.connections:

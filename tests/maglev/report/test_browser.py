@@ -47,11 +47,11 @@ def browser():
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Report of every packaged run, one of them failed."""
     path = tmp_path_factory.mktemp("report") / "report.html"
-    results = [result for result in all_recorded() if result.scenario.name != "2dof-step-3-linear"]
+    results = [result for result in all_recorded() if result.plan.name != "2dof-step-3-linear"]
     results = [recorded(packaged("2dof-step-4-linear"), stop_contact=0.25)
-               if result.scenario.name == "2dof-step-4-linear" else result for result in results]
+               if result.plan.name == "2dof-step-4-linear" else result for result in results]
     results.append(failed(packaged("2dof-step-3-linear"), "plant: the step at 2 s failed"))
-    judgements = {result.scenario.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
+    judgements = {result.plan.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
                   for result in results}
     outcomes = [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), notes=(HOSTILE,), claims=())]
     write_report(path, results, judgements, outcomes)

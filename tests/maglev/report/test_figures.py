@@ -2,7 +2,8 @@ import pytest
 from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, without_anything
 
 from maglev.report.figures import MOVING, Figure, Panel, read_figures, shown_figures
-from maglev.schema.loading import load_runs, packaged_runs
+from maglev.schema.layers import packaged_runs
+from maglev.schema.loading import load_plans
 
 FIGURES = read_figures()
 
@@ -21,8 +22,8 @@ def test_every_run_named_exists():
 
 @pytest.mark.parametrize("name", packaged_runs())
 def test_a_scenario_is_in_the_figures_that_it_names(name):
-    (scenario,) = load_runs(name)
-    assert set(scenario.figures) <= {figure.number for figure in FIGURES if name in figure.runs}
+    (plan,) = load_plans(name)
+    assert set(plan.figures) <= {figure.number for figure in FIGURES if name in figure.runs}
 
 
 def test_every_figure_is_shown_with_all_its_runs_and_panels():
@@ -30,12 +31,12 @@ def test_every_figure_is_shown_with_all_its_runs_and_panels():
     shown = shown_figures(FIGURES, results)
     assert [each.figure for each in shown[:len(FIGURES)]] == FIGURES
     for each in shown:
-        assert [run.scenario.name for run in each.recorded] == list(each.figure.runs)
+        assert [run.plan.name for run in each.recorded] == list(each.figure.runs)
         kinds = [text.split()[0] for text in each.figure.panels]
         if each.number is not None:
             assert list(dict.fromkeys(panel.kind for panel in each.panels)) == list(dict.fromkeys(kinds))
     assert len({each.id for each in shown}) == len(shown)
-    assert {run for each in shown for run in each.figure.runs} == {run.scenario.name for run in results}
+    assert {run for each in shown for run in each.figure.runs} == {run.plan.name for run in results}
 
 
 def test_a_star_means_every_axis_or_motor():

@@ -30,7 +30,7 @@ HOSTILE = '</script><script>alert("1 & 2")</script>'
 def page() -> Page:
     """Page of every packaged run, with claims of every verdict on each."""
     results = all_recorded()
-    return page_of(results, {result.scenario.name: [judged(verdict) for verdict in VERDICTS] for result in results})
+    return page_of(results, {result.plan.name: [judged(verdict) for verdict in VERDICTS] for result in results})
 
 
 def test_nothing_is_loaded(page):
@@ -54,18 +54,18 @@ def test_every_figure_and_run_is_on_the_page(page):
     drawn = page.attributes("data-figure")
     assert {figure.id for figure in read_figures()} <= set(drawn)
     assert list(page.data["figures"]) == drawn
-    assert page.data["runs"].keys() == {result.scenario.name for result in all_recorded()}
+    assert page.data["runs"].keys() == {result.plan.name for result in all_recorded()}
     assert page.data["moving"] == list(MOVING)
 
 
 def test_text_is_escaped():
-    scenario = renamed("2dof-setpoints", f"mine {HOSTILE}").model_copy(
+    plan = renamed("2dof-setpoints", f"mine {HOSTILE}").model_copy(
         update={"title": HOSTILE, "description": HOSTILE})
     claim = judged("not reproduced", text=HOSTILE, source=HOSTILE, reason=HOSTILE)
-    page = page_of([recorded(scenario), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {scenario.name: [claim]})
+    page = page_of([recorded(plan), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {plan.name: [claim]})
     assert len(page.all("script")) == 2 + len(SCRIPTS)
     assert page.of_class("reason")[0].text == HOSTILE
-    assert page.data["runs"][scenario.name]["title"] == HOSTILE
+    assert page.data["runs"][plan.name]["title"] == HOSTILE
     assert HOSTILE in page.with_id("run-other").text
 
 

@@ -110,8 +110,8 @@ def test_the_table_of_many_runs_has_the_procedures():
 
 def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
     pytest.importorskip("matplotlib")
-    scenario = packaged("2dof-setpoints").model_copy(update={"axes": {}})
-    for name, each in (("a.png", scenario), ("b.png", without_anything("mine"))):
+    plan = packaged("2dof-setpoints").model_copy(update={"axes": {}})
+    for name, each in (("a.png", plan), ("b.png", without_anything("mine"))):
         result = recorded(each)
         plot(tmp_path / name, each, Recording(result.time, result.columns))
         assert (tmp_path / name).stat().st_size > 0

@@ -5,14 +5,14 @@ from operator import attrgetter
 
 import pytest
 
-from maglev.build import definition
+from maglev.catalogue import definition
 from maglev.identification.rigs import RIGS
-from maglev.schema.loading import load_runs, load_scenario, packaged_runs, packaged_scenarios
+from maglev.schema.layers import PACKAGED, packaged_files, packaged_runs
+from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.procedure import ProcedureSettings
-from maglev.schema.scenario import Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.run_plan import RunPlan
 
-RUNS = [run for name in packaged_scenarios() for run in load_runs(name)]
+RUNS = [run for name in packaged_files() for run in load_plans(name)]
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
 IN_PROCEDURES = {run.name for run in RUNS if run.procedure}
 
@@ -23,7 +23,7 @@ CHARTS = [f"4.{k}" for k in range(8, 15)] + [f"5.{k}" for k in range(7, 16)]
 every_procedure = pytest.mark.parametrize("procedure", PROCEDURES.values(), ids=lambda procedure: procedure.name)
 
 
-def start_of(run: Scenario, name: str) -> float:
+def start_of(run: RunPlan, name: str) -> float:
     """Start value of `fmu.variable`: the scenario's, or the FMU's."""
     fmu, _, variable = name.partition(".")
     entry = run.fmus[fmu]
@@ -33,7 +33,7 @@ def start_of(run: Scenario, name: str) -> float:
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
-def test_runs_start_at_rest_at_their_references(run: Scenario) -> None:
+def test_runs_start_at_rest_at_their_references(run: RunPlan) -> None:
     assert list(run.fmus)[:2] == ["controller", "plant"], "the controller samples before the plant moves"
     signals = {signal.to: signal for signal in run.signals}
     for axis, names in run.axes.items():
@@ -43,7 +43,7 @@ def test_runs_start_at_rest_at_their_references(run: Scenario) -> None:
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
-def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Scenario) -> None:
+def test_estimators_stand_beside_the_loop_where_something_is_identified(run: RunPlan) -> None:
     others = dict(list(run.fmus.items())[2:])
     assert {fmu.model for fmu in others.values()} <= {"Estimator2DOF" if run.name[:4] == "2dof" else "Estimator3DOF"}
     # Equilibrium currents are measured, and the identified model only flies.
@@ -59,7 +59,7 @@ def test_names_are_those_of_the_files_and_variants() -> None:
     for run in RUNS:
         assert run.name.startswith(run.path.stem)
         assert run.path == PACKAGED / run.name[:4] / f"{run.path.stem}.toml"
-        assert load_scenario(run.name).title == run.title
+        assert load_plan(run.name).title == run.title
     assert len({run.title for run in RUNS}) == len(RUNS)
 
 
@@ -86,7 +86,7 @@ def test_claims_name_a_place_in_the_thesis() -> None:
 def test_claims_of_a_procedure_name_its_own_figures_and_tables(procedure: ProcedureSettings) -> None:
     figures = set(procedure.figures.values())
     for name in procedure.runs.values():
-        figures |= set(load_scenario(name).figures) if name in packaged_runs() else set()
+        figures |= set(load_plan(name).figures) if name in packaged_runs() else set()
     for claim in procedure.claims:
         assert re.match(r"p\. \d|Figs?\. \d|Table \d", claim.source), claim
         assert claim.not_testable is None or claim.reason is None
@@ -124,7 +124,7 @@ def test_comparisons_name_what_the_other_run_has() -> None:
     for run in RUNS:
         for claim in run.claims:
             if claim.than is not None:
-                other = load_scenario(claim.than)
+                other = load_plan(claim.than)
                 axes = [claim.than_axis] if claim.than_axis else claim.axes or run.axes
                 assert set(axes) <= set(other.axes), claim
                 assert set(other.metrics.bands) >= ({claim.band} if claim.band else set())

@@ -4,7 +4,7 @@ import pytest
 
 from maglev.errors import ScenarioError
 from maglev.experiment.port_check import check_names
-from maglev.schema.loading import load_scenario
+from maglev.schema.loading import load_plan
 
 LOOP = """
 step = "0.5 ms"
@@ -63,7 +63,7 @@ def write(tmp_path):
 
 def refusal(path):
     with pytest.raises(ScenarioError) as caught:
-        load_scenario(path)
+        load_plan(path)
     message = str(caught.value)
     assert "\n" not in message
     return message
@@ -71,28 +71,28 @@ def refusal(path):
 
 def test_extending_merges_deeply(write):
     path = write()
-    scenario = load_scenario(path)
-    assert list(scenario.fmus) == ["controller", "plant"]
-    assert {name: start.value for name, start in scenario.fmus["controller"].start.items()} == {
+    plan = load_plan(path)
+    assert list(plan.fmus) == ["controller", "plant"]
+    assert {name: start.value for name, start in plan.fmus["controller"].start.items()} == {
         "antiwindup": True, "order": 2}
-    assert scenario.fmus["plant"].start["y.position_start"].value == 0.025
-    assert scenario.fmus["plant"].file == str(path.parent / "loops" / "plant.fmu")
-    assert scenario.metrics.bands == [1e-4, 1e-5]
-    assert (scenario.output_interval, scenario.output_every, scenario.steps) == (0.0005, 1, 4000)
-    assert scenario.signals[0].value(1.0) == 0.027
-    assert scenario.path == path
+    assert plan.fmus["plant"].start["y.position_start"].value == 0.025
+    assert plan.fmus["plant"].file == str(path.parent / "loops" / "plant.fmu")
+    assert plan.metrics.bands == [1e-4, 1e-5]
+    assert (plan.output_interval, plan.output_every, plan.steps) == (0.0005, 1, 4000)
+    assert plan.signals[0].value(1.0) == 0.027
+    assert plan.path == path
 
 
 def test_lists_are_replaced(write):
     path = write(("stop_time = \"2 s\"", "stop_time = \"2 s\"\nconnections = []"))
-    assert load_scenario(path).connections == []
+    assert load_plan(path).connections == []
 
 
 def test_csv_lies_beside_its_scenario(write):
     path = write(("kind = \"steps\"\ntimes = [0, 1]\nvalues = [\"25 mm\", \"27 mm\"]",
                   "kind = \"csv\"\nfile = \"gap.csv\"\ncolumn = \"gap\"\nunit = \"mm\""))
     (path.parent / "gap.csv").write_text("time,gap\n0,25\n")
-    assert load_scenario(path).signals[0].value(1.0) == 0.025
+    assert load_plan(path).signals[0].value(1.0) == 0.025
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
@@ -166,7 +166,7 @@ def descriptions():
 
 
 def check(path, descriptions):
-    check_names(load_scenario(path), descriptions)
+    check_names(load_plan(path), descriptions)
 
 
 def test_names_that_fit_pass(write, descriptions):

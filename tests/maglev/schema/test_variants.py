@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from maglev.errors import ScenarioError
-from maglev.schema.loading import load_runs, load_scenario
+from maglev.schema.loading import load_plan, load_plans
 
 LOOP = """
 step = "1 ms"
@@ -54,7 +54,7 @@ def hold(tmp_path: Path) -> Path:
 
 
 def test_a_variant_goes_over_the_scenario_and_that_over_what_it_extends(hold: Path) -> None:
-    light, heavy = load_runs(hold)
+    light, heavy = load_plans(hold)
     starts = [{name: start.value for name, start in run.fmus["plant"].start.items()} for run in (light, heavy)]
     assert starts == [{"mass": 0.1, "bias": 0.2}, {"mass": 9, "bias": 3}]
     assert [(run.name, run.title) for run in (light, heavy)] == [
@@ -65,20 +65,20 @@ def test_a_variant_goes_over_the_scenario_and_that_over_what_it_extends(hold: Pa
 
 def test_later_files_of_a_list_go_over_earlier_ones(hold: Path) -> None:
     hold.write_text(EXPERIMENT.partition("[variants.light]")[0])
-    run = load_scenario(hold)
+    run = load_plan(hold)
     assert run.name == "hold"
     assert run.fmus["plant"].start["mass"].value == 2
     hold.write_text(hold.read_text().replace('["loop.toml", "gains.toml"]', '["gains.toml", "loop.toml"]'))
-    assert load_scenario(hold).fmus["plant"].start["mass"].value == 1
+    assert load_plan(hold).fmus["plant"].start["mass"].value == 1
 
 
 def test_files_of_a_variant_lie_beside_the_file_that_names_them(hold: Path) -> None:
     hold.write_text(hold.read_text() + '[variants.other.fmus.plant]\nfile = "other.fmu"\n')
     hold.write_text(hold.read_text().replace('[fmus.plant.start]\nbias = 3\n', ""))
     with pytest.raises(ScenarioError, match="model, the name of an FMU"):
-        load_runs(hold)
+        load_plans(hold)
     (hold.parent / "loop.toml").write_text(LOOP.replace('model = "Plant"', 'file = "plant.fmu"'))
-    assert [run.fmus["plant"].file for run in load_runs(hold)] == [
+    assert [run.fmus["plant"].file for run in load_plans(hold)] == [
         str(hold.parent / name) for name in ("plant.fmu", "plant.fmu", "other.fmu")]
 
 
@@ -93,7 +93,7 @@ def test_refusals(hold: Path, old: str, new: str, words: list[str]) -> None:
     assert hold.read_text().count(old) == 1
     hold.write_text(hold.read_text().replace(old, new))
     with pytest.raises(ScenarioError) as caught:
-        load_runs(hold)
+        load_plans(hold)
     assert all(word in str(caught.value) for word in words), str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -103,11 +103,11 @@ def test_variants_are_tables(hold: Path, text: str) -> None:
     experiment = EXPERIMENT.partition("[variants.light]")[0]
     hold.write_text(f"{text}\n{experiment}" if text == "variants = 3" else f"{experiment}\n{text}\n")
     with pytest.raises(ScenarioError, match="variants = .*expected tables, one for each variant"):
-        load_runs(hold)
+        load_plans(hold)
 
 
 def test_a_single_run_is_asked_for_by_its_name(hold: Path) -> None:
     with pytest.raises(ScenarioError, match="has variants, expected one of hold-light, hold-heavy"):
-        load_scenario(hold)
-    assert [run.name for run in load_runs("2dof-step-4")] == ["2dof-step-4-nonlinear", "2dof-step-4-linear"]
-    assert load_scenario("2dof-step-4-linear").fmus["controller"].model == "LinearRegulator2DOF"
+        load_plan(hold)
+    assert [run.name for run in load_plans("2dof-step-4")] == ["2dof-step-4-nonlinear", "2dof-step-4-linear"]
+    assert load_plan("2dof-step-4-linear").fmus["controller"].model == "LinearRegulator2DOF"

@@ -7,25 +7,25 @@ from collections import deque
 
 from sampled_loop import AXES, MOTORS, PHASES, set_path
 
-from maglev.build import definition
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario
+from maglev.catalogue import definition
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
 
 RUNS = ("2dof-setpoints", "2dof-tracking-pid", "3dof-setpoints", "3dof-setpoints-improved", "3dof-tracking-pid")
 STEP, STEP_TIME, STOP_TIME = 1e-3, 1.0, 6.0   # m, s, s: every axis steps from where it starts
 SETTLED = 1e-4                                # m, over the last second
 
 
-def settles(scenario: Scenario, delay: int) -> bool:
+def settles(plan: RunPlan, delay: int) -> bool:
     """Whether the loop holds its set-point after a step, with commands that are late by a number of samples."""
-    rig = scenario.name.partition("-")[0]
-    controller, plant = (definition(str(scenario.fmus[name].model)).new_block() for name in ("controller", "plant"))
+    rig = plan.name.partition("-")[0]
+    controller, plant = (definition(str(plan.fmus[name].model)).new_block() for name in ("controller", "plant"))
     for name, block in (("controller", controller), ("plant", plant)):
-        for variable, start in scenario.fmus[name].start.items():
+        for variable, start in plan.fmus[name].start.items():
             set_path(block, variable, start.value)
         assert block.start() == 0
     start_positions = {axis: getattr(plant, axis).position for axis in AXES[rig]}
-    h = scenario.step
+    h = plan.step
     commands: deque[list[float]] = deque()
     for k in range(round(STOP_TIME / h)):
         for axis, position in start_positions.items():
@@ -48,19 +48,19 @@ def settles(scenario: Scenario, delay: int) -> bool:
     return True
 
 
-def margin(scenario: Scenario) -> int:
+def margin(plan: RunPlan) -> int:
     """Samples of delay up to which the loop settles, by bisection."""
     good, bad = 0, 1
-    while settles(scenario, bad):
+    while settles(plan, bad):
         good, bad = bad, 2 * bad
     while bad - good > 1:
         middle = (good + bad) // 2
-        good, bad = (middle, bad) if settles(scenario, middle) else (good, middle)
+        good, bad = (middle, bad) if settles(plan, middle) else (good, middle)
     return good
 
 
 if __name__ == "__main__":
     for name in RUNS:
-        scenario = load_scenario(name)
-        samples = margin(scenario)
-        print(f"| `{name}` | {samples} | {samples * scenario.step * 1e3:.3g} ms |", flush=True)
+        plan = load_plan(name)
+        samples = margin(plan)
+        print(f"| `{name}` | {samples} | {samples * plan.step * 1e3:.3g} ms |", flush=True)

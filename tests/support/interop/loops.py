@@ -15,12 +15,13 @@ from interop import foreign_masters
 from numpy.typing import NDArray
 from sampled_loop import sampled_loop
 
-from maglev.build import SYSTEMS
-from maglev.cosim.master import Master, Participant
-from maglev.cosim.wiring import Order, Wiring, wire
+from maglev.catalogue import SYSTEMS
+from maglev.cosim.master import FmuSetup, Master
+from maglev.cosim.order import Order
+from maglev.cosim.wiring import Wiring, wire
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario, StartValue
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan, StartValue
 
 PACKAGES = {"fmpy.ssp": "fmpy", "ecos": "ecospy", "libcosim": "libcosimpy"}
 LONGEST_RUN = 300.0   # s, of a foreign master's process
@@ -34,46 +35,46 @@ def require_tool(tool: str) -> None:
         pytest.skip(f"{PACKAGES[tool]} is not installed (extra `interop`)")
 
 
-def loop(system: str, stop_time: float) -> Scenario:
+def loop(system: str, stop_time: float) -> RunPlan:
     """Scenario of a system with the references of its rig's set-points, for the first seconds."""
-    return load_scenario(SYSTEMS[system]).model_copy(update={"stop_time": stop_time})
+    return load_plan(SYSTEMS[system]).model_copy(update={"stop_time": stop_time})
 
 
-def positions(scenario: Scenario) -> list[str]:
+def positions(plan: RunPlan) -> list[str]:
     """Names of the axes' positions."""
-    return [axis.position for axis in scenario.axes.values()]
+    return [axis.position for axis in plan.axes.values()]
 
 
-def drives_of(scenario: Scenario, fmus: Path) -> dict[str, list[float]]:
+def drives_of(plan: RunPlan, fmus: Path) -> dict[str, list[float]]:
     """References and their rates at every communication point, the last included."""
-    experiment = prepare(scenario, fmus, {}, [])
+    experiment = prepare(plan, fmus, {}, [])
     return experiment.drives(experiment.check())
 
 
-def ours(scenario: Scenario, fmus: Path, order: Order) -> Rows:
+def ours(plan: RunPlan, fmus: Path, order: Order) -> Rows:
     """Positions after each step under our master."""
-    recording = prepare(scenario, fmus, {}, [], order=order).run()
-    return np.array([recording.columns[name][1:] for name in positions(scenario)]).T
+    recording = prepare(plan, fmus, {}, [], order=order).run()
+    return np.array([recording.columns[name][1:] for name in positions(plan)]).T
 
 
-def with_start(scenario: Scenario, start: Mapping[str, float]) -> Scenario:
+def with_start(plan: RunPlan, start: Mapping[str, float]) -> RunPlan:
     """Scenario with further start values, `fmu.variable`."""
     fmus = {name: fmu.model_copy(update={"start": fmu.start | {
         full.partition(".")[2]: StartValue(value, None, str(value)) for full, value in start.items()
-        if full.partition(".")[0] == name}}) for name, fmu in scenario.fmus.items()}
-    return scenario.model_copy(update={"fmus": fmus})
+        if full.partition(".")[0] == name}}) for name, fmu in plan.fmus.items()}
+    return plan.model_copy(update={"fmus": fmus})
 
 
-def foreign(tool: str, scenario: Scenario, fmus: Path, folder: Path, ssp: Path | None = None,
+def foreign(tool: str, plan: RunPlan, fmus: Path, folder: Path, ssp: Path | None = None,
             start: Mapping[str, float] | None = None) -> Rows:
     """Positions after each step under a foreign master; skips where it cannot be loaded."""
     require_tool(tool)
     request: foreign_masters.Request = {
-        "fmus": {name: str(fmus / f"{fmu.model}.fmu") for name, fmu in scenario.fmus.items()},
-        "connections": [(source, target) for source, target in scenario.connections],
-        "step": scenario.step,
-        "drives": {name: values[:-1] for name, values in drives_of(scenario, fmus).items()},
-        "record": positions(scenario),
+        "fmus": {name: str(fmus / f"{fmu.model}.fmu") for name, fmu in plan.fmus.items()},
+        "connections": [(source, target) for source, target in plan.connections],
+        "step": plan.step,
+        "drives": {name: values[:-1] for name, values in drives_of(plan, fmus).items()},
+        "record": positions(plan),
         "start": dict(start or {}),
         "ssp": None if ssp is None else str(ssp),
     }
@@ -95,7 +96,7 @@ class ForeignMasterFailed(RuntimeError):
     """A foreign master that did not complete a run."""
 
 
-def ours_from_zero(scenario: Scenario, fmus: Path) -> Rows:
+def ours_from_zero(plan: RunPlan, fmus: Path) -> Rows:
     """Positions after each step under our master in Jacobi order, with the exchange of fmpy's SSP simulation.
 
     Every input is 0.0 before the first step, and the references, which come through ports of the system, are a step
@@ -104,22 +105,22 @@ def ours_from_zero(scenario: Scenario, fmus: Path) -> Rows:
     def without_exchange(*arguments: Any) -> Wiring:
         return wire(*arguments)._replace(initial=[])
 
-    experiment = prepare(scenario, fmus, {}, [])
+    experiment = prepare(plan, fmus, {}, [])
     drives = {name: [0.0, *values[:-1]] for name, values in experiment.drives(experiment.check()).items()}
-    participants = [Participant(name, path) for name, path in experiment.files.items()]
+    participants = [FmuSetup(name, path) for name, path in experiment.files.items()]
     with (mock.patch("maglev.cosim.master.wire", without_exchange),
-          Master(participants, list(scenario.connections), scenario.step, "jacobi") as master):
-        recording = master.run(scenario.stop_time, drives)
-    return np.array([recording.columns[name][1:] for name in positions(scenario)]).T
+          Master(participants, list(plan.connections), plan.step, "jacobi") as master):
+        recording = master.run(plan.stop_time, drives)
+    return np.array([recording.columns[name][1:] for name in positions(plan)]).T
 
 
-def ours_in_nanoseconds(scenario: Scenario, fmus: Path) -> Rows:
+def ours_in_nanoseconds(plan: RunPlan, fmus: Path) -> Rows:
     """Positions after each step of the blocks in Jacobi order, with the steps of libcosim.
 
     Its times are whole nanoseconds, and a step is the difference of two times in seconds, rounded to doubles each.
     """
-    step = round(scenario.step * 1e9)
-    points = [k * step / 1e9 for k in range(scenario.steps + 1)]
-    names = positions(scenario)
-    columns = sampled_loop(scenario, drives_of(scenario, fmus), names, points[:-1], np.diff(points).tolist(), "jacobi")
+    step = round(plan.step * 1e9)
+    points = [k * step / 1e9 for k in range(plan.steps + 1)]
+    names = positions(plan)
+    columns = sampled_loop(plan, drives_of(plan, fmus), names, points[:-1], np.diff(points).tolist(), "jacobi")
     return np.array([columns[name][1:] for name in names]).T

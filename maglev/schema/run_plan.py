@@ -1,4 +1,4 @@
-"""A scenario: which FMUs run together, on which references, and what is measured and claimed."""
+"""The plan of a run: which FMUs run together, on which references, and what is measured and claimed."""
 
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -14,11 +14,15 @@ from maglev.units import parse_quantity, read_quantity
 
 
 class StartValue(NamedTuple):
-    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text."""
+    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
+
+    `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7".
+    """
 
     value: float | int | bool
     unit: str | None
     written: float | int | bool | str
+    origin: str = ""
 
 
 def read_start_value(value: Any) -> StartValue:
@@ -35,7 +39,7 @@ class RunOutput(Table):
     output: str
 
 
-class Fmu(Table):
+class FmuTable(Table):
     """One FMU: a model that this project builds, or a file.
 
     `start` has its start values by variable name, `start_from` those that are results of other runs, and `inputs` the
@@ -49,7 +53,7 @@ class Fmu(Table):
     inputs: dict[str, str] = {}
 
     @model_validator(mode="after")
-    def one_source(self) -> "Fmu":
+    def one_source(self) -> "FmuTable":
         """Refuse an FMU that is neither or both."""
         if (self.model is None) == (self.file is None):
             raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
@@ -93,8 +97,8 @@ class CheckSettings(Table):
     signals: dict[str, SignalTolerance] = {}
 
 
-class Scenario(Table):
-    """One experiment.
+class RunPlan(Table):
+    """One run of a scenario file: the scenario itself, or one of its variants merged over it.
 
     The FMUs are stepped in the order of `fmus`. All quantities are SI.
     """
@@ -106,7 +110,7 @@ class Scenario(Table):
     stop_time: Annotated[Seconds, Field(gt=0.0)]
     step: Annotated[Seconds, Field(gt=0.0)]
     output_interval: Annotated[Seconds, Field(gt=0.0)]
-    fmus: dict[str, Fmu] = Field(min_length=1)
+    fmus: dict[str, FmuTable] = Field(min_length=1)
     connections: list[tuple[str, str]] = []   # from an output to an input; see also `wires`
     signals: list[Signal] = []
     axes: dict[str, Axis] = {}
@@ -128,7 +132,7 @@ class Scenario(Table):
         return table
 
     @model_validator(mode="after")
-    def whole_steps(self) -> "Scenario":
+    def whole_steps(self) -> "RunPlan":
         """Refuse times that are not whole numbers of communication steps."""
         for key in ("output_interval", "stop_time"):
             steps = getattr(self, key) / self.step
@@ -137,7 +141,7 @@ class Scenario(Table):
         return self
 
     @model_validator(mode="after")
-    def judgeable_claims(self) -> "Scenario":
+    def judgeable_claims(self) -> "RunPlan":
         """Refuse a claim about an axis, motor or band that is not measured."""
         for i, claim in enumerate(self.claims):
             for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):

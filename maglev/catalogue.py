@@ -16,8 +16,8 @@ from fmi_export.native.compiler import LINUX_ON_ARM
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError, nearest
 from maglev.experiment.processes import processors
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
 
 PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu")
 
@@ -79,13 +79,13 @@ def build(names: Iterable[str], folder: Path) -> list[Path]:
 
 def with_parts(names: Iterable[str], made: Mapping[str, str]) -> list[str]:
     """FMUs to build: those that are named, and in place of what is made of FMUs, those of its scenario."""
-    chosen = [list(models(load_scenario(made[name])).values()) if name in made else [name] for name in names]
+    chosen = [list(models(load_plan(made[name])).values()) if name in made else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
-def models(scenario: Scenario) -> dict[str, str]:
+def models(plan: RunPlan) -> dict[str, str]:
     """FMUs of a scenario in the order in which they step, by their names in it."""
-    return {part: fmu.model or "" for part, fmu in scenario.fmus.items()}
+    return {part: fmu.model or "" for part, fmu in plan.fmus.items()}
 
 
 @build_errors()
@@ -128,11 +128,11 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
     """
     written = []
     for name in names:
-        scenario = load_scenario(SYSTEMS[name])
-        components = {part: (definition(model), fmus / f"{model}.fmu") for part, model in models(scenario).items()}
+        plan = load_plan(SYSTEMS[name])
+        parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in models(plan).items()}
         for ports in (True, False):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
-            written.append(write_ssp(path, components, list(scenario.wires.values()), scenario.stop_time, ports))
+            written.append(write_ssp(path, parts, list(plan.wires.values()), plan.stop_time, ports))
     return written
 
 
@@ -147,10 +147,10 @@ def build_containers(names: Iterable[str], natives: Path, folder: Path) -> list[
 
 def container(name: str) -> Container:
     """Container by its name: the FMUs, order, connections, step and stop time of its scenario."""
-    scenario = load_scenario(CONTAINERS[name])
-    parts = models(scenario)
+    plan = load_plan(CONTAINERS[name])
+    parts = models(plan)
     description = f"Closed loop of {parts['plant']} and {parts['controller']}, stepped in sequence, controller first"
-    return Container(name, description, parts, tuple(scenario.wires.values()), scenario.step, scenario.stop_time)
+    return Container(name, description, parts, tuple(plan.wires.values()), plan.step, plan.stop_time)
 
 
 def project() -> tuple[str, str]:

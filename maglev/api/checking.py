@@ -1,0 +1,79 @@
+"""Runs against their committed baselines, and the update of these."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar, Unpack
+
+from maglev.api.options import FlightOptions, folder_of, replacements, starts
+from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.errors import ScenarioError
+from maglev.experiment.processes import processors
+from maglev.experiment.selection import needed, prepare_all, select
+from maglev.regression.check import CheckResult, UpdateResult, check_all, update_all
+from maglev.regression.junit import write_junit
+from maglev.schema.layers import PACKAGED
+
+Result = TypeVar("Result", CheckResult, UpdateResult)
+
+
+def check(names: Iterable[str | Path] | None = None, *, baselines: str | Path | None = None,
+          junit: str | Path | None = None, jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+          **options: Unpack[FlightOptions]) -> list[CheckResult]:
+    """Fly runs, and compare them with their baselines.
+
+    Parameters
+    ----------
+    names : iterable of str or Path, optional
+        Scenarios, variants or TOML files; every scenario of the package if not given.
+    baselines : path, optional
+        Folder with `NAME_ref.csv` and `NAME_ref.opt`; the package's if not given.
+    junit : path, optional
+        Also write the outcome as JUnit XML.
+    jobs, watch, say
+        As of `run_all`.
+    **options
+        As of `run`, but the communication step and the order, which are those of the baselines.
+
+    Returns
+    -------
+    list of CheckResult
+        One for each run, with the status "passed", "deviated" or "error".
+
+    Raises
+    ------
+    MaglevError
+        If a name or an option cannot be used.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF"])
+    >>> [result.status for result in maglev.check(["2dof-smooth-nonlinear"])]
+    ['passed']
+    """
+    results = compare(check_all, names, baselines, jobs, watch, say, options)
+    if junit is not None:
+        write_junit(Path(junit), results)
+    return results
+
+
+def update(names: Iterable[str | Path] | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
+           watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[UpdateResult]:
+    """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`."""
+    return compare(update_all, names, baselines, jobs, watch, say, options)
+
+
+def compare(every: Callable[..., list[Result]], names: Iterable[str | Path] | None,
+            baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
+            options: FlightOptions) -> list[Result]:
+    """Check or update what is asked for and, after it, the runs that it starts from."""
+    for name in ("step", "order"):
+        if options.get(name) is not None:
+            raise ScenarioError(f"{name} = {options.get(name)}: expected none, for a baseline has its own")
+    plans = select(names)
+    plans += needed(plans)
+    folder, replaced, values = folder_of(options), replacements(options), starts(plans, options)
+    say_notes(prepare_all(plans, folder, replaced, values), say or warn)
+    with (watch or unwatched)([plan.name for plan in plans]) as watcher:
+        return every(plans, folder, replaced, values, PACKAGED / "baselines" if baselines is None else Path(baselines),
+                     jobs or processors(), watcher)

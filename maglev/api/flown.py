@@ -1,0 +1,104 @@
+"""One run that was flown: columns, metrics and verdicts as data, and ways on to other tools."""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.master import Recording
+from maglev.errors import MaglevError, UnknownName, nearest
+from maglev.experiment.execution import RunResult, judge_all
+from maglev.experiment.results import write_csv
+from maglev.judging.metrics import Metrics
+from maglev.judging.verdicts import ClaimResult
+from maglev.schema.run_plan import RunPlan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Run:
+    """A run that was flown to its end.
+
+    Attributes
+    ----------
+    plan : RunPlan
+        What was run: names of axes and motors, references, claims.
+    time : ndarray, shape (n,)
+        s, every output interval of the plan.
+    columns : mapping of str to ndarray, shape (n,)
+        By name, `fmu.variable`, SI; Booleans as 0 and 1. `run["plant.y.position"]` is one of them.
+    units : mapping of str to str
+        Of the columns, empty text where an FMU gives none.
+    parameters : mapping of str to float
+        Every Real parameter that the run started with, `fmu.variable`.
+    """
+
+    def __init__(self, result: RunResult, units: Mapping[str, str]):
+        self.result = result
+        self.plan: RunPlan = result.plan
+        self.time: NDArray[np.float64] = result.time
+        self.columns: Mapping[str, NDArray[Any]] = result.columns
+        self.units = {name: units.get(name, "") for name in self.columns}
+        self.parameters: Mapping[str, float] = result.parameters
+
+    @property
+    def name(self) -> str:
+        """Name of the run."""
+        return self.plan.name
+
+    @property
+    def metrics(self) -> Metrics:
+        """What was measured: steps, tracking errors, currents, stops, trips."""
+        assert self.result.metrics is not None   # it was flown to its end
+        return self.result.metrics
+
+    @property
+    def verdicts(self) -> Sequence[ClaimResult]:
+        """Claims of the thesis about this run with their verdicts; comparisons are "not run"."""
+        return judge_all([self.result])[self.name]
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return a column by its name, `fmu.variable`; UnknownName if it was not recorded."""
+        if name not in self.columns:
+            raise UnknownName(f"{self.name} has no column {name!r}, nearest is {nearest(name, self.columns)}")
+        return self.columns[name]
+
+    def __repr__(self) -> str:
+        state = "failed" if self.metrics.failed else "held"
+        return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self.columns)} columns, {state}>"
+
+    def to_pandas(self) -> Any:
+        """Table of the columns over time, a pandas.DataFrame; `attrs["units"]` has the units."""
+        frame = extra("pandas", "data").DataFrame(dict(self.columns), index=self.time)
+        frame.index.name = "time"
+        frame.attrs["units"] = dict(self.units)
+        return frame
+
+    def to_xarray(self) -> Any:
+        """Columns over the dimension `time`, an xarray.Dataset whose variables have their units."""
+        variables = {name: ("time", values, {"units": self.units[name]}) for name, values in self.columns.items()}
+        return extra("xarray", "data").Dataset(variables, coords={"time": ("time", self.time, {"units": "s"})},
+                                               attrs={"name": self.name, "title": self.plan.title})
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the columns as `maglev run` writes them: time first, then `fmu.variable`."""
+        write_csv(Path(path), Recording(self.time, self.columns))
+
+    def plot(self) -> "Figure":
+        """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
+        from maglev.report.plot import figure_of, require_matplotlib
+
+        require_matplotlib()
+        return figure_of(self.plan, Recording(self.time, self.columns))
+
+
+def extra(module: str, name: str) -> Any:
+    """A module of an extra; MaglevError says how to install it."""
+    if find_spec(module) is None:
+        raise MaglevError(f"this needs {module}, expected it to be installed: pip install 'maglev-fmus[{name}]'")
+    return import_module(module)

@@ -1,0 +1,88 @@
+"""Constants of a rig from a recording."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from maglev.errors import IdentificationError, QuantityError, nearest
+from maglev.identification.convergence import write_convergence, write_picture
+from maglev.identification.identify import Identification
+from maglev.identification.identify import identify as identified
+from maglev.identification.model_file import write_model
+from maglev.identification.recording import read_recording
+from maglev.identification.settings import EPSILON, GAMMA
+from maglev.units import number_or_text, parse_quantity
+
+
+def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced", epsilon: float | str = EPSILON,
+             gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None, matched: bool = False
+             ) -> Identification:
+    """Identify the constants of a rig from recorded data.
+
+    Parameters
+    ----------
+    data : path
+        CSV with columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`,
+        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors).
+    rig : "2dof" or "3dof", optional
+        Seen from the columns if not given.
+    method : "reduced", "full" or "fsdi"
+        Estimator (3.8), (3.6) or (3.3).
+    epsilon : float or str
+        Confidence level ε of the measurement, s or with a unit.
+    gamma : float
+        Attenuation γ, more than 1.
+    guess : mapping of str to float, optional
+        Initial values by constant.
+    matched : bool
+        Filter positions and currents as the observer filters the velocity.
+
+    Returns
+    -------
+    Identification
+        `estimate.final` has the constants, `standard_error` how well they are known, `warnings` what is not.
+
+    Raises
+    ------
+    MaglevError
+        If the data or a setting cannot be used.
+    """
+    path = Path(data)
+    recording = read_recording(path, rig)
+    try:
+        seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
+    except QuantityError as error:
+        raise IdentificationError(f"--epsilon {epsilon}: {error}") from None
+    start = {}
+    valid = recording.rig.constants
+    for name, value in (guess or {}).items():
+        if name not in valid:
+            raise IdentificationError(f"--guess {name}={value}: expected one of {', '.join(valid)} and a value, such "
+                                      f"as C1=10; nearest is {nearest(name, valid)}")
+        try:
+            start[name] = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "1")
+        except QuantityError as error:
+            raise IdentificationError(f"--guess {name}={value}: {error}") from None
+    try:
+        return identified(recording, method, seconds, gamma, start, matched)
+    except IdentificationError as error:
+        raise IdentificationError(f"{path}: {error}") from None
+
+
+def write_identification(found: Identification, data: str | Path, out: str | Path = "results") -> list[Path]:
+    """Write `NAME.identified.toml`, for `run(…, model=…)`, and `NAME.convergence.csv` with a picture of it.
+
+    Parameters
+    ----------
+    found : Identification
+    data : path
+        The recording, whose name the files have.
+    out : path
+        Folder for the files.
+    """
+    folder, name = Path(out), Path(data).stem
+    folder.mkdir(parents=True, exist_ok=True)
+    model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"
+    write_model(model, found, Path(data))
+    write_convergence(convergence, found)
+    picture = write_picture(folder / f"{name}.convergence", found)
+    return [model, convergence, *([] if picture is None else [picture])]

@@ -1,0 +1,101 @@
+"""Options that the functions share: what is put in place of a plan's FMUs, values and step."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TypedDict
+
+from maglev.cosim.order import Order
+from maglev.cosim.port_map import PortMap, read_port_maps
+from maglev.errors import QuantityError, ScenarioError
+from maglev.experiment.preparation import Experiment
+from maglev.experiment.replacement import Replacement
+from maglev.experiment.selection import prepare_all
+from maglev.identification.model_file import model_settings
+from maglev.schema.run_plan import RunPlan
+from maglev.units import number_or_text, parse_quantity
+
+RIG_OF_AXIS = {"v": "2dof", "y": "3dof"}   # the vertical axes
+
+Value = float | int | bool | str
+Settings = Mapping[str, Value] | Iterable[str] | None
+
+
+class FlightOptions(TypedDict, total=False):
+    """How runs differ from their plans; see `maglev.run`."""
+
+    set: Settings
+    model: str | Path | None
+    plant: str | Path | None
+    controller: str | Path | None
+    ports: str | Path | None
+    step: float | str | None
+    order: Order
+    fmus: str | Path
+    native: bool
+
+
+def settings_of(settings: Settings) -> list[str]:
+    """Start values as texts `fmu.variable=value`; a mapping may have numbers, Booleans, and text with a unit."""
+    if settings is None:
+        return []
+    if isinstance(settings, Mapping):
+        return [f"{name}={str(value).lower() if isinstance(value, bool) else value}"
+                for name, value in settings.items()]
+    return list(settings)
+
+
+def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
+    """Runs made ready; MaglevError if an option or a plan cannot be used."""
+    return prepare_all(plans, folder_of(options), replacements(options), starts(plans, options),
+                       seconds(options.get("step")), options.get("order", "sequential"))
+
+
+def replacements(options: FlightOptions) -> dict[str, Replacement]:
+    """FMUs that take the place of a plan's, by name in the run, with their maps."""
+    given = {name: Path(path) for name, path in (("plant", options.get("plant")),
+                                                 ("controller", options.get("controller"))) if path is not None}
+    ports = options.get("ports")
+    maps = {} if ports is None else read_port_maps(Path(ports))
+    for name in maps:
+        if name not in given:
+            raise ScenarioError(f"{ports}: [{name}]: expected --{name} with it")
+    if ports is not None and not maps:
+        raise ScenarioError(f"--map {ports}: expected a table [controller] or [plant] in it")
+    return {name: Replacement(path, maps.get(name, PortMap())) for name, path in given.items()}
+
+
+def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
+    """Start values of a model file and of the settings, in the order in which they go over each other."""
+    settings, model = settings_of(options.get("set")), options.get("model")
+    if model is None:
+        return settings
+    rigs = {rig for plan in plans for axis, rig in RIG_OF_AXIS.items() if axis in plan.axis_names}
+    if len(rigs) != 1:
+        raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
+    constants = model_settings(Path(model), rigs.pop())
+    for plan in plans:
+        for name, fmu in plan.fmus.items():
+            for variable, source in fmu.start_from.items():
+                if any(constant.startswith(f"{name}.{variable}=") for constant in constants):
+                    raise ScenarioError(f"--model {model}: {plan.name} takes {name}.{variable} from {source.run}, "
+                                        "expected only runs that take no constants from others")
+    return [*constants, *settings]
+
+
+def folder_of(options: FlightOptions) -> Path:
+    """Folder of the FMUs of this project."""
+    fmus = Path(options.get("fmus", "fmus"))
+    return fmus / "native" if options.get("native") else fmus
+
+
+def seconds(step: float | str | None) -> float | None:
+    """Communication step (s), a number or text with a unit."""
+    if step is None:
+        return None
+    try:
+        found = parse_quantity(number_or_text(step) if isinstance(step, str) else step, "s")
+    except QuantityError as error:
+        raise ScenarioError(f"--step {step}: {error}") from error
+    if found <= 0.0:
+        raise ScenarioError(f"--step {step}: expected a time above 0 s")
+    return found

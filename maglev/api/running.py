@@ -1,0 +1,228 @@
+"""Runs: one of them as data, or many with files, verdicts and a page."""
+
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Unpack
+
+from fmi_export.whole_file import write_whole
+from maglev.api.flown import Run
+from maglev.api.options import FlightOptions, Settings, experiments_of
+from maglev.cosim.master import Progress, Recording
+from maglev.cosim.order import Order
+from maglev.errors import ScenarioError
+from maglev.experiment.execution import RunResult, execute, execute_all, fly, judge_all
+from maglev.experiment.preparation import Experiment
+from maglev.experiment.processes import Watcher, processors
+from maglev.experiment.selection import compared, needed, select
+from maglev.judging.verdicts import Judgements
+from maglev.procedures.judging import judge_procedure
+from maglev.procedures.outcome import Outcome
+from maglev.report.outcome_text import write_outcomes
+from maglev.report.page import require_plotly, write_report
+from maglev.report.plot import plot as write_plot
+from maglev.report.plot import require_matplotlib
+from maglev.report.text import claims_markdown, text_of
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
+
+Say = Callable[[str], None]
+Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]
+
+
+@dataclass(frozen=True)
+class Results:
+    """What many runs gave.
+
+    Attributes
+    ----------
+    asked : tuple of str
+        Names of the runs that were asked for; those that they start from or compare with come after them.
+    runs : tuple of RunResult
+        Also those that did not complete; they say why.
+    outcomes : tuple of Outcome
+        What the procedures found that the runs belong to.
+    verdicts : mapping of str to sequence of ClaimResult
+        By name of the run or procedure.
+    files : tuple of Path
+        What was written.
+    """
+
+    asked: tuple[str, ...]
+    runs: tuple[RunResult, ...]
+    outcomes: tuple[Outcome, ...]
+    verdicts: Judgements
+    files: tuple[Path, ...]
+
+
+def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,
+        plant: str | Path | None = None, controller: str | Path | None = None, ports: str | Path | None = None,
+        step: float | str | None = None, order: Order = "sequential", fmus: str | Path = "fmus", native: bool = False,
+        progress: Progress | None = None) -> Run:
+    """Fly one run, in this process, and give what was recorded and measured; no files are written.
+
+    Parameters
+    ----------
+    name : str or Path
+        A run of `scenarios()`, such as "3dof-setpoints", or a TOML file of yours without variants.
+    set : mapping of str to value, optional
+        Start values that go before the plan's, by `fmu.variable`; SI, or text with a unit: {"plant.y.mass": "7.2 kg"}.
+    model : path, optional
+        Constants of plant and controller, a file that `identify` has written; `set` goes before it.
+    plant, controller : path, optional
+        FMUs that take the place of the plan's.
+    ports : path, optional
+        TOML file that says what these call their ports, in which units.
+    step : float or str, optional
+        Communication step, s or with a unit.
+    order : "sequential" or "jacobi"
+        One FMU after the other, or all at once with what the step before gave.
+    fmus : path
+        Folder with the FMUs of this project, which `build` makes.
+    native : bool
+        The FMUs that need no Python, of the folder's folder `native`.
+    progress : callable, optional
+        Told now and then of the steps done and the steps in all.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used; `RunFailed` if an FMU ends the run, with what was recorded until then.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF"])
+    >>> run = maglev.run("2dof-smooth-nonlinear", set={"plant.h.friction.coulomb": 0.0})
+    >>> run["plant.v.position"].shape == run.time.shape
+    True
+    >>> run.metrics.failed
+    False
+    """
+    options: FlightOptions = {"set": set, "model": model, "plant": plant, "controller": controller, "ports": ports,
+                              "step": step, "order": order, "fmus": fmus, "native": native}
+    plan = load_plan(name)
+    if plan.needs:
+        raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "
+                            "expected run_all, which runs these before it")
+    experiment, = experiments_of([plan], options)
+    say_notes([experiment], warn)
+    return Run(fly(experiment, progress), experiment.outputs())
+
+
+def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "results", plot: bool = False,
+            page: bool = False, jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+            **options: Unpack[FlightOptions]) -> Results:
+    """Fly runs side by side, judge the claims about them, and write what was found.
+
+    Parameters
+    ----------
+    names : iterable of str or Path, optional
+        Scenarios, variants or TOML files; every scenario of the package if not given.
+    out : path
+        Folder for NAME.csv, NAME.txt and claims.md.
+    plot : bool
+        Also write pictures, NAME.png.
+    page : bool
+        Also write one HTML page about all, report.html.
+    jobs : int, optional
+        Runs at a time, each in a process of its own; as many as processors if not given.
+    watch : callable, optional
+        From the names of the runs to a context manager that gives what is told of their progress.
+    say : callable, optional
+        Told, one sentence each, what FMUs that were put in lack; a warning if not given.
+    **options
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+
+    Returns
+    -------
+    Results
+        With runs that did not complete: they say why.
+
+    Raises
+    ------
+    MaglevError
+        If a name, an option or a scenario cannot be used.
+    """
+    # What would fail after the runs fails before them.
+    if plot:
+        require_matplotlib()
+    if page:
+        require_plotly()
+    asked = select(names)
+    replaced = options.get("plant") or options.get("controller")
+    # With another FMU on both sides of a comparison, the claim would be about something else.
+    plans = [*asked, *([] if replaced else compared(asked))]
+    experiments = experiments_of([*plans, *needed(plans)], options)
+    say_notes(experiments, say or warn)
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    flown = fly_all(experiments, folder, jobs or processors(), watch or unwatched)
+    outcomes = outcomes_of(flown, asked)
+    verdicts = {**judge_all(flown), **{each.settings.name: judge_procedure(each) for each in outcomes}}
+    files = [*write_runs(flown, verdicts, folder, plot), *write_outcomes(outcomes, verdicts, folder),
+             folder / "claims.md"]
+    write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
+    if page:
+        files.append(folder / "report.html")
+        write_report(files[-1], flown, verdicts, outcomes)
+    return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files))
+
+
+def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Outcome]:
+    """What the procedures found that runs which were asked for belong to."""
+    if not any(plan.procedure is not None for plan in asked):
+        return []
+    from maglev.procedures.evaluate import evaluate_all  # scipy.signal takes its time to load
+
+    return evaluate_all(runs, {plan.name for plan in asked})
+
+
+def fly_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watch) -> list[RunResult]:
+    """Fly a single run here, several in processes; each leaves its CSV."""
+    with watch([experiment.plan.name for experiment in experiments]) as watcher:
+        if len(experiments) == 1:
+            return [execute(experiments[0], out, partial(watcher, experiments[0].plan.name))]
+        return execute_all(experiments, out, jobs, watcher)
+
+
+def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, plot: bool) -> list[Path]:
+    """Write the text of each run, and its picture; the CSV is there already. Returns all three."""
+    files = []
+    for each in runs:
+        name = each.plan.name
+        write_whole(out / f"{name}.txt", text_of(each, verdicts[name]))
+        files += [out / f"{name}.csv", out / f"{name}.txt"] if each.metrics is not None else [out / f"{name}.txt"]
+        if plot and each.metrics is not None:
+            write_plot(out / f"{name}.png", each.plan, Recording(each.time, each.columns))
+            files.append(out / f"{name}.png")
+    return files
+
+
+def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
+    """Say, once, what FMUs that were put in do not take, lack or leave open."""
+    sentences = []
+    for experiment in experiments:
+        if experiment.left_out:
+            sentences.append(f"the FMU that was put in has no {', '.join(experiment.left_out)}: the plan's start "
+                             "values are left out")
+        sentences += experiment.notes
+    for sentence in dict.fromkeys(sentences):
+        say(sentence)
+
+
+def warn(sentence: str) -> None:
+    """Say a sentence as Python does."""
+    warnings.warn(sentence, stacklevel=4)
+
+
+def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
+    """Watch nothing."""
+    return nullcontext(lambda _name, _done, _steps: None)

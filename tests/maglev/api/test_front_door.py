@@ -1,0 +1,148 @@
+"""`import maglev`: its public names, its examples, and runs as data."""
+
+import doctest
+import subprocess
+import sys
+import warnings
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import maglev
+from maglev.cosim.master import RunFailed
+from maglev.schema.layers import packaged_runs
+
+MODULES = sorted({"maglev", *maglev.PLACES.values()})
+
+
+def test_public_names() -> None:
+    """Every name of `__all__` is there and documented, and nothing else is public by accident."""
+    assert maglev.__all__ == sorted(maglev.__all__)
+    assert set(maglev.PLACES) <= set(maglev.__all__)
+    for name in maglev.__all__:
+        assert getattr(maglev, name).__doc__, name
+        assert name in dir(maglev)
+    with pytest.raises(AttributeError, match="has no attribute 'runn'"):
+        _ = maglev.runn
+
+
+def test_every_error_has_one_root() -> None:
+    errors = import_module("maglev.errors")
+    found = [each for each in vars(errors).values() if isinstance(each, type) and issubclass(each, Exception)]
+    assert len(found) > 8
+    assert all(issubclass(each, maglev.MaglevError) for each in [*found, RunFailed])
+
+
+def test_importing_is_light() -> None:
+    """Who imports the package waits for none of the libraries."""
+    code = "import sys, maglev; print(*sorted({'numpy', 'scipy', 'fmpy', 'pydantic', 'rich'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_examples(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert doctest.testmod(import_module(module)).failed == 0
+
+
+def test_there_are_examples() -> None:
+    functions = [getattr(maglev, name) for name in maglev.__all__]
+    shown = [each.__name__ for each in functions if ">>>" in (each.__doc__ or "")]
+    assert {"build", "check", "fmus", "run", "scenarios"} <= set(shown)
+
+
+@pytest.fixture(scope="module")
+def run(fmus: Path) -> maglev.Run:
+    return maglev.run("2dof-smooth-nonlinear", fmus=fmus)
+
+
+def test_a_run_as_data(run: maglev.Run) -> None:
+    assert run.name == "2dof-smooth-nonlinear"
+    assert run.time[0] == 0.0
+    assert np.all(np.diff(run.time) > 0.0)
+    assert run["plant.v.position"].shape == run.time.shape
+    assert run.units["plant.v.position"] == "m"
+    # The metrics are those of the columns.
+    error = abs(run["plant.v.position"][-1] - run["controller.v.reference"][-1])
+    assert run.metrics.end_errors["v"] == pytest.approx(error, abs=1e-12)
+    assert run.parameters["plant.v.mass"] > 0.0
+    assert [verdict.claim for verdict in run.verdicts] == run.plan.claims
+    assert repr(run).startswith("<Run 2dof-smooth-nonlinear: ")
+
+
+def test_a_column_that_is_not_there(run: maglev.Run) -> None:
+    with pytest.raises(LookupError, match=r"no column 'plant\.v\.positon', nearest is 'plant\.v\.position'"):
+        _ = run["plant.v.positon"]
+
+
+def test_tables_of_others(run: maglev.Run, tmp_path: Path) -> None:
+    frame, data = run.to_pandas(), run.to_xarray()
+    for name, values in run.columns.items():
+        assert np.array_equal(frame[name].to_numpy(), values)
+        assert np.array_equal(data[name].to_numpy(), values)
+    assert np.array_equal(frame.index.to_numpy(), run.time)
+    assert data["plant.v.position"].attrs["units"] == frame.attrs["units"]["plant.v.position"] == "m"
+    run.to_csv(tmp_path / "run.csv")
+    header = (tmp_path / "run.csv").read_text().partition("\n")[0]
+    assert header.split(",") == ["time", *run.columns]
+
+
+def test_a_picture(run: maglev.Run) -> None:
+    titles = [panel.get_ylabel() for panel in run.plot().axes]
+    assert "v (mm)" in titles
+    assert any("currents" in title for title in titles)
+
+
+@pytest.mark.parametrize("value", [0.0, "0 N", "0"])
+def test_settings(fmus: Path, run: maglev.Run, value: float | str) -> None:
+    """Numbers and text are one; and they do something."""
+    changed = maglev.run("2dof-smooth-nonlinear", fmus=fmus, set={"plant.h.friction.coulomb": value})
+    assert changed.parameters["plant.h.friction.coulomb"] == 0.0
+    assert not np.array_equal(changed["plant.h.position"], run["plant.h.position"])
+
+
+def test_boolean_settings(fmus: Path) -> None:
+    plain = maglev.run("2dof-smooth-nonlinear", fmus=fmus, set={"controller.antiwindup": False})
+    assert plain.time[-1] > 0.0
+
+
+def test_what_cannot_be_run_alone(fmus: Path) -> None:
+    with pytest.raises(maglev.ScenarioError, match="2dof-step-4 has variants, expected one of 2dof-step-4-nonlinear"):
+        maglev.run("2dof-step-4", fmus=fmus)
+    with pytest.raises(maglev.ScenarioError, match="starts from the results of 2dof-identification-rig, expected run_all"):
+        maglev.run("2dof-identification-model", fmus=fmus)
+    with pytest.raises(maglev.FmuError, match="there is no file .*expected an FMU"):
+        maglev.run("2dof-setpoints", fmus=fmus / "nowhere")
+    with pytest.raises(maglev.ScenarioError, match="--set plant.v.mas=7: missing port"):
+        maglev.run("2dof-setpoints", fmus=fmus, set={"plant.v.mas": 7})
+
+
+def test_what_is_put_in_is_warned_about(fmus: Path) -> None:
+    """A plan's start values that another controller does not have are said once, as a warning."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        flown = maglev.run("2dof-setpoints", fmus=fmus, controller=fmus / "PID2DOF.fmu")
+    assert any("the FMU that was put in has no controller." in str(warning.message) for warning in caught)
+    assert flown.time[-1] > 0.0
+
+
+def test_scenarios_and_fmus() -> None:
+    assert [entry.name for entry in maglev.scenarios()] == list(packaged_runs())
+    assert all(entry.title for entry in maglev.scenarios())
+    assert all(entry.description for entry in maglev.fmus())
+
+
+def test_many_runs(fmus: Path, tmp_path: Path) -> None:
+    told: list[str] = []
+    results = maglev.run_all(["2dof-smooth"], out=tmp_path, fmus=fmus, jobs=2, say=told.append)
+    assert [each.plan.name for each in results.runs] == list(results.asked)
+    assert {path.name for path in results.files} == {path.name for path in tmp_path.iterdir()}
+    assert told == []
+
+
+def test_baselines_have_a_step_of_their_own(fmus: Path) -> None:
+    with pytest.raises(maglev.ScenarioError, match="step = 0.001: expected none, for a baseline has its own"):
+        maglev.check(["2dof-smooth"], fmus=fmus, step=1e-3)
