@@ -7,11 +7,20 @@ import typer
 
 from maglev.cosim.order import Order
 
+
+def run_names(beginning: str) -> list[str]:
+    """Names of scenarios and runs that begin so, for the shell."""
+    from maglev.schema.layers import packaged_files, packaged_runs
+
+    return [name for name in dict.fromkeys([*packaged_files(), *packaged_runs()]) if name.startswith(beginning)]
+
+
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
 Native = Annotated[bool, typer.Option("--native", help="The FMUs that need no Python, of the folder's folder native.")]
 Names = Annotated[list[str] | None, typer.Argument(
-    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False)]
+    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
+    autocompletion=run_names)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "

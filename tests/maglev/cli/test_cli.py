@@ -4,6 +4,7 @@ import csv
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +84,7 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--set", "plant.y.position_start=40 mm"], "y.position_start = 0.04 m, expected a place between the stops"),
     (["--step", "0.15 ms"], "stop time = 0.02 s, expected a whole number of communication steps of 0.00015 s"),
     (["--step", "1 ms"], "sample_time = 0.0002 s"),
-    (["--step", "-1"], "communication step = -1.0 s"),
+    (["--step", "-1"], "--step -1: expected a time above 0 s"),
     (["--step", "abc"], "--step abc: 'abc' is not a quantity"),
     (["--set", "controller.antiwindup=7"], "expected true or false"),
     (["--set", "plant.y.mass=nan"], "expected a finite number"),
@@ -137,14 +138,14 @@ def test_unknown_fmu(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr("maglev.cli.app.execute", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.execute", lambda *_: pytest.fail("it ran"))
     assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
 
 
 def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.report.plot.find_spec", lambda _: None)
-    monkeypatch.setattr("maglev.cli.app.execute", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.execute", lambda *_: pytest.fail("it ran"))
     assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 
@@ -218,3 +219,32 @@ def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
         estimator.step(float(row["time"]), step)
         assert [estimated[name] for name in names] == pytest.approx([getattr(estimator, name) for name in names])
     assert all(abs(estimated[name] / guess - 1.0) > 0.1 for name, guess in zip(names, guesses, strict=True))
+
+
+def test_what_there_is_to_run() -> None:
+    assert "expected the name of a scenario, or --all" in error_line(maglev("run"))
+    assert "--all and 3dof-setpoints: expected one of them" in error_line(maglev("run", "3dof-setpoints", "--all"))
+
+
+def test_version_and_short_help() -> None:
+    assert maglev("--version").output == f"maglev {version('maglev-fmus')}\n"
+    assert maglev("-h").output == maglev("--help").output
+    assert maglev("run", "-h").exit_code == 0
+
+
+def test_help_shows_its_examples_one_on_a_line() -> None:
+    lines = [line.strip() for line in maglev("--help").output.splitlines()]
+    for command in ("build", "list", "run 3dof-setpoints-improved", "run --all", "report", "check"):
+        assert any(line.startswith(f"maglev {command} ") for line in lines), command
+
+
+@pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
+                                                 ("run 3dof-setpoints-i", "3dof-setpoints-improved")])
+def test_shell_completion(words: str, expected: str) -> None:
+    """What the shell asks the command when a person presses the tabulator."""
+    words = f"maglev {words}"
+    done = subprocess.run([sys.executable, "-c", "from maglev.cli.app import app; app(prog_name='maglev')"],
+                          capture_output=True, text=True, check=True,
+                          env={**os.environ, "_MAGLEV_COMPLETE": "complete_bash", "COMP_WORDS": words,
+                               "COMP_CWORD": str(words.count(" "))})
+    assert done.stdout.split() == [expected]

@@ -47,7 +47,7 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     (["--epsilon", "0"], "epsilon = 0.0: expected a time above 0 s"),
     (["--gamma", "1"], "gamma = 1.0: expected more than 1, such as 1.1"),
     (["--guess", "D1=3"], "--guess D1=3: expected one of C1, C2, C3, C4 and a value, such as C1=10; nearest is 'C1'"),
-    (["--guess", "C1"], "--guess C1: expected one of C1, C2, C3, C4 and a value"),
+    (["--guess", "C1"], "--guess C1: expected a constant and a value, such as C1=10"),
     (["--guess", "C1=3 A"], "--guess C1=3 A: '3 A' is in A, expected a quantity in 1"),
     (["--rig", "3dof"], "no column y, expected y or plant.y")])
 def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], message: str) -> None:

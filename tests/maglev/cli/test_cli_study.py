@@ -90,7 +90,7 @@ def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
 @pytest.fixture
 def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
     """A procedure that every run belongs to."""
-    monkeypatch.setattr("maglev.cli.app.evaluate_all", lambda *_: [outcome()])
+    monkeypatch.setattr("maglev.api.running.outcomes_of", lambda *_: [outcome()])
 
 
 def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
@@ -129,7 +129,7 @@ def test_report_shows_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: P
 def test_report_without_plotly_is_refused_before_the_runs(fmus: Path, hold: Path, tmp_path: Path,
                                                            monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.report.page.find_spec", lambda _: None)
-    monkeypatch.setattr("maglev.cli.app.run_all", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
     assert "the report needs plotly" in error_line(maglev("report", hold, "--fmus", fmus, "--out", tmp_path))
 
 
@@ -182,7 +182,8 @@ def test_check_refusals(fmus: Path, hold: Path) -> None:
 
 
 @pytest.mark.parametrize(("text", "message"), [
-    ("", "the file is empty"), ("time,plant.v.position\n0,x\n1,2\n", "expected a number"), ("\0", "hold-ours_ref.csv")])
+    ("", "is empty, expected a CSV file"), ("time,plant.v.position\n0,x\n1,2\n", "there is no such column"),
+    ("\0", "hold-ours_ref.csv")])
 def test_a_corrupt_baseline_is_an_error(fmus: Path, hold: Path, text: str, message: str) -> None:
     assert maglev(*check(hold, fmus, "--update")).exit_code == 0
     (hold.parent / "baselines" / "hold-ours_ref.csv").write_text(text)

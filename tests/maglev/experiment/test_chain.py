@@ -172,8 +172,8 @@ def test_needed_runs_are_found_through_others(chain: Path) -> None:
     assert [run.name for run in needed(load_plans(chain)[:2])] == ["chain-first"]
     assert needed(load_plans(chain)) == []
     # The estimate between the slots starts from that at zero displacement, whose run has no needs.
-    assert [run.name for run in needed(select(["2dof-cogging"], False))] == ["2dof-equilibrium-excitation"]
-    (replay,) = select(["2dof-identification-model"], False)
+    assert [run.name for run in needed(select(["2dof-cogging"]))] == ["2dof-equilibrium-excitation"]
+    (replay,) = select(["2dof-identification-model"])
     assert [run.name for run in needed([replay])] == ["2dof-identification-rig"]
 
 

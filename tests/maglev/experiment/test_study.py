@@ -37,13 +37,11 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
 
 
 def test_selection() -> None:
-    assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"], False)] == [
+    assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"])] == [
         "2dof-step-1-nonlinear", "2dof-step-1-linear", "3dof-setpoints"]
-    assert {run.name for run in select([], True)} == set(packaged_runs())
-    with pytest.raises(ScenarioError, match="--all and 3dof-setpoints: expected one"):
-        select(["3dof-setpoints"], True)
-    with pytest.raises(ScenarioError, match="expected the name of a scenario, or --all"):
-        select([], False)
+    assert {run.name for run in select(None)} == set(packaged_runs())
+    with pytest.raises(ScenarioError, match="there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"):
+        select(["3dof-setpoint"])
 
 
 def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
@@ -51,7 +49,7 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
     for path in paths:
         path.write_text('name = "same"\ntitle = "A"\nstep = 1\nstop_time = 1\n[fmus.plant]\nmodel = "Plant2DOF"\n')
     with pytest.raises(ScenarioError, match="b.toml: name = 'same': expected another one than that of .*a.toml"):
-        select([str(path) for path in paths], False)
+        select([str(path) for path in paths])
 
 
 def test_what_claims_compare_with_is_run_as_well() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from maglev.csv_table import read_csv
-from maglev.errors import IdentificationError
+from maglev.errors import MaglevError
 from maglev.identification.identify import identify
 from maglev.identification.recording import read_recording
 from pmlsm.dq_transform import phase_currents
@@ -29,7 +29,7 @@ def write(path: Path, table: Table) -> Path:
 
 
 def refusal(path: Path, rig: str | None = None) -> str:
-    with pytest.raises(IdentificationError) as refused:
+    with pytest.raises(MaglevError) as refused:
         read_recording(path, rig)
     message = str(refused.value)
     assert "\n" not in message
@@ -151,7 +151,7 @@ def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
 def test_fields_that_are_no_numbers(tmp_path: Path, rows: str, field: str) -> None:
     path = tmp_path / "mine.csv"
     path.write_text("time,h,i_q\n" + rows, encoding="utf-8")
-    with pytest.raises(IdentificationError) as refused:
+    with pytest.raises(MaglevError) as refused:
         read_csv(path).column("h")
     assert str(refused.value) == f"{path}: {field}, expected a finite number"
 
@@ -164,7 +164,7 @@ def test_missing_file(tmp_path: Path) -> None:
 
 def test_nothing_moves(tmp_path: Path) -> None:
     table = {name: values if name == "time" else np.full(N, values[0] + 0.001) for name, values in good().items()}
-    with pytest.raises(IdentificationError) as refused:
+    with pytest.raises(MaglevError) as refused:
         identify(read_recording(write(tmp_path / "a.csv", table)))
     assert str(refused.value).startswith("no axis is excited: they move over v 0 mm, h 0 mm, expected motion")
 
