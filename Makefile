@@ -15,7 +15,7 @@ report: build
 
 claims: build
 	$(BIN)/maglev run --all
-	$(BIN)/python tools/readme_claims.py results/claims.md
+	$(BIN)/python tools/write_claims.py results/claims.md
 
 check: build
 	$(BIN)/maglev check

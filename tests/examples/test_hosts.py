@@ -105,6 +105,20 @@ def test_notebook_with_plain_fmpy(fmus: Path, monkeypatch: pytest.MonkeyPatch) -
     assert flown[-1] == pytest.approx([26e-3, 5e-3, 0.0], abs=0.2e-3)
 
 
+def test_notebook_with_the_front_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                      capsys: pytest.CaptureFixture[str]) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    monkeypatch.setenv("FMUS", str(tmp_path))
+    cells = json.loads((EXAMPLES / "front_door.ipynb").read_text())["cells"]
+    assert not any(cell.get("outputs") for cell in cells)
+    names: dict[str, object] = {}
+    exec(compile("\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"),
+                 "front_door.ipynb", "exec"), names)
+    assert all(without < with_friction for with_friction, without in names["errors"].values())
+    assert "nearest is 'y.mass'" in capsys.readouterr().out
+
+
 @pytest.fixture
 def foreign_plant(native_fmus: Path, tmp_path: Path) -> Path:
     """The native plant inside a container that another tool makes: other names of its ports, and no units."""

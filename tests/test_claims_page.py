@@ -1,4 +1,4 @@
-"""The README's table of claims is that of the scenarios."""
+"""The table of claims in the documentation is that of the scenarios."""
 
 from pathlib import Path
 
@@ -6,11 +6,11 @@ from maglev.judging.verdicts import VERDICTS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plans
 
-README = Path(__file__).parents[1] / "README.md"
+PAGE = Path(__file__).parents[1] / "docs" / "claims.md"
 
 
 def test_the_table_has_every_claim_with_a_verdict() -> None:
-    rows = [[cell.strip() for cell in line.split(" | ")] for line in README.read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.split(" | ")] for line in PAGE.read_text(encoding="utf-8").splitlines()
             if line.startswith("| `") and line.count(" | ") == 5]
     runs = [run for name in packaged_files() for run in load_plans(name)]
     procedures = {run.procedure.name: run.procedure for run in runs if run.procedure is not None}
