@@ -19,6 +19,7 @@ from fmi_export.whole_file import whole_file
 
 DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
+LATEST_IN_ZIP = 4354819200     # 2108-01-01, the first that it cannot
 
 SLAVE = '''"""Entry module of {name}, found by pythonfmu's binary through slavemodule.txt."""
 
@@ -75,8 +76,8 @@ def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
 def build_date() -> int:
     """Date that goes into the FMU, seconds since 1970."""
     text = os.environ.get("SOURCE_DATE_EPOCH", str(DEFAULT_DATE))
-    if not text.isdigit():
-        raise ExportError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number")
+    if not (text.isascii() and text.isdigit() and len(text) <= 12 and int(text) < LATEST_IN_ZIP):
+        raise ExportError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number, before 2108")
     return int(text)
 
 

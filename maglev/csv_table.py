@@ -1,6 +1,7 @@
 """A CSV file with a header and numbers below it, whose columns are read on demand."""
 
 import csv
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
@@ -46,15 +47,14 @@ class CsvTable:
         """Refusal of the first field of a column that is no finite number."""
         with self.path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
-            for row in islice(reader, 1, None):
-                text = row[index] if index < len(row) else ""
-                try:
-                    good = bool(np.isfinite(float(text)))
-                except ValueError:
-                    good = not row
-                if not good:
-                    return CsvError(self.path, f"row {reader.line_num}, column {self.names[index]} is "
-                                               f"{shortened(text)}, expected a finite number")
+            try:
+                for row in islice(reader, 1, None):
+                    text = row[index] if index < len(row) else ""
+                    if row and not is_finite(text):
+                        return CsvError(self.path, f"row {reader.line_num}, column {self.names[index]} is "
+                                                   f"{shortened(text)}, expected a finite number")
+            except csv.Error as error:
+                return CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file")
         return CsvError(self.path, f"column {self.names[index]}: expected finite numbers")
 
     def refusal(self, name: str, k: int, expectation: str) -> CsvError:
@@ -103,7 +103,7 @@ def read_csv(path: Path) -> CsvTable:
         found = "is empty" if not header else "has one column" if separator is None else (
             f"has columns separated by {separator!r}")
         raise CsvError(path, f"{found}, expected a CSV file with a header and columns separated by commas")
-    if all(is_number(name) for name in header):
+    if all(is_finite(name) for name in header):
         raise CsvError(path, "row 1 is numbers, expected the names of the columns, such as time,v,h,i_d,i_q")
     for name in header:
         if header.count(name) > 1:
@@ -113,10 +113,9 @@ def read_csv(path: Path) -> CsvTable:
     return CsvTable(path, header)
 
 
-def is_number(text: str) -> bool:
-    """Whether a text is a number."""
+def is_finite(text: str) -> bool:
+    """Whether a text is a finite number."""
     try:
-        float(text)
+        return math.isfinite(float(text))
     except ValueError:
         return False
-    return True

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from decimal import Decimal
 from typing import NamedTuple
 
@@ -23,6 +24,8 @@ UNITS = {
     "rad/s": ("rad/s", 1.0), "Hz": ("Hz", 1.0), "kHz": ("Hz", 1e3),
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
+
+LARGEST = sys.float_info.max
 
 WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}")
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(pi\b|π)?\s*(.*?)\s*")
@@ -84,7 +87,7 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
         return quantity
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise QuantityError(f"{value!r} is not a quantity, expected a number or text such as '25 mm'")
-    if not math.isfinite(value):
+    if not abs(value) <= LARGEST:   # a whole number can be too large for a float, and no float is NaN
         raise QuantityError(f"{value!r} is not a quantity, expected a finite number")
     return Quantity(float(value) if unit is None else scaled(float(value), factor(unit)), None)
 

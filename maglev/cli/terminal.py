@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import TextIOWrapper
 from typing import TYPE_CHECKING
 
 import typer
@@ -23,6 +24,9 @@ MOST_SHOWN = 3      # procedures whose findings are printed; there are files of 
 @contextmanager
 def one_line_errors(debug: bool) -> Iterator[None]:
     """Print what users can put right as one line, and exit with 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
     try:
         yield
     except FAILURES as error:

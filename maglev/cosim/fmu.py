@@ -1,9 +1,11 @@
 """One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
 
 import ctypes
+import os
 import re
 import shutil
 import tempfile
+import zipfile
 from collections.abc import Mapping, Sequence
 from copy import copy
 from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
@@ -35,6 +37,8 @@ PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \
 COUNT = count(1)   # makes instance names unique
 
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
+
+MOST_UNPACKED = int(os.environ.get("MAGLEV_MOST_UNPACKED", "1000000000"))   # bytes
 
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
@@ -125,6 +129,7 @@ class Fmu:
 
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
+        require_unpackable(self.path)
         fmpy.extract(str(self.path), str(self.folder))
         identifier = self.description.coSimulation.modelIdentifier
         instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
@@ -225,6 +230,15 @@ class Fmu:
         status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
         if status > WARNING:
             raise self.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
+
+
+def require_unpackable(path: Path) -> None:
+    """Refuse an archive that is a bomb."""
+    with zipfile.ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+    if size > MOST_UNPACKED:
+        raise FmuError(f"{path} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * MOST_UNPACKED:.0f} MB; the "
+                       "environment variable MAGLEV_MOST_UNPACKED sets another number of bytes")
 
 
 def unpacking_folder() -> Path:

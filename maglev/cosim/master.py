@@ -20,6 +20,8 @@ from maglev.cosim.stepping import Phase, StepFailed, step_over
 from maglev.cosim.wiring import Rate, Track, wire
 from maglev.errors import FmuError, MaglevError
 
+MOST_STEPS = 1e8       # communication steps of a run
+MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
 Progress = Callable[[int, int], None]   # steps done, steps in all
@@ -158,9 +160,22 @@ class Master:
                             recording(tracks, self.step, done + 1)) from error
         return recording(tracks, self.step, steps + 1)
 
+    def require_memory(self, stop_time: float) -> None:
+        """Refuse a run to a stop time (s) whose recording would not fit."""
+        steps = whole_steps(stop_time, self.step)
+        outputs = sum(variable.causality == "output" for fmu in self.fmus.values()
+                      for variable in fmu.description.modelVariables)
+        if 8 * outputs * steps > MOST_MEMORY:
+            raise FmuError(f"{steps} steps of {self.step} s with {outputs} outputs would take "
+                           f"{8e-9 * outputs * steps:.3g} GB of memory, expected at most {1e-9 * MOST_MEMORY:.3g} "
+                           "GB: a shorter run or a longer step")
+
 
 def whole_steps(stop_time: float, step: float) -> int:
     """Number of communication steps (s) in a run to the stop time (s); FmuError if it is not whole."""
+    if not stop_time / step <= MOST_STEPS:
+        raise FmuError(f"step = {step} s: {stop_time / step:.3g} steps to the stop time = {stop_time} s, expected "
+                       f"at most {MOST_STEPS:.0e}")
     steps = round(stop_time / step)
     if steps < 1 or abs(steps * step - stop_time) > 1e-6 * step:
         raise FmuError(f"stop time = {stop_time} s, expected a whole number of communication steps of {step} s")

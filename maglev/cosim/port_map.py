@@ -8,7 +8,6 @@
 With such a map, and with units that the FMU declares itself, it is seen as if it had our names and SI units.
 """
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from typing import Any, NamedTuple
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.errors import QuantityError, ScenarioError, key_path, nearest, shortened
+from maglev.toml_file import read_toml
 from maglev.units import factor, parse_quantity, si_unit
 
 FMUS = ("controller", "plant")
@@ -99,12 +99,7 @@ def read_port_maps(path: Path) -> dict[str, PortMap]:
     ScenarioError
         If the file cannot be read, or something in it is not as expected; one line with file, key and value.
     """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: TOML syntax: {error}") from None
+    tables = read_toml(path)
     for name, table in tables.items():
         if name not in FMUS:
             raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, FMUS)}")

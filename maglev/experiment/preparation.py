@@ -113,6 +113,7 @@ class Experiment:
                         for name, path in self.files.items()]
         connections = list(self.plan.wires.values())
         with Master(setups, connections, self.step, self.order) as master:
+            master.require_memory(self.plan.stop_time)
             return master.run(self.plan.stop_time, self.drives(descriptions), progress)
 
     def output_every(self) -> int:

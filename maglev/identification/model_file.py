@@ -1,14 +1,14 @@
 """Identified constants as a TOML file, and back as start values of a scenario's FMUs."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmi_export.whole_file import write_whole
-from maglev.errors import IdentificationError, in_one_line, nearest, nearest_file
+from maglev.errors import IdentificationError, nearest
 from maglev.identification.rigs import RIGS
+from maglev.toml_file import read_toml
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 FMUS = ("plant", "controller")
 CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
 SMALLEST = 1e-9   # the controllers divide by them
+LARGEST = 1e12
 
 
 def write_model(path: Path, found: "Identification", source: Path) -> None:
@@ -46,12 +47,12 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
 
     Raises
     ------
-    IdentificationError
+    ScenarioError, IdentificationError
         If the file cannot be read, or has an unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
     named = table.pop("rig", None)
-    if named is not None and named not in RIGS:
+    if named is not None and (not isinstance(named, str) or named not in RIGS):
         raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "
                                   f"nearest is {nearest(str(named), RIGS)}")
     if named is not None and rig is not None and named != rig:
@@ -71,18 +72,6 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
     return settings
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise IdentificationError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
-    except UnicodeDecodeError:
-        raise IdentificationError(f"{path}: no text, expected a TOML file with constants") from None
-    except tomllib.TOMLDecodeError as error:
-        raise IdentificationError(f"{path}: no TOML: {in_one_line(error)}") from None
-
-
 def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, ...], keys: tuple[str, ...]
             ) -> dict[str, float]:
     """Constants of a table, each a number above 0."""
@@ -91,7 +80,7 @@ def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, 
         if key not in valid:
             raise IdentificationError(f"{path}: {above}{key}: unknown key, nearest valid key is {nearest(key, keys)}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not (
-                math.isfinite(value) and value >= SMALLEST):
+                SMALLEST <= value <= LARGEST):
             raise IdentificationError(f"{path}: {above}{key} = {value!r}: expected a number above 0")
         constants[key] = float(value)
     return constants

@@ -25,7 +25,7 @@ function chartTraces(panels) {
     return {
       x, y, type: "scatter", mode: marked || x.length < 2 ? "markers" : "lines", name: plain(label),
       legendgroup: label, showlegend: first, xaxis: panelAxis("x", p), yaxis: panelAxis("y", p),
-      line: { color: hue, width: 1.5, dash: DASHES[round] }, marker: { color: hue, size: 7, symbol: SYMBOLS[round] },
+      line: { color: hue, width: 1.5, dash: DASHES[round], simplify: false }, marker: { color: hue, size: 7, symbol: SYMBOLS[round] },
       hovertemplate: "%{y:.5~g} at %{x:.5~g}<extra>%{fullData.name}</extra>",
     };
   }));

@@ -85,7 +85,7 @@ function traces(figure) {
     const within = `${Number((scale * signal.tolerance).toPrecision(2))} ${unit}`;
     return [{
       ...points, type: "scatter", mode: "lines", name: line.text, legendgroup: line.text, showlegend: first,
-      yaxis: p === 0 ? "y" : `y${p + 1}`, line: { color: colour(line.colour), width: 1.5, dash: line.dash },
+      yaxis: p === 0 ? "y" : `y${p + 1}`, line: { color: colour(line.colour), width: 1.5, dash: line.dash, simplify: false },
       hovertemplate: `%{y:${format}} ${unit} at %{x:.4f} s (± ${within})<extra>${line.text}</extra>`,
     }];
   }));
@@ -137,14 +137,14 @@ function layout(figure, height) {
     if (panel.kind === "error") {
       for (const band of report.runs[figure.runs[0].name].bands) {
         result.shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, yref: `y${id}`, y0: 1e3 * band, y1: 1e3 * band,
-          line: { color: colour("reference"), width: 1, dash: "dot" } });
+          line: { color: colour("reference"), width: 1, dash: "dot", simplify: false } });
       }
     }
   });
   figure.runs.forEach(({ name }, r) => {
     for (const { time } of report.runs[name].events) {
       result.shapes.push({ type: "line", x0: time, x1: time, yref: "paper", y0: 0, y1: 1,
-        line: { color: colour(`series-${r % 4}`), width: 1.5, dash: "dash" } });
+        line: { color: colour(`series-${r % 4}`), width: 1.5, dash: "dash", simplify: false } });
     }
   });
   return result;

@@ -3,18 +3,21 @@
 What is in them is not looked at here: to list the runs takes no more than to read their names.
 """
 
-import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from maglev.errors import ScenarioError
+from maglev.toml_file import read_toml
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
 RIGS = ("2dof", "3dof")   # folders with the experiments themselves
+
+DEEPEST = 30        # files that extend each other one after the other
+MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number
 
 
 class Layer(NamedTuple):
@@ -34,7 +37,9 @@ def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
     """
     if path in extending:
         raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
-    return extended(Layer(path, read_toml(path)), extending)
+    if len(extending) == DEEPEST:
+        raise ScenarioError(f"{extending[0]}: extends: {DEEPEST} files extend each other before {path}, expected fewer")
+    return extended(Layer(path, placed(path)), extending)
 
 
 def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
@@ -44,7 +49,11 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     bases = [bases] if isinstance(bases, str) else bases
     if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
-    layers = [below for base in bases for below in read_layers(found_base(path, base), (*extending, path))]
+    layers = []
+    for base in bases:
+        layers += read_layers(found_base(path, base), (*extending, path))
+        if len(layers) > MOST_LAYERS:
+            raise ScenarioError(f"{path}: extends: more than {MOST_LAYERS} files on all its paths, expected fewer")
     return [*layers, layer]
 
 
@@ -63,16 +72,9 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
     return table
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read one TOML file; its relative file names are made absolute."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: TOML syntax: {error}") from None
+def placed(path: Path) -> dict[str, Any]:
+    """Table of one TOML file; its relative file names are made absolute."""
+    table = read_toml(path)
     variants = table.get("variants")
     for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
         if isinstance(part, dict):
@@ -93,6 +95,9 @@ def place_files(table: dict[str, Any], folder: Path) -> None:
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end."""
     merged = dict(base)
+    for one, other in (("model", "file"), ("file", "model")):   # of an FMU: one takes the place of the other
+        if one in over and other not in over and isinstance(over[one], str):
+            merged.pop(other, None)
     for key, value in over.items():
         if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
             merged[key] = merge(merged[key], value)

@@ -180,7 +180,7 @@ class ProcedureSettings(Table):
     """
 
     kind: Kind
-    name: Annotated[str, Field(pattern=r"^[\w.+-]+$")]   # results are named after it
+    name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it
     title: str
     runs: dict[str, str] = {}
     figures: dict[str, str] = {}

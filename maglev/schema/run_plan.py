@@ -12,6 +12,8 @@ from maglev.schema.signals import Signal
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity
 
+MOST_STEPS = 1e8   # communication steps of a run
+
 
 class StartValue(NamedTuple):
     """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
@@ -27,7 +29,10 @@ class StartValue(NamedTuple):
 
 def read_start_value(value: Any) -> StartValue:
     """Read a Boolean, a number, or text with a unit."""
-    if isinstance(value, bool | int):
+    if isinstance(value, bool):
+        return StartValue(value, None, value)
+    if isinstance(value, int):
+        read_quantity(value)   # refuses what no float can hold
         return StartValue(value, None, value)
     return StartValue(*read_quantity(value), value)
 
@@ -103,7 +108,7 @@ class RunPlan(Table):
     The FMUs are stepped in the order of `fmus`. All quantities are SI.
     """
 
-    name: str
+    name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it: it is no path
     title: str
     description: str = ""
     figures: list[str] = []
@@ -136,6 +141,9 @@ class RunPlan(Table):
         """Refuse times that are not whole numbers of communication steps."""
         for key in ("output_interval", "stop_time"):
             steps = getattr(self, key) / self.step
+            if not steps <= MOST_STEPS:
+                raise key_refused(key, getattr(self, key), f"{steps:.3g} steps of {self.step} s, expected at most "
+                                                           f"{MOST_STEPS:.0e}")
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
                 raise key_refused(key, getattr(self, key), f"expected a multiple of step = {self.step} s")
         return self
