@@ -19,7 +19,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher, processors
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import Judgements
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import require_plotly, write_report
@@ -166,7 +166,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     folder.mkdir(parents=True, exist_ok=True)
     flown = fly_all(experiments, folder, jobs or processors(), watch or unwatched)
     outcomes = outcomes_of(flown, asked)
-    verdicts = {**judge_all(flown), **{each.settings.name: judge_procedure(each) for each in outcomes}}
+    verdicts = {**judge_all(flown), **judge_outcomes(outcomes)}
     files = [*write_runs(flown, verdicts, folder, plot), *write_outcomes(outcomes, verdicts, folder),
              folder / "claims.md"]
     write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))

@@ -16,7 +16,8 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
 from maglev.experiment.results import write_csv
 from maglev.judging.metrics import Metrics, evaluate
-from maglev.judging.verdicts import Judgements, judge
+from maglev.judging.run_claims import judge_run
+from maglev.judging.verdicts import Judgements
 from maglev.schema.run_plan import RunPlan
 
 
@@ -119,5 +120,4 @@ def failed(experiment: Experiment, message: str) -> RunResult:
 def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs."""
     metrics = {result.plan.name: result.metrics for result in results}
-    return {result.plan.name: [judge(claim, result.metrics, metrics) for claim in result.plan.claims]
-            for result in results}
+    return {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in results}

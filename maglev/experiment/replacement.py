@@ -10,7 +10,7 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmu import OWN_TOOL, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import ScenarioError, nearest
-from maglev.schema.claims import Claim
+from maglev.schema.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan
 from maglev.units import si_unit
 
@@ -167,16 +167,16 @@ def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
     return [] if set(names) & set(lacking) else list(names)
 
 
-def judgeable(claim: Claim, plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> Claim:
+def judgeable(claim: RunClaim, plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunClaim:
     """The claim, not testable if its metric needs what is lacking."""
     needs = {"trip_time": "trip", "tripped": "trip", "stop_contact": "stop contact", "failed": "stop contact",
              "lost_setpoints": "stop contact", "peak_current": "currents", "mean_current": "currents",
              "peak_command": "commands", "mean_command": "commands"}
-    needed = needs.get(str(claim.metric))
+    needed = needs.get(str(claim.quantity))
     names = {port for what, port in lacking if what == needed}
     if needed in ("currents", "commands"):
         names &= {port for name in claim.motors or plan.motors for port in getattr(plan.motors[name], needed)}
     if not names:
         return claim
-    return claim.model_copy(update={"metric": None, "than": None, "than_axis": None, "not_testable":
+    return claim.model_copy(update={"quantity": None, "than": None, "than_axis": None, "not_testable":
                                     f"the FMU that was put in has no {', '.join(sorted(names))}"})

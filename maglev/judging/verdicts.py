@@ -1,23 +1,29 @@
-"""Verdicts on claims."""
+"""Verdicts on claims, from what was measured for them."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Literal, NamedTuple, TypeVar, get_args
 
 from maglev.errors import MeasurementError
-from maglev.judging.metrics import Metrics
-from maglev.schema.claims import MOTOR_METRICS, RUN_METRICS, TRACKING_METRICS, YES_NO_METRICS, Claim, Statement
+from maglev.schema.claims import Claim
 
 Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run"]
-VERDICTS: tuple[Verdict, ...] = ("reproduced", "within 10 %", "not reproduced", "not testable", "not run")
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 CLOSE = 0.1   # share of the target within which a missed claim is "within 10 %"
 
 T = TypeVar("T")
 
-Place = tuple[str, float]      # axis or motor, and time of the step (s), 0 where there is none
-Placed = tuple[Place, float]   # a measured value and where
+Place = tuple[str, float]         # axis or motor, and time of the step (s), 0 where there is none
+EVERYWHERE: Place = ("", 0.0)     # of a value that belongs to the whole run, or to all places together
+
+
+class MeasuredValue(NamedTuple):
+    """A measured value, SI or whether something happened, and where it was measured."""
+
+    value: float | bool
+    place: Place = EVERYWHERE
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,7 @@ class ClaimResult:
 
     Attributes
     ----------
-    claim : Statement
+    claim : Claim
     measured : float, bool or None
         None if the claim is not testable or a run is missing.
     verdict : str
@@ -34,7 +40,7 @@ class ClaimResult:
         What a comparative claim compares the measured value with.
     """
 
-    claim: Statement
+    claim: Claim
     measured: float | bool | None
     verdict: Verdict
     against: float | None = None
@@ -54,47 +60,55 @@ class ClaimResult:
         return "; ".join(part for part in (why, self.claim.remark) if part)
 
 
-Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run
+# What is measured for a claim and, if it is comparative, for its other side.
+Sides = tuple[Sequence[MeasuredValue] | None, Sequence[MeasuredValue] | None]
+Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run or the procedure
 
 
-def judge(claim: Claim, metrics: Metrics | None, others: Mapping[str, Metrics | None] | None = None) -> ClaimResult:
-    """Judge a claim on a run.
+def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
+    """Numbers of claims by verdict, also those that are 0."""
+    counts = dict.fromkeys(VERDICTS, 0)
+    for claim in claims:
+        counts[claim.verdict] += 1
+    return counts
 
-    Of several measured values (axes, motors, steps) the one that decides is reported: with `over` "all" the
-    one that meets the claim worst, with "any" the one that meets it best; with "mean" it is their mean. A numeric
-    claim that is missed by at most 10 % of its figure, the target or the factor, is "within 10 %".
+
+def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
+          there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
+    """Judge a claim on what was measured for it.
+
+    Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
+    with "any" the one that meets it best; with "mean" it is their mean. A numeric claim that is missed by at most
+    10 % of its figure, the target or the factor, is "within 10 %".
 
     Parameters
     ----------
     claim : Claim
-    metrics : Metrics or None
-        Of the run; None if it did not complete.
-    others : mapping of str to Metrics or None
-        Of the runs that claims compare with, by name.
+    here : sequence of MeasuredValue or None
+        Values of the claim's quantity, at least one; None if what they would be measured on was not run.
+    there : sequence of MeasuredValue or None
+        For a comparative claim the values that it compares with, each under the place whose value is its counterpart;
+        None if what they would be measured on was not run.
 
     Raises
     ------
     MeasurementError
-        If the run has nothing the claim could be judged on.
+        If no value has a counterpart.
     """
-    if claim.metric is None:
+    if claim.quantity is None:
         return ClaimResult(claim, None, "not testable")
-    other = metrics if claim.than is None else (others or {}).get(claim.than)
-    if metrics is None or other is None:
+    if here is None or (claim.comparative and there is None):
         return ClaimResult(claim, None, "not run")
-    if claim.metric in YES_NO_METRICS:
-        happened = {"stop_contact": metrics.stop_contact is not None, "tripped": metrics.tripped is not None,
-                    "failed": metrics.failed}[claim.metric]
-        return ClaimResult(claim, happened, "reproduced" if happened == claim.target else "not reproduced")
-    values = measured_values(claim, metrics, claim.axes)
-    if not values:
-        raise MeasurementError(f"claim {claim.text!r}: the run has no {claim.metric} to judge it on")
-    if claim.comparative:
-        return compare(claim, values, measured_values(claim, other, [claim.than_axis] if claim.than_axis else None))
-    return against_target(claim, [value for _, value in values], float(claim.target or 0.0))
+    if there is None:
+        return against_target(claim, [value for value, _ in here], claim.target or 0.0)
+    counterparts = {place: value for value, place in there}
+    pairs = [(value, counterparts[place]) for value, place in here if place in counterparts]
+    if not pairs:
+        raise MeasurementError(f"claim {claim.text!r}: {claim.elsewhere} has no {claim.quantity} at the same place")
+    return against_each_other(claim, pairs)
 
 
-def against_target(claim: Statement, values: Sequence[float], target: float) -> ClaimResult:
+def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:
     """Judge a claim with a target on measured values."""
     measured = decisive(claim, values, mean, lambda value: miss(claim, value, target))
     if meets(claim, measured, target):
@@ -103,18 +117,7 @@ def against_target(claim: Statement, values: Sequence[float], target: float) -> 
     return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced")
 
 
-def compare(claim: Claim, values: Sequence[Placed], others: Sequence[Placed]) -> ClaimResult:
-    """Judge a comparative claim on what was measured here and there."""
-    there = dict(others)
-    pairs = [(value, there[claim.than_axis or name, time]) for (name, time), value in values
-             if (claim.than_axis or name, time) in there]
-    if not pairs:
-        raise MeasurementError(f"claim {claim.text!r}: {claim.than or 'the run'} has no {claim.metric} at the same "
-                               "place")
-    return against_each_other(claim, pairs)
-
-
-def against_each_other(claim: Statement, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
+def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
     """Judge a comparative claim on pairs of what was measured here and there."""
     measured, against = decisive(
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
@@ -127,8 +130,8 @@ def against_each_other(claim: Statement, pairs: Sequence[tuple[float, float]]) -
     return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced", against)
 
 
-def decisive(claim: Statement, items: Sequence[T], average: Callable[[Sequence[T]], T],
-                missed_by: Callable[[T], float]) -> T:
+def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
+             missed_by: Callable[[T], float]) -> T:
     """Return the item that decides a claim."""
     if claim.over == "mean":
         return average(items)
@@ -147,25 +150,7 @@ def ratio(value: float, other: float) -> float:
     return value / other if other != 0.0 else math.inf
 
 
-def measured_values(claim: Claim, metrics: Metrics, axes: Sequence[str] | None) -> list[Placed]:
-    """Return the values of the claim's metric and their places, on the given axes or the claim's motors (None: all)."""
-    name = str(claim.metric)
-    if name in RUN_METRICS:
-        value = len(metrics.lost) if name == "lost_setpoints" else metrics.tripped
-        return [(("", 0.0), math.inf if value is None else float(value))]
-    if name in MOTOR_METRICS:
-        return [((motor.motor, 0.0), getattr(motor, name)) for motor in metrics.motors
-                if claim.motors is None or motor.motor in claim.motors]
-    if name in TRACKING_METRICS:
-        attribute = name.removeprefix("tracking_")
-        return [((axis.axis, 0.0), getattr(axis, attribute)) for axis in metrics.tracking
-                if axes is None or axis.axis in axes]
-    steps = [step for step in metrics.steps if axes is None or step.axis in axes]
-    return [((step.axis, step.time), step.settling[claim.band] if claim.band is not None else getattr(step, name))
-            for step in steps]
-
-
-def miss(claim: Statement, value: float, target: float) -> float:
+def miss(claim: Claim, value: float, target: float) -> float:
     """Return how far the value is on the wrong side of the target; the larger, the worse."""
     if claim.relation == "<":
         return value - target
@@ -174,8 +159,10 @@ def miss(claim: Statement, value: float, target: float) -> float:
     return abs(value - target)
 
 
-def meets(claim: Statement, value: float, target: float) -> bool:
+def meets(claim: Claim, value: float, target: float) -> bool:
     """Whether the value has the claimed relation to the target."""
+    if claim.relation == "is":
+        return value == target
     if claim.digits is None:
         return miss(claim, value, target) < 0.0
     if target == 0.0:

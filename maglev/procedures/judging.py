@@ -1,27 +1,46 @@
-"""Verdicts on the claims about a procedure."""
+"""Claims about procedures: the values that a procedure found that they are judged on."""
 
-from maglev.judging.verdicts import ClaimResult, against_each_other, against_target, mean
+from collections.abc import Sequence
+
+from maglev.judging.verdicts import ClaimResult, Judgements, MeasuredValue, Sides, judge, mean
 from maglev.procedures.outcome import Outcome
-from maglev.schema.procedure import ProcedureClaim
+from maglev.schema.claims import GapRange, ProcedureClaim
+
+SAME = 1e-6   # m or s; gaps and ε are compared as written
+
+
+def judge_outcomes(outcomes: Sequence[Outcome]) -> Judgements:
+    """Judge the claims of every procedure, by name; "not run" where the runs behind a value are missing."""
+    return {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
 
 
 def judge_procedure(outcome: Outcome) -> list[ClaimResult]:
-    """Claims of a procedure with their verdicts; "not run" where the runs behind a value are missing."""
-    return [judge_claim(claim, outcome) for claim in outcome.settings.claims]
+    """Judge the claims about a procedure; see `judge`."""
+    return [judge(claim, *measured(claim, outcome)) for claim in outcome.settings.claims]
 
 
-def judge_claim(claim: ProcedureClaim, outcome: Outcome) -> ClaimResult:
-    """Judge one claim, as `verdicts.judge` does; a comparison is one of means."""
-    if claim.value is None:
-        return ClaimResult(claim, None, "not testable")
-    values = outcome.select(claim, claim.epsilon, claim.gaps)
-    if not values:
-        return ClaimResult(claim, None, "not run")
-    if claim.than is None:
-        return against_target(claim, values, float(claim.target or 0.0))
+def measured(claim: ProcedureClaim, outcome: Outcome) -> Sides:
+    """Values that a claim is about and, if it is comparative, their mean and that of those it compares with."""
+    here = found_at(claim, outcome, claim.epsilon, claim.gaps)
     than = claim.than
-    others = outcome.select(claim, claim.epsilon if than.epsilon is None else than.epsilon,
-                            claim.gaps if than.gaps is None else than.gaps)
-    if not others:
-        return ClaimResult(claim, None, "not run")
-    return against_each_other(claim, [(mean(values), mean(others))])
+    if than is None:
+        return here or None, None
+    there = found_at(claim, outcome, claim.epsilon if than.epsilon is None else than.epsilon,
+                     claim.gaps if than.gaps is None else than.gaps)
+    return mean_of(here), mean_of(there)
+
+
+def found_at(claim: ProcedureClaim, outcome: Outcome, epsilon: float | None,
+             gaps: GapRange | None) -> list[MeasuredValue]:
+    """Values that a claim is about, at ε (s), in a range of gaps (m); None for all."""
+    return [MeasuredValue(found.value) for found in outcome.values
+            if found.name == claim.quantity
+            and claim.constant in (None, found.constant)
+            and (claim.axes is None or found.axis in claim.axes)
+            and (epsilon is None or (found.epsilon is not None and abs(found.epsilon - epsilon) < SAME))
+            and (gaps is None or (found.gap is not None and gaps[0] - SAME <= found.gap <= gaps[1] + SAME))]
+
+
+def mean_of(values: Sequence[MeasuredValue]) -> list[MeasuredValue] | None:
+    """The mean as the only value; None if there is nothing to average."""
+    return [MeasuredValue(mean([value for value, _ in values]))] if values else None

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from maglev.schema.procedure import ProcedureClaim, ProcedureSettings
+from maglev.schema.procedure import ProcedureSettings
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class Found:
     Attributes
     ----------
     name : str
-        See `settings.VALUES`.
+        See `schema.quantities.PROCEDURE_VALUES`.
     value : float
         SI.
     constant, axis : str or None
@@ -91,20 +91,3 @@ class Outcome:
     tables: tuple[ValueTable, ...] = ()
     charts: tuple[Chart, ...] = ()
     notes: tuple[str, ...] = field(default=())
-
-    def select(self, claim: ProcedureClaim, epsilon: float | None, gaps: tuple[float, float] | None) -> list[float]:
-        """Values that a claim is about, at ε (s), in a range of gaps (m); None for all."""
-        return [found.value for found in self.values
-                if found.name == claim.value
-                and claim.constant in (None, found.constant)
-                and (claim.axes is None or found.axis in claim.axes)
-                and (epsilon is None or close(found.epsilon, epsilon))
-                and (gaps is None or (found.gap is not None and gaps[0] - SAME <= found.gap <= gaps[1] + SAME))]
-
-
-SAME = 1e-6   # m or s; gaps and ε are compared as written
-
-
-def close(value: float | None, other: float) -> bool:
-    """Whether two values are the same as written."""
-    return value is not None and abs(value - other) < SAME

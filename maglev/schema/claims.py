@@ -1,167 +1,256 @@
-"""Claims of the thesis about a run, or about one run against another, as a scenario states them."""
+"""Claims of the thesis about a run or about a procedure, as a scenario file states them: one grammar for both."""
 
-import math
 from abc import abstractmethod
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, StrictBool, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
-from maglev.schema.toml_table import Metres, Table, key_refused
+from maglev.errors import nearest
+from maglev.schema.quantities import METRICS, PICKED_BY, PROCEDURE_VALUES, MeasuredQuantity
+from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
 from maglev.units import parse_quantity, to_unit
 
-MetricName = Literal["settling_time", "overshoot", "steady_state_error", "tracking_mean", "tracking_peak",
-                     "tracking_settling", "peak_current", "mean_current", "peak_command", "mean_command",
-                     "trip_time", "lost_setpoints", "stop_contact", "tripped", "failed"]
-
-# Metrics by what they are measured on, with the unit of plain numbers as targets; None: a count.
-STEP_METRICS = {"settling_time": "s", "overshoot": "1", "steady_state_error": "m"}
-TRACKING_METRICS = {"tracking_mean": "m", "tracking_peak": "m", "tracking_settling": "s"}
-MOTOR_METRICS = {"peak_current": "A", "mean_current": "A", "peak_command": "A", "mean_command": "A"}
-RUN_METRICS = {"trip_time": "s", "lost_setpoints": None}
-YES_NO_METRICS = ("stop_contact", "tripped", "failed")
-PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "A": "A"}
-UNITS = {**STEP_METRICS, **TRACKING_METRICS, **MOTOR_METRICS, **RUN_METRICS}
+ConstantName = Literal["C1", "C2", "C3", "C4", "C5"]
+GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
 
 
-class Statement(Table):
+def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
+    """Refuse a range of air gaps that runs backwards."""
+    if gaps[0] > gaps[1]:
+        raise ValueError("expected the smaller air gap first")
+    return gaps
+
+
+class Claim(Table):
     """What every claim has: words, where they stand, and a relation between what is measured and what is claimed.
 
-    "<" and ">" compare with the target. "is" compares a yes-or-no metric. "about" means that the
-    measured value rounds to the figure as printed: it differs from the target by at most half a unit of the
-    last of its `digits` significant digits.
+    "<" and ">" compare with the target, or with `factor` times what is measured elsewhere. "is" compares a yes-or-no
+    quantity. "about" means that the measured value rounds to the figure as printed: it differs from the target by at
+    most half a unit of the last of its `digits` significant digits. Of several values the one that meets the claim
+    worst decides ("all"), the one that meets it best ("any"), or their mean.
     """
+
+    NOUN: ClassVar[str]                               # what a file calls the quantity
+    KNOWN: ClassVar[Mapping[str, MeasuredQuantity]]   # the quantities that there are, by name
+    PICKS: ClassVar[tuple[str, ...]]                  # keys that say which values of a quantity count
 
     text: str
     source: str
+    quantity: str | None = None
     relation: Literal["<", ">", "is", "about"] | None = None
+    target: StrictBool | float | None = None
     digits: int | None = Field(default=None, ge=1)
     factor: float = Field(default=1.0, gt=0.0)
     over: Literal["all", "any", "mean"] = "all"
+    axes: list[str] | None = None
     reason: str | None = None         # why it is not reproduced
     remark: str | None = None         # what a reader should know whatever the verdict
     not_testable: str | None = None   # why
 
-    @property
-    @abstractmethod
-    def comparative(self) -> bool:
-        """Whether the claim compares two measured values."""
-
-    @abstractmethod
-    def printed(self, value: float | bool | None) -> str:
-        """Print a measured value with its unit."""
-
-    @property
-    @abstractmethod
-    def criterion(self) -> str:
-        """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
-
-
-class Claim(Statement):
-    """One claim about a run: that a metric has a relation to a target, or to the same metric elsewhere.
-
-    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with `factor` times what was
-    measured there: on the same axis (or that other one) at the same step, or by motor.
-    """
-
-    metric: MetricName | None = None
-    axes: list[str] | None = None
-    motors: list[str] | None = None
-    band: Metres | None = None
-    target: StrictBool | float | None = None
-    than: str | None = None
-    than_axis: str | None = None
-
     @model_validator(mode="before")
     @classmethod
     def single_names(cls, table: Any) -> Any:
-        """Accept `axis` and `motor` for one name."""
-        return listed(table, axis="axes", motor="motors")
+        """Accept `axis` and `motor` for one name, where there may be several."""
+        if not isinstance(table, dict):
+            return table
+        table = dict(table)
+        for one, several in (("axis", "axes"), ("motor", "motors")):
+            if one in table and several in cls.model_fields:
+                if several in table:
+                    raise key_refused(one, table[one], f"expected {one} or {several}, got both")
+                table[several] = [table.pop(one)]
+        return table
+
+    @field_validator("quantity", mode="before")
+    @classmethod
+    def known_quantity(cls, name: Any) -> Any:
+        """Refuse a name that no quantity has."""
+        known = [*cls.KNOWN]
+        if name is not None and name not in known:
+            names = ", ".join(map(repr, known[:-1]))
+            raise ValueError(f"expected {names} or {known[-1]!r}, nearest is {nearest(str(name), known)}")
+        return name
 
     @field_validator("target", mode="before")
     @classmethod
-    def target_to_si(cls, value: Any, info: ValidationInfo) -> Any:
+    def target_to_si(cls, value: Any, info: ValidationInfo) -> float | bool:
         """Convert to SI."""
-        metric = info.data.get("metric")
-        if metric in UNITS:
-            return parse_quantity(value, UNITS[metric] or "1")
+        quantity = info.data.get("quantity")
+        if quantity is None:
+            raise ValueError(f"has no meaning without a {cls.NOUN}")
+        if not cls.KNOWN[quantity].yes_no:
+            return parse_quantity(value, cls.KNOWN[quantity].unit or "1")
         if not isinstance(value, bool):
-            raise ValueError(f"expected true or false for the metric {metric}")
+            raise ValueError(f"expected true or false for the {cls.NOUN} {quantity}")
         return value
 
     @model_validator(mode="after")
-    def complete(self) -> "Claim":
-        """Refuse a claim that lacks something its metric needs, or has something that means nothing to it."""
-        if self.not_testable is None and self.metric is None:
-            raise key_refused("metric", None, "expected a metric, or not_testable with the reason")
-        if self.not_testable is not None and self.metric is not None:
-            raise key_refused("not_testable", self.not_testable, "expected a metric or not_testable, got both")
-        needed = set() if self.metric is None else {"relation"} if self.comparative else {"relation", "target"}
-        if self.metric == "settling_time":
-            needed.add("band")
-        if self.relation == "about":
-            needed.add("digits")
-        optional = {"motors"} if self.metric in MOTOR_METRICS else {"axes"} if self.measured_by_axis else set()
-        kind = f"the metric {self.metric} {self.relation or ''}".rstrip()
-        for key in ("relation", "target", "band", "digits", "axes", "motors"):
+    def complete(self) -> Self:
+        """Refuse a claim that lacks something its quantity needs, or has something that means nothing to it."""
+        if self.quantity is None and self.not_testable is None:
+            raise key_refused(self.NOUN, None, f"expected a {self.NOUN}, or not_testable with the reason")
+        if self.quantity is not None and self.not_testable is not None:
+            raise key_refused("not_testable", self.not_testable, f"expected a {self.NOUN} or not_testable, got both")
+        needed, optional = self.keys()
+        kind = "a claim that is not testable"
+        if self.quantity is not None:
+            words = (self.NOUN, self.quantity, self.relation, "with than" if self.comparative else None)
+            kind = "the " + " ".join(word for word in words if word)
+        for key in ("relation", "target", "digits", *self.PICKS):
             value = getattr(self, key)
             if value is None and key in needed:
                 raise key_refused(key, None, f"required for {kind}")
             if value is not None and key not in needed | optional:
                 raise key_refused(key, value, f"has no meaning for {kind}")
-        expected = ("is",) if self.metric in YES_NO_METRICS else ("<", ">") if self.comparative else ("<", ">", "about")
-        if self.metric is not None and self.relation not in expected:
-            raise key_refused("relation", self.relation, f"expected {' or '.join(expected)} for {kind}")
-        if self.comparative and (self.metric is None or self.metric in YES_NO_METRICS):
-            raise key_refused("than", self.than or self.than_axis, "expected a metric that is a number")
-        if self.than_axis is not None and not self.measured_by_axis:
-            raise key_refused("than_axis", self.than_axis, f"has no meaning for {kind}")
+        if self.quantity is not None and self.relation not in self.relations:
+            raise key_refused("relation", self.relation, f"expected {' or '.join(self.relations)} for {kind}")
+        if self.comparative and (self.measured is None or self.measured.yes_no):
+            raise key_refused("than", self.elsewhere, f"expected a {self.NOUN} that is a number")
         if self.factor != 1.0 and not self.comparative:
-            raise key_refused("factor", self.factor, "has no meaning without than or than_axis")
+            raise key_refused("factor", self.factor, "has no meaning without than")
         return self
+
+    def keys(self) -> tuple[set[str], set[str]]:
+        """Keys that a claim about this quantity must give, and those that it may give."""
+        if self.measured is None:
+            return set(), set()
+        needed = {"relation"} if self.comparative else {"relation", "target"}
+        if self.measured.needs is not None:
+            needed.add(self.measured.needs)
+        if self.relation == "about":
+            needed.add("digits")
+        return needed, set(PICKED_BY[self.measured.on])
+
+    @property
+    def relations(self) -> tuple[str, ...]:
+        """Relations that the claim can state."""
+        if self.measured is not None and self.measured.yes_no:
+            return ("is",)
+        return ("<", ">") if self.comparative else ("<", ">", "about")
+
+    @property
+    def measured(self) -> MeasuredQuantity | None:
+        """The quantity that the claim is about; None if it is not testable."""
+        return None if self.quantity is None else self.KNOWN[self.quantity]
 
     @property
     def comparative(self) -> bool:
         """Whether the claim compares two measured values."""
-        return self.than is not None or self.than_axis is not None
+        return self.elsewhere is not None
 
     @property
-    def measured_by_axis(self) -> bool:
-        """Whether the metric belongs to an axis."""
-        return self.metric in STEP_METRICS or self.metric in TRACKING_METRICS
+    @abstractmethod
+    def subject(self) -> str:
+        """What is measured, such as "settling time to 0.1 mm"."""
+
+    @property
+    @abstractmethod
+    def elsewhere(self) -> str | None:
+        """Where the other value of a comparative claim is measured, in words; None if the claim has a target."""
 
     def printed(self, value: float | bool | None) -> str:
-        """Print a value of the claim's metric with its unit."""
-        if value is None:
-            return ""
-        if isinstance(value, bool):
-            return "yes" if value else "no"
-        if math.isinf(value):
-            return "never" if self.metric == "trip_time" else "not settled"
-        unit = UNITS[str(self.metric)]
-        return f"{value:g}" if unit is None else f"{to_unit(value, PRINTED_UNITS[unit]):.3g} {PRINTED_UNITS[unit]}"
+        """Print a value of the claim's quantity with its unit; empty if there is none."""
+        return "" if value is None or self.measured is None else self.measured.printed(value)
 
     @property
     def criterion(self) -> str:
         """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
-        if self.metric is None:
+        if self.quantity is None:
             return ""
-        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
-        subject = f"{self.metric.replace('_', ' ')}{band} {self.relation}"
         if not self.comparative:
-            return f"{subject} {self.printed(self.target)}"
+            return f"{self.subject} {self.relation} {self.printed(self.target)}"
         factor = "" if self.factor == 1.0 else f"{self.factor:g} × "
-        place = " of ".join(([self.than_axis] if self.than_axis else []) + ([self.than] if self.than else []))
-        return f"{subject} {factor}{place}"
+        return f"{self.subject} {self.relation} {factor}{self.elsewhere}"
 
 
-def listed(table: Any, **plurals: str) -> Any:
-    """Table of a claim with lists in place of single names, given as singular=plural; both are refused."""
-    if not isinstance(table, dict):
-        return table
-    table = dict(table)
-    for one, several in plurals.items():
-        if one in table:
-            if several in table:
-                raise key_refused(one, table[one], f"expected {one} or {several}, got both")
-            table[several] = [table.pop(one)]
-    return table
+class RunClaim(Claim):
+    """One claim about a run: that a metric has a relation to a target, or to the same metric elsewhere.
+
+    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with what was measured there:
+    on the same axis (or that other one) at the same step, or by motor.
+    """
+
+    NOUN = "metric"
+    KNOWN = METRICS
+    PICKS = ("band", "axes", "motors")
+
+    quantity: str | None = Field(default=None, alias="metric")
+    motors: list[str] | None = None
+    band: Metres | None = None
+    than: str | None = None
+    than_axis: str | None = None
+
+    @model_validator(mode="after")
+    def axes_to_compare(self) -> Self:
+        """Refuse another axis for a metric that belongs to none."""
+        if self.than_axis is not None and self.measured is not None and not self.measured.of_axes:
+            raise key_refused("than_axis", self.than_axis, f"has no meaning for the metric {self.quantity}")
+        return self
+
+    @property
+    def subject(self) -> str:
+        """What is measured, such as "settling time to 0.1 mm"."""
+        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
+        return str(self.quantity).replace("_", " ") + band
+
+    @property
+    def elsewhere(self) -> str | None:
+        """Axis and run that the claim compares with, such as "x of 3dof-tracking"; None if it has a target."""
+        names = [name for name in (self.than_axis, self.than) if name is not None]
+        return " of ".join(names) if names else None
+
+
+class Elsewhere(Table):
+    """What is different where a comparative claim about a procedure looks for the same value."""
+
+    epsilon: Seconds | None = None
+    gaps: GapRange | None = None
+
+    @model_validator(mode="after")
+    def different(self) -> "Elsewhere":
+        """Refuse a comparison with itself."""
+        if self.epsilon is None and self.gaps is None:
+            raise key_refused("than", None, "expected epsilon, gaps or both in it")
+        return self
+
+
+class ProcedureClaim(Claim):
+    """One claim about a procedure: that a value, or its mean, has a relation to a target, or to the same elsewhere.
+
+    Of the values of that name those count that fit: of the constant, at ε, of the axes, in the range of air gaps.
+    With `than` the mean is compared with `factor` times the mean of those that fit when what `than` gives is
+    changed.
+    """
+
+    NOUN = "value"
+    KNOWN = PROCEDURE_VALUES
+    PICKS = ("constant", "epsilon", "axes", "gaps")
+
+    quantity: str | None = Field(default=None, alias="value")
+    constant: ConstantName | None = None
+    epsilon: Seconds | None = None
+    gaps: GapRange | None = None
+    than: Elsewhere | None = None
+
+    @property
+    def subject(self) -> str:
+        """What is measured, such as "mean cogging force, gap 10 to 15 mm"."""
+        average = "mean " if self.over == "mean" or self.comparative else ""
+        name = "" if self.quantity == "constant" else str(self.quantity).replace("_", " ")
+        words = " ".join(word for word in (name, self.constant) if word)
+        return average + words + place(self.epsilon, self.gaps)
+
+    @property
+    def elsewhere(self) -> str | None:
+        """What is different where the other value is looked for, such as "that, ε = 0.01 s"; None with a target."""
+        return None if self.than is None else f"that{place(self.than.epsilon, self.than.gaps)}"
+
+
+def place(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
+    """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
+    words = "" if epsilon is None else f", ε = {epsilon:g} s"
+    if gaps is not None:
+        low, high = (to_unit(gap, "mm") for gap in gaps)
+        words += f", gap {low:g} mm" if low == high else f", gap {low:g} to {high:g} mm"
+    return words

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
 
 from maglev.errors import key_path, nearest
-from maglev.schema.claims import TRACKING_METRICS, Claim
+from maglev.schema.claims import RunClaim
 from maglev.schema.procedure import ProcedureSettings
 from maglev.schema.signals import Signal
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
@@ -124,7 +124,7 @@ class RunPlan(Table):
     trip_flag: str | None = None
     metrics: MetricSettings = MetricSettings()
     check: CheckSettings = CheckSettings()
-    claims: list[Claim] = []
+    claims: list[RunClaim] = []
     procedure: ProcedureSettings | None = None
     _path: Path = PrivateAttr(default=Path("scenario"))
 
@@ -159,8 +159,8 @@ class RunPlan(Table):
             if claim.band is not None and claim.band not in self.metrics.bands:
                 raise key_refused("band", claim.band, f"expected one of metrics.bands, {self.metrics.bands} m",
                                   "claims", i)
-            if claim.metric in TRACKING_METRICS and self.metrics.tracking_from is None:
-                raise key_refused("metric", claim.metric, "expected metrics.tracking_from to be given", "claims", i)
+            if claim.measured is not None and claim.measured.on == "tracking" and self.metrics.tracking_from is None:
+                raise key_refused("metric", claim.quantity, "expected metrics.tracking_from to be given", "claims", i)
             if claim.than is None and claim.than_axis is not None and claim.than_axis not in self.axes:
                 raise key_refused("than_axis", claim.than_axis,
                                   f"not in [axes], nearest is {nearest(claim.than_axis, self.axes)}", "claims", i)

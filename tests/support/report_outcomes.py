@@ -1,7 +1,8 @@
 """Outcomes of procedures that nobody evaluated."""
 
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
-from maglev.schema.procedure import ProcedureClaim, ProcedureSettings
+from maglev.schema.claims import ProcedureClaim
+from maglev.schema.procedure import ProcedureSettings
 
 HOSTILE = '</script><script>alert("1 & 2")</script> [red]x[/red] [/] %{y}'
 

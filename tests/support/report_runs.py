@@ -11,7 +11,7 @@ from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.report.page import report_page
-from maglev.schema.claims import Claim
+from maglev.schema.claims import RunClaim
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
 from maglev.schema.procedure import ProcedureSettings
@@ -75,8 +75,8 @@ def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str 
            reason: str | None = None) -> ClaimResult:
     """A claim with a verdict."""
     if verdict == "not testable":
-        return ClaimResult(Claim(text=text, source=source, not_testable=reason or "no data"), None, verdict)
-    claim = Claim(text=text, source=source, metric="overshoot", relation="<", target=0.3, reason=reason)
+        return ClaimResult(RunClaim(text=text, source=source, not_testable=reason or "no data"), None, verdict)
+    claim = RunClaim(text=text, source=source, metric="overshoot", relation="<", target=0.3, reason=reason)
     return ClaimResult(claim, None if verdict == "not run" else 0.25, verdict)
 
 

@@ -7,7 +7,8 @@ import pytest
 from maglev.judging.verdicts import ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Found, Outcome
-from maglev.schema.procedure import ProcedureClaim, ProcedureSettings
+from maglev.schema.claims import ProcedureClaim
+from maglev.schema.procedure import ProcedureSettings
 
 VALUES = (
     Found("cogging_force", 4.7, gap=0.010), Found("cogging_force", 3.0, gap=0.0125),

@@ -84,7 +84,7 @@ def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
         found |= {(outcome.settings.name[5:], name) for name in names}
         assert set(outcome.runs) <= completed
         for claim, result in zip(outcome.settings.claims, judge_procedure(outcome), strict=True):
-            assert claim.value in names or result.verdict == "not run"
+            assert claim.quantity in names or result.verdict == "not run"
     return found
 
 

@@ -110,7 +110,7 @@ def test_what_a_procedure_is_made_from_is_in_the_package(procedure: ProcedureSet
     assert set(procedure.printed) <= set(rig.constants)
     for claim in procedure.claims:
         assert claim.constant is None or claim.constant in rig.constants
-        if claim.value == "constant" and claim.constant in procedure.printed:
+        if claim.quantity == "constant" and claim.constant in procedure.printed:
             assert claim.target == procedure.printed[claim.constant][1], "the table's column of ε = 0.01"
 
 

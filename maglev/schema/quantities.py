@@ -1,0 +1,84 @@
+"""What can be measured and claimed: the metrics of a run and the values that a procedure finds, with their units."""
+
+import math
+from typing import Literal, NamedTuple
+
+from maglev.units import to_unit
+
+PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "A": "A", "N": "N"}   # those of the thesis, by the SI unit
+
+# What a quantity is measured on, and the keys with which a claim may pick some of its values.
+MeasuredOn = Literal["step", "tracking", "motor", "run", "procedure"]
+PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
+    "step": ("axes",), "tracking": ("axes",), "motor": ("motors",), "run": (), "procedure": ("epsilon", "axes", "gaps")}
+
+
+class MeasuredQuantity(NamedTuple):
+    """A measured quantity: what it is measured on, in what unit, and what a claim about it must give.
+
+    Attributes
+    ----------
+    on : str
+        A step of an axis, the tracking of an axis, a motor, the whole run, or a procedure.
+    unit : str or None
+        SI unit of measured values and of plain numbers as targets; None: a plain number. Of a count it is none, that
+        of a constant depends on the constant.
+    needs : str or None
+        Key without which a claim does not say what it is about.
+    infinite : str
+        Words for an infinite value.
+    yes_no : bool
+        Whether it happened or not, no number.
+    """
+
+    on: MeasuredOn
+    unit: str | None = None
+    needs: str | None = None
+    infinite: str = "inf"
+    yes_no: bool = False
+
+    @property
+    def of_axes(self) -> bool:
+        """Whether each axis of a run has values of its own."""
+        return self.on in ("step", "tracking")
+
+    def printed(self, value: float | bool) -> str:
+        """Print a value with its unit."""
+        if self.yes_no:
+            return "yes" if value else "no"
+        if math.isinf(value):
+            return self.infinite
+        if self.unit is None:
+            return f"{value:.4g}"
+        unit = PRINTED_UNITS[self.unit]
+        return f"{to_unit(value, unit):.3g} {unit}"
+
+
+METRICS = {
+    "settling_time": MeasuredQuantity("step", "s", needs="band", infinite="not settled"),
+    "overshoot": MeasuredQuantity("step", "1"),                # share of the step
+    "steady_state_error": MeasuredQuantity("step", "m"),
+    "tracking_mean": MeasuredQuantity("tracking", "m"),
+    "tracking_peak": MeasuredQuantity("tracking", "m"),
+    "tracking_settling": MeasuredQuantity("tracking", "s"),
+    "peak_current": MeasuredQuantity("motor", "A"),
+    "mean_current": MeasuredQuantity("motor", "A"),
+    "peak_command": MeasuredQuantity("motor", "A"),
+    "mean_command": MeasuredQuantity("motor", "A"),
+    "trip_time": MeasuredQuantity("run", "s", infinite="never"),
+    "lost_setpoints": MeasuredQuantity("run"),
+    "stop_contact": MeasuredQuantity("run", yes_no=True),
+    "tripped": MeasuredQuantity("run", yes_no=True),
+    "failed": MeasuredQuantity("run", yes_no=True)}
+
+# Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
+PROCEDURE_VALUES = {
+    "constant": MeasuredQuantity("procedure", needs="constant"),           # estimate
+    "average_constant": MeasuredQuantity("procedure", needs="constant"),   # mean over the air gaps
+    "thrust": MeasuredQuantity("procedure"),                        # L at an air gap, by parabola fit, m/(s² A)
+    "estimator_deviation": MeasuredQuantity("procedure", "1"),      # of L by the estimator from L by parabola fit
+    "simultaneous_deviation": MeasuredQuantity("procedure", "1"),   # of L with both axes moving from L with one
+    "equilibrium_deviation": MeasuredQuantity("procedure", "A"),    # of the predicted current from the measured one
+    "cogging_force": MeasuredQuantity("procedure", "N"),            # peak
+    "position_deviation": MeasuredQuantity("procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
+    "speed_deviation": MeasuredQuantity("procedure", "1")}

@@ -1,0 +1,87 @@
+"""One judge for all claims: it sees measured values and their places, not what they were measured on."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.errors import MeasurementError
+from maglev.judging.verdicts import VERDICTS, ClaimResult, MeasuredValue, count_verdicts, judge
+from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
+
+WORDS = {"text": "a claim", "source": "p. 1"}
+
+numbers = st.integers(0, 4000).map(lambda quarters: quarters / 4)   # exact in binary
+
+
+def about_a_run(**table: Any) -> Claim:
+    return RunClaim.model_validate({**WORDS, "metric": "overshoot", **table})
+
+
+def about_a_procedure(**table: Any) -> Claim:
+    return ProcedureClaim.model_validate({**WORDS, "value": "thrust", **table})
+
+
+def values(*numbers: float) -> list[MeasuredValue]:
+    """Values each at a place of its own."""
+    return [MeasuredValue(number, ("y", float(k))) for k, number in enumerate(numbers)]
+
+
+@given(st.lists(numbers, min_size=1, max_size=4), numbers, st.sampled_from(["<", ">", "about"]),
+       st.sampled_from(["all", "any", "mean"]))
+def test_a_claim_with_a_target_is_judged_alike_whatever_it_is_about(measured, target, relation, over) -> None:
+    table = {"relation": relation, "target": target, "over": over} | ({"digits": 2} if relation == "about" else {})
+    run, procedure = (judge(make(**table), values(*measured)) for make in (about_a_run, about_a_procedure))
+    assert (run.verdict, run.measured, run.against) == (procedure.verdict, procedure.measured, None)
+
+
+@given(st.lists(numbers, min_size=1, max_size=4), numbers, st.sampled_from(["<", ">"]))
+def test_all_is_the_worst_and_any_the_best(measured, target, relation) -> None:
+    def decided(over: str) -> ClaimResult:
+        return judge(about_a_run(relation=relation, target=target, over=over), values(*measured))
+
+    met = [number < target if relation == "<" else number > target for number in measured]
+    assert (decided("all").verdict == "reproduced") is all(met)
+    assert (decided("any").verdict == "reproduced") is any(met)
+    worst, best = (max, min) if relation == "<" else (min, max)
+    assert (decided("all").measured, decided("any").measured) == (worst(measured), best(measured))
+
+
+@given(numbers, st.floats(0.1, 1e3), st.floats(0.1, 10.0), st.sampled_from(["<", ">"]))
+def test_a_comparison_is_judged_alike_whatever_it_is_about(own, other, factor, relation) -> None:
+    run = judge(about_a_run(relation=relation, factor=factor, than="fast"), values(own), values(other))
+    procedure = judge(about_a_procedure(relation=relation, factor=factor, than={"epsilon": 0.01}), values(own),
+                      values(other))
+    assert (run.verdict, run.measured, run.against) == (procedure.verdict, own, other)
+    met = own / other < factor if relation == "<" else own / other > factor
+    assert (run.verdict == "reproduced") is (met and own / other != factor)
+
+
+def test_only_values_with_a_counterpart_are_compared() -> None:
+    claim = about_a_run(relation="<", than="fast", over="mean")
+    here = [MeasuredValue(1.0, ("y", 1.0)), MeasuredValue(3.0, ("y", 2.0)), MeasuredValue(9.0, ("x", 1.0))]
+    there = [MeasuredValue(8.0, ("y", 2.0)), MeasuredValue(4.0, ("y", 1.0)), MeasuredValue(0.0, ("z", 1.0))]
+    result = judge(claim, here, there)
+    assert (result.verdict, result.measured, result.against) == ("reproduced", 2.0, 6.0)
+    with pytest.raises(MeasurementError, match="'a claim': fast has no overshoot at the same place"):
+        judge(claim, here, there[2:])
+
+
+@pytest.mark.parametrize("make", [about_a_run, about_a_procedure])
+def test_what_was_not_run_has_no_verdict(make: Any) -> None:
+    claim = make(relation="<", target=1)
+    assert judge(claim, None) == ClaimResult(claim, None, "not run")
+
+
+def test_a_comparison_needs_both_sides() -> None:
+    claim = about_a_run(relation="<", than="fast")
+    for here, there in ((values(1.0), None), (None, values(1.0)), (None, None)):
+        assert judge(claim, here, there).verdict == "not run"
+
+
+def test_every_verdict_is_counted() -> None:
+    claim = about_a_run(relation="<", target=1)
+    results = [ClaimResult(claim, None, verdict) for k, verdict in enumerate(VERDICTS) for _ in range(k)]
+    assert list(count_verdicts(results).items()) == [(verdict, k) for k, verdict in enumerate(VERDICTS)]
+    assert sum(count_verdicts([]).values()) == 0
