@@ -2,12 +2,16 @@
 
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.schema.run_plan import RunPlan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
 FAINT = {"color": "0.6", "linewidth": 0.8}
@@ -19,20 +23,35 @@ def require_matplotlib() -> None:
         raise ScenarioError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
 
 
-def plot(path: Path, plan: RunPlan, recording: Recording, every: int = 1) -> None:
-    """Write a PNG of a recording, thinned to every n-th communication point."""
+def plot(path: Path, plan: RunPlan, recording: Recording) -> None:
+    """Write a PNG of a recording."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure_of(plan, recording).savefig(path, dpi=110)
+
+
+def figure_of(plan: RunPlan, recording: Recording) -> "Figure":
+    """Draw a recording: a row for each axis and each motor.
+
+    Parameters
+    ----------
+    plan : RunPlan
+        Names the columns of axes and motors, and the settling bands.
+    recording : Recording
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Bound to no window: save it, or show it in a notebook.
+    """
     from matplotlib.figure import Figure  # an extra: only who plots needs it
 
-    time = recording.time[::every]
-    columns = {name: values[::every] for name, values in recording.columns.items()}
+    time, columns = recording.time, recording.columns
     rows = len(plan.axes) + len(plan.motors)
     figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
     figure.suptitle(f"{plan.name}: {plan.title}")
-    path.parent.mkdir(parents=True, exist_ok=True)
     if not rows:
         figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
-        figure.savefig(path, dpi=110)
-        return
+        return figure
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for (name, axis), (left, right) in zip(plan.axes.items(), panels, strict=False):
         position, reference = 1e3 * columns[axis.position], 1e3 * columns[axis.reference]
@@ -55,4 +74,4 @@ def plot(path: Path, plan: RunPlan, recording: Recording, every: int = 1) -> Non
                 panel.legend(loc="upper right", fontsize="small", ncols=3)
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
-    figure.savefig(path, dpi=110)
+    return figure
