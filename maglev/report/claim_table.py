@@ -1,17 +1,17 @@
 """The claims of the thesis as HTML: summary, table with groups by run and procedure, and links to the figures."""
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
+from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict, count_verdicts
 from maglev.procedures.outcome import Outcome
 from maglev.report.charts import ShownChart
 from maglev.report.figures import Shown, anchor
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
+from maglev.report.status import is_listed, run_status
 
 
 class Look(NamedTuple):
@@ -41,14 +41,9 @@ def badge(verdict: Verdict) -> str:
     return f'<span class="verdict {css}"><span aria-hidden="true">{sign}</span> {verdict}</span>'
 
 
-def count_verdicts(judgements: Judgements) -> Counter[Verdict]:
-    """Count the claims by verdict."""
-    return Counter(result.verdict for claims in judgements.values() for result in claims)
-
-
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     """Numbers of claims by verdict, and of runs."""
-    counts = count_verdicts(judgements)
+    counts = count_verdicts(result for claims in judgements.values() for result in claims)
     cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
                     f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS)
     failed = sum(result.failure is not None for result in results)
@@ -58,8 +53,8 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
 
 def filter_buttons(judgements: Judgements) -> str:
     """Buttons that show the claims of one verdict."""
-    counts = count_verdicts(judgements)
-    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all ({counts.total()})</button>']
+    counts = count_verdicts(result for claims in judgements.values() for result in claims)
+    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all ({sum(counts.values())})</button>']
     buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
                 f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} ({counts[verdict]})</button>'
                 for verdict in VERDICTS if counts[verdict]]
@@ -80,15 +75,9 @@ def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Se
                  outcomes: Sequence[Outcome] = ()) -> str:
     """Bodies of the table, one for each run, then one for each procedure."""
     return "\n".join([run_group(result, judgements.get(result.plan.name, ()), shown)
-                      for result in results if has_group(result, judgements)]
+                      for result in results if is_listed(result, judgements)]
                      + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
                         for outcome in outcomes])
-
-
-def has_group(result: RunResult, judgements: Judgements) -> bool:
-    """Whether a run is in the table: of a procedure, where there are many, only those that have something to tell."""
-    return bool(result.plan.procedure is None or result.failure is not None
-                or judgements.get(result.plan.name))
 
 
 def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
@@ -128,22 +117,6 @@ def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown |
 def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
     """Links to figures."""
     return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
-
-
-def run_status(result: RunResult) -> Iterator[str]:
-    """What went wrong in a run, if anything."""
-    if result.failure is not None:
-        yield f"did not complete: {result.failure}"
-    for time, words in events(result):
-        yield f"{words} at {time:.3f} s"
-
-
-def events(result: RunResult) -> list[tuple[float, str]]:
-    """Times (s) of what stopped or disturbed a run, with words."""
-    if result.metrics is None:
-        return []
-    found = ((result.metrics.stop_contact, "touched an end stop"), (result.metrics.tripped, "the controller tripped"))
-    return [(time, words) for time, words in found if time is not None]
 
 
 def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart]) -> str:

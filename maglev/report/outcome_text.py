@@ -12,19 +12,19 @@ from rich.text import Text
 from fmi_export.whole_file import write_whole
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
-from maglev.report.text import REPORT_WIDTH, claim_table
+from maglev.report.text import as_text, claim_table, heading
 
 COLUMNS = ("figure", "panel", "curve", "x", "y")
 
 
 def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResult]) -> None:
     """Print what a procedure found, and the claims about it with their verdicts."""
-    console.print(Text.assemble((outcome.settings.name, "bold"), f": {outcome.settings.title}"))
+    console.print(heading(outcome.settings.name, outcome.settings.title))
     for table in outcome.tables:
         console.print(value_table(table))
     for note in outcome.notes:
         console.print(Text(f"note: {note}"))
-    console.print(claim_table(claims) if claims else "no claims")
+    console.print(claim_table(claims))
 
 
 def value_table(table: ValueTable) -> Table:
@@ -39,9 +39,7 @@ def value_table(table: ValueTable) -> Table:
 
 def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:
     """What `show_outcome` prints, as text."""
-    text = StringIO()
-    show_outcome(Console(file=text, width=REPORT_WIDTH), outcome, claims)
-    return text.getvalue()
+    return as_text(lambda console: show_outcome(console, outcome, claims))
 
 
 def write_outcomes(outcomes: Iterable[Outcome], verdicts: Judgements, out: Path) -> list[Path]:

@@ -28,6 +28,7 @@ from maglev.report.figures import (
     speed_of,
 )
 from maglev.report.series import pack
+from maglev.report.status import events, is_listed, run_status
 
 FOLDER = Path(__file__).parent
 MOST_ROWS = 16000            # of a signal
@@ -145,7 +146,7 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, 
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
                    for name, motor in plan.motors.items()},
         "bands": plan.metrics.bands,
-        "events": [{"time": time, "text": words} for time, words in claim_table.events(result)],
+        "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
         **packed,
     }
 
@@ -176,7 +177,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
         caption, height = shown.figure.caption, 120 + 180 * len(shown.panels)
         about = "".join(f"<li>{run_link(run, judgements)}"
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
-                                  for text in claim_table.run_status(run)) + "</li>" for run in shown.runs)
+                                  for text in run_status(run)) + "</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}"><figcaption><h3>{escape(shown.title)}</h3><p>{escape(caption)}</p>'
             f'<ul class="runs">{about}</ul></figcaption>\n'
             f'<div class="plot" data-figure="{shown.id}" style="height:{height}px"></div>\n'
@@ -186,7 +187,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
 def run_link(run: RunResult, judgements: Judgements) -> str:
     """Name of a run with a link to its claims."""
     name = run.plan.name
-    if not claim_table.has_group(run, judgements):
+    if not is_listed(run, judgements):
         return escape(name)
     return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
 

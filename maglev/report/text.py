@@ -1,7 +1,7 @@
 """Metrics and verdicts as tables for the terminal and the text report."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import StringIO
 
 from rich.console import Console
@@ -11,35 +11,46 @@ from rich.text import Text
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict
+from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict, count_verdicts
 from maglev.procedures.outcome import Outcome
+from maglev.report.status import events, is_listed, run_status
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
 REPORT_WIDTH = 120   # characters
 
-COLOURS = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red", "not testable": "dim",
-           "not run": "magenta"}
+COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
+                               "not testable": "dim", "not run": "magenta"}
 
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
     """Print what was measured on a run, and the claims with their verdicts."""
     plan = result.plan
-    console.print(f"[bold]{escape(plan.name)}[/]: {escape(plan.title)}")
+    console.print(heading(plan.name, plan.title))
     if result.metrics is None:
-        console.print(f"did not complete: {result.failure}", markup=False)
+        console.print(Text(", ".join(run_status(result))))
         return
     for table in metric_tables(plan, result.metrics):
         console.print(table)
-    console.print(claim_table(verdicts) if verdicts else "no claims")
-    console.print(outcome(result.metrics))
+    console.print(claim_table(verdicts))
+    console.print(outcome(result, result.metrics))
 
 
 def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     """What `show` prints, as text."""
+    return as_text(lambda console: show(console, result, verdicts))
+
+
+def as_text(show: Callable[[Console], None]) -> str:
+    """What a function prints on a console."""
     text = StringIO()
-    show(Console(file=text, width=REPORT_WIDTH), result, verdicts)
+    show(Console(file=text, width=REPORT_WIDTH))
     return text.getvalue()
+
+
+def heading(name: str, title: str) -> Text:
+    """First line about a run or a procedure."""
+    return Text.assemble((name, "bold"), f": {title}")
 
 
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
@@ -77,8 +88,10 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     return tables
 
 
-def claim_table(results: Sequence[ClaimResult]) -> Table:
-    """Table of the thesis's claims with what was measured and the verdicts."""
+def claim_table(results: Sequence[ClaimResult]) -> Table | str:
+    """Table of the thesis's claims with what was measured and the verdicts; words where there are none."""
+    if not results:
+        return "no claims"
     table = Table(title="Claims of the thesis")
     for name in ("claim", "source", "expected", "measured", "verdict"):
         table.add_column(name)
@@ -96,25 +109,25 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
                   *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
                   title="Verdicts on the claims")
     for result in results:
-        if result.failure is None and result.plan.procedure is not None and not verdicts[result.plan.name]:
-            continue   # dozens of short runs, of which only the procedure has claims
-        ended = short_outcome(result.metrics) if result.metrics is not None else f"did not complete: {result.failure}"
-        table.add_row(escape(result.plan.name), escape(ended), *counted_cells(verdicts[result.plan.name]))
+        if is_listed(result, verdicts):
+            table.add_row(escape(result.plan.name), escape(short_outcome(result)),
+                          *counted_cells(verdicts[result.plan.name]))
     table.add_section()
     for found in outcomes:
         table.add_row(escape(found.settings.name), counted(found.values, "value"),
                       *counted_cells(verdicts[found.settings.name]))
     table.add_section()
-    every = [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]
-    totals = count_verdicts([claim for name in every for claim in verdicts[name]])
+    totals = count_verdicts(judged for _, judged in in_order(results, verdicts, outcomes))
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    table.add_row(f"{len(results)} runs", procedures, *(str(total) for total in totals.values()))
+    table.add_row(f"{len(results)} runs", procedures, *map(str, totals.values()))
     return table
 
 
-def count_verdicts(claims: Sequence[ClaimResult]) -> dict[Verdict, int]:
-    """Numbers of claims by verdict, also those that are 0."""
-    return {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in VERDICTS}
+def in_order(results: Sequence[RunResult], verdicts: Judgements,
+             outcomes: Sequence[Outcome]) -> list[tuple[str, ClaimResult]]:
+    """All claims with the names of what they are about: the runs first, then the procedures."""
+    names = [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]
+    return [(name, judged) for name in names for judged in verdicts[name]]
 
 
 def counted_cells(claims: Sequence[ClaimResult]) -> list[str]:
@@ -131,36 +144,35 @@ def counted(items: Sequence[object], noun: str) -> str:
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
     """Table of all claims in Markdown: run or procedure, claim, source, the thesis's value, ours, verdict."""
     lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
-    for name in [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]:
-        for judged in verdicts[name]:
-            claim = judged.claim
-            verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
-            cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text,
-                     verdict)
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    every = [judged.verdict for claims in verdicts.values() for judged in claims]
-    counts = ", ".join(f"{every.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in every)
+    claims = in_order(results, verdicts, outcomes)
+    for name, judged in claims:
+        claim = judged.claim
+        verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
+        cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text, verdict)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(judged for _, judged in claims).items()
+                       if count)
     subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
-    return f"{len(every)} claims on {subjects}: {counts}.\n\n" + "\n".join(lines) + "\n"
+    return f"{len(claims)} claims on {subjects}: {counts}.\n\n" + "\n".join(lines) + "\n"
 
 
-def outcome(metrics: Metrics) -> str:
-    """One line on whether the run held."""
-    events = []
-    if metrics.stop_contact is not None:
-        events.append(f"an end stop was touched at {metrics.stop_contact:.3f} s")
-    if metrics.tripped is not None:
-        events.append(f"the controller tripped at {metrics.tripped:.3f} s")
-    events += [f"largest error at the end {error}" for error in end_error(metrics)]
-    return ("failed" if metrics.failed else "held") + (": " if events else "") + ", ".join(events)
+def outcome(result: RunResult, metrics: Metrics) -> str:
+    """One line on whether the run held, with everything that disturbed it and its error at the end."""
+    words = [*run_status(result), *(f"largest error at the end {error}" for error in end_error(metrics))]
+    return held(metrics) + (": " if words else "") + ", ".join(words)
 
 
-def short_outcome(metrics: Metrics) -> str:
+def short_outcome(result: RunResult) -> str:
     """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
-    events = [(time, words) for time, words in ((metrics.stop_contact, "stop"), (metrics.tripped, "trip"))
-              if time is not None]
-    first = [f"{words} at {time:.3f} s" for time, words in sorted(events)[:1]] or end_error(metrics)
-    return ("failed" if metrics.failed else "held") + "".join(f", {event}" for event in first)
+    if result.metrics is None:
+        return ", ".join(run_status(result))
+    first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
+    return ", ".join([held(result.metrics), *(first or end_error(result.metrics))])
+
+
+def held(metrics: Metrics) -> str:
+    """Whether the run held, in a word."""
+    return "failed" if metrics.failed else "held"
 
 
 def end_error(metrics: Metrics) -> list[str]:

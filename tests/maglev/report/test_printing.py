@@ -6,16 +6,15 @@ from io import StringIO
 import numpy as np
 import pytest
 from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
-from report_runs import judged, packaged, recorded, without_anything
+from report_runs import failed, judged, packaged, recorded, without_anything
 from rich.console import Console
 
-from maglev.cli.terminal import text_of
 from maglev.cosim.master import Recording
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plot import plot
-from maglev.report.text import claims_markdown, study_table
+from maglev.report.plot import figure_of, plot
+from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))
 
@@ -115,6 +114,34 @@ def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
         result = recorded(each)
         plot(tmp_path / name, each, Recording(result.time, result.columns))
         assert (tmp_path / name).stat().st_size > 0
+
+
+def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
+    pytest.importorskip("matplotlib")
+    panels = figure_of(RUN.plan, Recording(RUN.time, RUN.columns)).axes
+    assert [panel.get_ylabel() for panel in panels] == [
+        "v (mm)", "|error| of v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)", "motor phase currents (A)"]
+    reference, position = panels[0].get_lines()
+    np.testing.assert_allclose(position.get_ydata() - reference.get_ydata(), -1.0)   # mm
+    assert len(position.get_xdata()) == len(RUN.time)
+
+
+@pytest.mark.parametrize(("metrics", "text", "cell"), [
+    ({"failed": True, "tripped": 0.25, "stop_contact": 0.125},
+     "failed: touched an end stop at 0.125 s, the controller tripped at 0.250 s", "failed, stop at 0.125 s"),
+    ({"failed": True, "tripped": 0.25, "stop_contact": 0.375},
+     "failed: the controller tripped at 0.250 s, touched an end stop at 0.375 s", "failed, trip at 0.250 s"),
+    ({"end_errors": {"v": 1e-6, "h": 2e-3}}, "held: largest error at the end 2 mm on h", "held, 2 mm on h"),
+    ({}, "held", "held")])
+def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):
+    result = recorded(packaged("2dof-setpoints"), **metrics)
+    assert text_of(result, []).splitlines()[-1] == text
+    assert short_outcome(result) == cell
+
+
+def test_a_run_that_did_not_complete_is_told_with_its_reason():
+    result = failed(packaged("2dof-setpoints"), "[b] no step")
+    assert text_of(result, []).splitlines()[1] == short_outcome(result) == "did not complete: [b] no step"
 
 
 def test_a_run_without_axes_and_motors_is_printed():
