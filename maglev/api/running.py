@@ -14,7 +14,7 @@ from maglev.api.options import FlightOptions, Settings, experiments_of
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
 from maglev.errors import ScenarioError
-from maglev.experiment.execution import RunResult, execute, execute_all, fly, judge_all
+from maglev.experiment.execution import RunResult, execute_all, execute_or_fail, fly, judge_all
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher, processors
 from maglev.experiment.selection import compared, needed, select
@@ -127,7 +127,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     names : iterable of str or Path, optional
         Scenarios, variants or TOML files; every scenario of the package if not given.
     out : path
-        Folder for NAME.csv, NAME.txt and claims.md.
+        Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and claims.md.
     plot : bool
         Also write pictures, NAME.png.
     page : bool
@@ -166,7 +166,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     folder.mkdir(parents=True, exist_ok=True)
     flown = fly_all(experiments, folder, jobs or processors(), watch or unwatched)
     outcomes = outcomes_of(flown, asked)
-    verdicts = {**judge_all(flown), **judge_outcomes(outcomes)}
+    verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
     files = [*write_runs(flown, verdicts, folder, plot), *write_outcomes(outcomes, verdicts, folder),
              folder / "claims.md"]
     write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
@@ -189,17 +189,18 @@ def fly_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watc
     """Fly a single run here, several in processes; each leaves its CSV."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
-            return [execute(experiments[0], out, partial(watcher, experiments[0].plan.name))]
+            return [execute_or_fail(experiments[0], out, {}, partial(watcher, experiments[0].plan.name))]
         return execute_all(experiments, out, jobs, watcher)
 
 
 def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, plot: bool) -> list[Path]:
-    """Write the text of each run, and its picture; the CSV is there already. Returns all three."""
+    """Write the text of each run, and its picture; CSV and JSON are there already. Returns all files."""
     files = []
     for each in runs:
         name = each.plan.name
         write_whole(out / f"{name}.txt", text_of(each, verdicts[name]))
-        files += [out / f"{name}.csv", out / f"{name}.txt"] if each.metrics is not None else [out / f"{name}.txt"]
+        flown = [out / f"{name}.csv", out / f"{name}.json"] if each.metrics is not None else []
+        files += [*flown, out / f"{name}.txt"]
         if plot and each.metrics is not None:
             write_plot(out / f"{name}.png", each.plan, Recording(each.time, each.columns))
             files.append(out / f"{name}.png")

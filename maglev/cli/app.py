@@ -132,7 +132,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
-    The results are `NAME.csv` (time first, then `fmu.variable`), `NAME.txt` and, of all runs, `claims.md`. A run that
+    The results are `NAME.csv` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and the metrics),
+    `NAME.txt` and, of all runs, `claims.md`. A run that
     an FMU ends early leaves what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
     What a procedure of several runs finds is in `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
     """

@@ -1,5 +1,6 @@
 """Runs, one or many at once, and what each of them gives."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -9,15 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmi_export.whole_file import write_whole
 from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
-from maglev.experiment.results import write_csv
-from maglev.judging.metrics import Metrics, evaluate
+from maglev.experiment.provenance import Provenance
+from maglev.experiment.results import ResultFiles, write_csv
+from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
-from maglev.judging.verdicts import Judgements
+from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.schema.run_plan import RunPlan
 
 
@@ -40,6 +43,8 @@ class RunResult:
         Every output at the end; empty if the run did not complete.
     parameters : mapping of str to float
         Every Real parameter that the run started with; empty if it did not complete.
+    provenance : Provenance or None
+        What it rests on; None if it was refused before anything was looked at.
     """
 
     plan: RunPlan
@@ -49,6 +54,12 @@ class RunResult:
     failure: str | None = None
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
+    provenance: Provenance | None = None
+
+    @property
+    def modified(self) -> bool:
+        """Whether it is another run than its plan says."""
+        return self.provenance is not None and self.provenance.modified
 
 
 def fly(experiment: Experiment, progress: Progress | None = None) -> RunResult:
@@ -66,16 +77,17 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     MaglevError, OSError
         If it cannot run, be measured or be written.
     """
-    plan = experiment.plan
-    every = experiment.output_every()
+    every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
     try:
         recording = experiment.run(progress)
     except RunFailed as error:
-        rescued = out / f"{plan.name}.partial.csv"
-        write_csv(rescued, error.recording, every)
-        raise RunFailed(f"{error}; what was recorded until then is in {rescued}", error.recording) from error
-    write_csv(out / f"{plan.name}.csv", recording, every)
-    return measured(experiment, recording)
+        write_csv(files.partial, error.recording, every)
+        raise RunFailed(f"{error}; what was recorded until then is in {files.partial}", error.recording) from error
+    write_csv(files.csv, recording, every)
+    result = measured(experiment, recording)
+    write_whole(files.json, json_text(result))
+    files.forget_failures()
+    return result
 
 
 def measured(experiment: Experiment, recording: Recording) -> RunResult:
@@ -83,7 +95,15 @@ def measured(experiment: Experiment, recording: Recording) -> RunResult:
     metrics = evaluate(experiment.plan, recording.time, recording.columns)
     thin = thinned(recording, experiment.output_every())
     return RunResult(experiment.plan, thin.time, thin.columns, metrics, ends=ends_of(recording),
-                     parameters=experiment.parameters())
+                     parameters=experiment.parameters(), provenance=experiment.provenance())
+
+
+def json_text(result: RunResult) -> str:
+    """What is known about a run beside its columns, as JSON; what never happened or is not finite is null."""
+    assert result.provenance is not None
+    data = {"name": result.plan.name, "title": result.plan.title, "provenance": result.provenance.as_data(),
+            "metrics": None if result.metrics is None else metrics_data(result.metrics)}
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def thinned(recording: Recording, every: int) -> Recording:
@@ -109,6 +129,8 @@ def execute_or_fail(experiment: Experiment, out: Path, ends: Ends, progress: Pro
     try:
         return execute(replace(experiment, plan=started(experiment.plan, ends)), out, progress)
     except FAILURES as error:
+        # What an earlier run has left must not pass for what this one gave.
+        ResultFiles(out, experiment.plan.name).set_aside()
         return failed(experiment, in_one_line(error))
 
 
@@ -118,6 +140,18 @@ def failed(experiment: Experiment, message: str) -> RunResult:
 
 
 def judge_all(results: Sequence[RunResult]) -> Judgements:
-    """Judge the claims of every run, by name, comparative ones against the other runs."""
+    """Judge the claims of every run, by name, comparative ones against the other runs.
+
+    The claims are about the thesis's runs: those of a modified run have no verdict on the thesis, nor has a comparison
+    with one.
+    """
     metrics = {result.plan.name: result.metrics for result in results}
-    return {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in results}
+    modified = {result.plan.name for result in results if result.modified}
+    judged = {}
+    for result in results:
+        name = result.plan.name
+        claims = judge_run(result.plan.claims, result.metrics, metrics)
+        others = [{name, claim.than} & modified for claim in result.plan.claims]
+        judged[name] = [each for claim, other in zip(claims, others, strict=True)
+                        for each in (of_modified_runs([claim]) if other else [claim])]
+    return judged

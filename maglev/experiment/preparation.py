@@ -6,12 +6,13 @@ from pathlib import Path
 
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.fmu import read_description
+from maglev.cosim.fmu import OWN_TOOL, read_description
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.port_check import check_names
+from maglev.experiment.provenance import Provenance, provenance
 from maglev.experiment.replacement import Replacement, fit, known_ports, require_essential
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue, read_start_value
 from maglev.units import number_or_text
@@ -36,6 +37,10 @@ class Experiment:
         What the FMUs that were put in call their ports, by name in the run.
     notes : tuple of str
         Sentences about what these FMUs lack or leave open.
+    changes : tuple of str
+        Values that differ from the plan's.
+    put_in : tuple of str
+        Names of the FMUs that take the place of the plan's.
     """
 
     plan: RunPlan
@@ -45,6 +50,12 @@ class Experiment:
     order: Order = "sequential"
     ports: dict[str, PortMap] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
+    put_in: tuple[str, ...] = ()
+
+    def provenance(self) -> Provenance:
+        """What a result of it rests on."""
+        return provenance(self.files, self.check(), self.put_in, self.changes)
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the plan against the FMUs; returns their model descriptions.
@@ -145,6 +156,11 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         If a replaced FMU or a setting does not exist or cannot be read.
     """
     known = {}
+    # An FMU file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
+    own_files = {name: Replacement(Path(fmu.file)) for name, fmu in plan.fmus.items()
+                 if fmu.file is not None and is_foreign(name, Path(fmu.file))}
+    put_in = tuple(replaced)
+    replaced = {**own_files, **replaced}
     for name, replacement in replaced.items():
         known_participant(plan, f"--{name}", name)
         known[name] = known_ports(plan, name, fmu_file(plan.fmus[name], fmus))
@@ -175,8 +191,47 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     files = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus)
              for name, fmu in plan.fmus.items()}
     fitted = fit(changed, replaced, known)
-    return Experiment(fitted.plan, files, plan.step if step is None else step, tuple(left_out), order,
-                      {name: replacement.ports for name, replacement in replaced.items()}, (*fitted.notes, *overruled))
+    experiment = Experiment(fitted.plan, files, plan.step if step is None else step, tuple(left_out), order,
+                            {name: replacement.ports for name, replacement in replaced.items()},
+                            (*fitted.notes, *overruled))
+    changes = changes_of(experiment, plan, asked)
+    if changes or put_in:
+        experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
+    return replace(experiment, changes=changes, put_in=put_in)
+
+
+def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> tuple[str, ...]:
+    """What was asked for that differs from the plan, or from what its FMUs start with: values, step, order."""
+    found = []
+    for full in sorted(asked):
+        name, _, variable = full.partition(".")
+        now = experiment.plan.fmus[name].start[variable]
+        planned = plan.fmus[name].start.get(variable)
+        default = known_start(name, experiment.files[name], variable)
+        before = default if planned is None else planned.value
+        if before is None or float(now.value) != float(before) or variable in plan.fmus[name].start_from:
+            found.append(f"{full} = {now.written}" + ("" if before is None else f" instead of {before}"))
+    if experiment.step != plan.step:
+        found.append(f"step = {experiment.step} s instead of {plan.step} s")
+    if experiment.order != "sequential":
+        found.append(f"order is {experiment.order}")
+    return tuple(found)
+
+
+def known_start(name: str, file: Path, variable: str) -> float | None:
+    """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
+    if not file.is_file():
+        return None
+    text = next((v.start for v in read_description(name, file).modelVariables if v.name == variable), None)
+    try:
+        return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
+    except ValueError:
+        return None
+
+
+def is_foreign(name: str, file: Path) -> bool:
+    """Whether an FMU file is of another project; one that is missing is refused later."""
+    return file.is_file() and not (read_description(name, file).generationTool or "").startswith(OWN_TOOL)
 
 
 def unknown_starts(name: str, replacement: Replacement, start: Iterable[str]) -> list[str]:

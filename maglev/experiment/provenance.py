@@ -61,7 +61,7 @@ class Provenance:
     fmus : tuple of FlownFmu
         In the order of stepping.
     changes : tuple of str
-        Every value that differs from the plan's, "plant.y.mass = 8 kg instead of 6.9", and a step or an order of its own.
+        Every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own.
     """
 
     version: str

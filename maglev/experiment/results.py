@@ -1,10 +1,51 @@
 """Results of a run as CSV: time first, then FMI names, each with the name of its FMU in front."""
 
 import csv
+from dataclasses import dataclass
 from pathlib import Path
 
 from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
+
+
+@dataclass(frozen=True)
+class ResultFiles:
+    """Files of a run in the folder of the results: CSV, what is known beside it, and what a failed run leaves."""
+
+    folder: Path
+    name: str
+
+    @property
+    def csv(self) -> Path:
+        """Columns of a run that was flown to its end."""
+        return self.folder / f"{self.name}.csv"
+
+    @property
+    def json(self) -> Path:
+        """Provenance and metrics of that run."""
+        return self.folder / f"{self.name}.json"
+
+    @property
+    def partial(self) -> Path:
+        """Columns of a run that ended early."""
+        return self.folder / f"{self.name}.partial.csv"
+
+    @property
+    def previous(self) -> Path:
+        """Columns of an earlier run, after one that ended early."""
+        return self.folder / f"{self.name}.previous.csv"
+
+    def set_aside(self) -> None:
+        """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
+        if self.csv.is_file():
+            self.csv.replace(self.previous)
+        self.json.unlink(missing_ok=True)
+        (self.folder / f"{self.name}.png").unlink(missing_ok=True)
+
+    def forget_failures(self) -> None:
+        """Remove what a failed run has left."""
+        self.partial.unlink(missing_ok=True)
+        self.previous.unlink(missing_ok=True)
 
 
 def write_csv(path: Path, recording: Recording, every: int = 1) -> None:

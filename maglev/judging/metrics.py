@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,19 @@ class Metrics:
     tripped: float | None                 # s, first time the controller had tripped, None = never
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
     lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
+
+
+def metrics_data(metrics: Metrics) -> dict[str, Any]:
+    """Metrics as JSON has them, SI; null for what never happened or has no end, bands as text."""
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {str(key): plain(entry) for key, entry in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(entry) for entry in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    found: dict[str, Any] = plain(asdict(metrics))
+    return found
 
 
 def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metrics:

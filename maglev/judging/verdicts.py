@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, TypeVar, get_args
 
 from maglev.errors import MeasurementError
 from maglev.schema.claims import Claim
 
-Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run"]
+Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run", "modified run"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 CLOSE = 0.1   # share of the target within which a missed claim is "within 10 %"
@@ -106,6 +106,12 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     if not pairs:
         raise MeasurementError(f"claim {claim.text!r}: {claim.elsewhere} has no {claim.quantity} at the same place")
     return against_each_other(claim, pairs)
+
+
+def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Results without verdicts on the thesis, for runs that are others than the thesis's; what was measured stays."""
+    return [result if result.verdict in ("not testable", "not run") else replace(result, verdict="modified run")
+            for result in results]
 
 
 def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:

@@ -1,17 +1,21 @@
 """Claims about procedures: the values that a procedure found that they are judged on."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from maglev.judging.verdicts import ClaimResult, Judgements, MeasuredValue, Sides, judge, mean
+from maglev.judging.verdicts import ClaimResult, Judgements, MeasuredValue, Sides, judge, mean, of_modified_runs
 from maglev.procedures.outcome import Outcome
 from maglev.schema.claims import GapRange, ProcedureClaim
 
 SAME = 1e-6   # m or s; gaps and ε are compared as written
 
 
-def judge_outcomes(outcomes: Sequence[Outcome]) -> Judgements:
-    """Judge the claims of every procedure, by name; "not run" where the runs behind a value are missing."""
-    return {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
+def judge_outcomes(outcomes: Sequence[Outcome], modified: Collection[str] = ()) -> Judgements:
+    """Judge the claims of every procedure, by name; "not run" where the runs behind a value are missing.
+
+    Those that rest on one of the modified runs, by name, have no verdict on the thesis.
+    """
+    return {outcome.settings.name: of_modified_runs(judge_procedure(outcome)) if {*outcome.runs} & {*modified}
+            else judge_procedure(outcome) for outcome in outcomes}
 
 
 def judge_procedure(outcome: Outcome) -> list[ClaimResult]:

@@ -11,7 +11,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.report.charts import ShownChart
 from maglev.report.figures import Shown, anchor
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
-from maglev.report.status import is_listed, run_status
+from maglev.report.status import is_listed, modification, run_status
 
 
 class Look(NamedTuple):
@@ -27,6 +27,7 @@ LOOKS: dict[Verdict, Look] = {
     "not reproduced": Look("bad", "✗"),
     "not testable": Look("open", "?"),
     "not run": Look("none", "–"),
+    "modified run": Look("none", "≠"),
 }
 
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
@@ -48,7 +49,16 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
                     f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS)
     failed = sum(result.failure is not None for result in results)
     return (f'<ul class="cards">{cards}</ul>\n'
-            f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>')
+            f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>'
+            + notice_of_modified(results))
+
+
+def notice_of_modified(results: Sequence[RunResult]) -> str:
+    """That runs are not the thesis's, if they are not; nothing otherwise."""
+    modified = [f"<li>{escape(result.plan.name)}: {escape(modification(result))}</li>" for result in results
+                if result.modified]
+    heading = '\n<p class="status">Modified runs, whose claims have no verdict on the thesis:</p>'
+    return f'{heading}<ul>{"".join(modified)}</ul>' if modified else ""
 
 
 def filter_buttons(judgements: Judgements) -> str:

@@ -155,8 +155,9 @@ def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
         return chart_data(shown)
-    return {"runs": [{"name": run.plan.name, "label": shown.figure.runs[run.plan.name]}
-                     for run in shown.recorded],
+    labels = {run.plan.name: shown.figure.runs[run.plan.name] + (" (modified)" if run.modified else "")
+              for run in shown.recorded}
+    return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
             "panels": [panel._asdict() for panel in shown.panels],
             **({} if shown.figure.until is None else {"until": shown.figure.until})}
 

@@ -23,11 +23,23 @@ def events(metrics: Metrics | None) -> list[Event]:
     return sorted(Event(time, words, word) for time, words, word in found if time is not None)
 
 
-def run_status(result: RunResult) -> list[str]:
+def modification(result: RunResult) -> str:
+    """What makes a run another one than its plan says; empty if nothing does."""
+    return f"modified run: {', '.join(result.provenance.differences)}" if (
+        result.provenance is not None and result.modified) else ""
+
+
+def troubles(result: RunResult) -> list[str]:
     """What went wrong in a run, if anything."""
     if result.failure is not None:
         return [f"did not complete: {result.failure}"]
     return [f"{event.words} at {event.time:.3f} s" for event in events(result.metrics)]
+
+
+def run_status(result: RunResult) -> list[str]:
+    """What a reader must know before anything else about a run: that it is another one, and what went wrong."""
+    modified = modification(result)
+    return [*([modified] if modified else []), *troubles(result)]
 
 
 def is_listed(result: RunResult, judgements: Judgements) -> bool:

@@ -10,17 +10,19 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from maglev.experiment.execution import RunResult
+from maglev.experiment.provenance import Provenance
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict, count_verdicts
 from maglev.procedures.outcome import Outcome
-from maglev.report.status import events, is_listed, run_status
+from maglev.report.status import events, is_listed, modification, run_status, troubles
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
 REPORT_WIDTH = 120   # characters
 
 COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
-                               "not testable": "dim", "not run": "magenta"}
+                               "not testable": "dim", "not run": "magenta",
+                               "modified run": "cyan"}
 
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
@@ -30,6 +32,8 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -
     if result.metrics is None:
         console.print(Text(", ".join(run_status(result))))
         return
+    if result.provenance is not None:
+        console.print(Text(origin(result.provenance), style="dim"))
     for table in metric_tables(plan, result.metrics):
         console.print(table)
     console.print(claim_table(verdicts))
@@ -46,6 +50,14 @@ def as_text(show: Callable[[Console], None]) -> str:
     text = StringIO()
     show(Console(file=text, width=REPORT_WIDTH))
     return text.getvalue()
+
+
+def origin(provenance: Provenance) -> str:
+    """Version, kinds of the FMUs and what differs from the plan, in a line."""
+    commit = f" ({provenance.commit})" if provenance.commit else ""
+    kinds = ", ".join(f"{fmu.name}: {fmu.kind} {fmu.model}" for fmu in provenance.fmus)
+    modified = f"; modified: {', '.join(provenance.differences)}" if provenance.modified else ""
+    return f"Maglev FMUs {provenance.version}{commit}; {kinds}{modified}"
 
 
 def heading(name: str, title: str) -> Text:
@@ -153,19 +165,21 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
     counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(judged for _, judged in claims).items()
                        if count)
     subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
-    return f"{len(claims)} claims on {subjects}: {counts}.\n\n" + "\n".join(lines) + "\n"
+    modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in results if result.modified]
+    notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
+    return f"{len(claims)} claims on {subjects}: {counts}.\n\n{notice}" + "\n".join(lines) + "\n"
 
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run held, with everything that disturbed it and its error at the end."""
-    words = [*run_status(result), *(f"largest error at the end {error}" for error in end_error(metrics))]
+    words = [*troubles(result), *(f"largest error at the end {error}" for error in end_error(metrics))]
     return held(metrics) + (": " if words else "") + ", ".join(words)
 
 
 def short_outcome(result: RunResult) -> str:
     """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
     if result.metrics is None:
-        return ", ".join(run_status(result))
+        return ", ".join(troubles(result))
     first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
     return ", ".join([held(result.metrics), *(first or end_error(result.metrics))])
 

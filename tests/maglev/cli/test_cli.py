@@ -115,10 +115,17 @@ def test_failed_run_leaves_earlier_results_and_a_partial_one(fmus: Path, short: 
     assert "expected a number from -10.0 to 10.0 m" in line
     assert "Fatal py exception" not in line
     assert "short.partial.csv" in line
-    assert (tmp_path / "short.csv").read_bytes() == before
+    # What an earlier run has left does not pass for what this one gave.
+    assert not (tmp_path / "short.csv").exists()
+    assert not (tmp_path / "short.json").exists()
+    assert (tmp_path / "short.previous.csv").read_bytes() == before
+    assert "did not complete" in (tmp_path / "short.txt").read_text()
     partial = (tmp_path / "short.partial.csv").read_text().splitlines()
     assert partial[0].startswith("time,")
     assert len(partial) > 2
+    assert maglev("run", short, "--fmus", fmus, "--out", tmp_path).exit_code == 0
+    assert (tmp_path / "short.csv").read_bytes() == before
+    assert not list(tmp_path.glob("*.partial.csv")) + list(tmp_path.glob("*.previous.csv"))
 
 
 def test_unknown_scenario_and_key(short: Path) -> None:
@@ -138,14 +145,14 @@ def test_unknown_fmu(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr("maglev.api.running.execute", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
     assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
 
 
 def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.report.plot.find_spec", lambda _: None)
-    monkeypatch.setattr("maglev.api.running.execute", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
     assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 
