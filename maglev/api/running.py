@@ -189,6 +189,7 @@ def fly_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watc
     """Fly a single run here, several in processes; each leaves its CSV."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
+            experiments[0].check()   # of many runs, one that cannot be flown leaves the others alone
             return [execute_or_fail(experiments[0], out, {}, partial(watcher, experiments[0].plan.name))]
         return execute_all(experiments, out, jobs, watcher)
 
