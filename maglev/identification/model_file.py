@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmi_export.whole_file import write_whole
-from maglev.errors import IdentificationError, nearest
+from maglev.errors import IdentificationError, nearest, shortened
 from maglev.identification.rigs import RIGS
 from maglev.toml_file import read_toml
 
@@ -15,13 +15,15 @@ if TYPE_CHECKING:
 
 FMUS = ("plant", "controller")
 CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
+BEGINNING = "# Identified by maglev identify"
+END = "# end of the constants"   # a number that was cut is a number, too
 SMALLEST = 1e-9   # the controllers divide by them
 LARGEST = 1e12
 
 
 def write_model(path: Path, found: "Identification", source: Path) -> None:
     """Write the constants for the plant and for the controller's model; one that cannot be used stays a comment."""
-    lines = [f"# Identified by maglev identify from {source.name}: {found.estimate.method} estimator, "
+    lines = [f"{BEGINNING} from {source.name}: {found.estimate.method} estimator, "
              f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
              "# To be used by: maglev run SCENARIO --model FILE. Standard errors behind the values.",
              *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
@@ -30,7 +32,7 @@ def write_model(path: Path, found: "Identification", source: Path) -> None:
         for name, value in found.estimate.final.items():
             usable = value >= SMALLEST and math.isfinite(found.standard_error[name])
             lines.append(f"{'' if usable else '# '}{name} = {value!r}   # ± {found.standard_error[name]:.2g}")
-    write_whole(path, "\n".join(lines) + "\n")
+    write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
 def model_settings(path: Path, rig: str | None = None) -> list[str]:
@@ -51,6 +53,10 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
         If the file cannot be read, or has an unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
+    text = path.read_text(encoding="utf-8-sig")
+    if text.startswith(BEGINNING) and not text.rstrip().endswith(END):
+        raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
+                                  "cut")
     named = table.pop("rig", None)
     if named is not None and (not isinstance(named, str) or named not in RIGS):
         raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "

@@ -7,14 +7,15 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from maglev.cosim.master import Progress
+from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.processes import Task, Watcher
 from maglev.experiment.replacement import Replacement
-from maglev.regression.baseline import ON_GRID, Baseline, baseline_files, from_recording, read_baseline, write_baseline
+from maglev.regression.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
 from maglev.regression.deviation import Deviation, WorstDifference, changes, first_deviation, worst
+from maglev.regression.fit import BEYOND, require_fit, require_whole
 from maglev.schema.run_plan import RunPlan
 
 
@@ -83,7 +84,7 @@ class UpdateResult:
 
 def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
-    """Run a run to the end of its baseline, and compare.
+    """Run a plan to the end of its baseline and a little further, and compare.
 
     Parameters
     ----------
@@ -108,14 +109,17 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, plan.name)
         require_fit(plan, baseline, baselines)
-        shortened = plan.model_copy(update={"stop_time": baseline.stop_time})
+        end = min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
+        shortened = plan.model_copy(update={"stop_time": end})
         experiment = prepared(shortened, fmus, replaced, settings, ends)
         lacking = [name for name in shortened.check.signals if name not in experiment.plan.check.signals]
         baseline = without(baseline, lacking)
         units = units_of(experiment, baseline.columns)
-        recording = experiment.run(progress)
+        recording = flown(experiment, baseline.stop_time, progress)
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
+        if deviation is None:
+            require_whole(plan, baseline, recording, baselines)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
@@ -129,6 +133,16 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
                + ("equal the baseline" if same else "are within their tolerances")
                + (f"; not compared, for the FMU has no such signals: {', '.join(lacking)}" if lacking else ""))
     return CheckResult(plan.name, "passed", message, None, differences, elapsed, units, reached)
+
+
+def flown(experiment: Experiment, end: float, progress: Progress | None) -> Recording:
+    """Recording of a run; also of one that an FMU ends, if that is after the end of the baseline (s)."""
+    try:
+        return experiment.run(progress)
+    except RunFailed as error:
+        if not len(error.recording.time) or error.recording.time[-1] < end:
+            raise
+        return error.recording
 
 
 def update_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
@@ -208,21 +222,6 @@ def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
     if "error" in statuses or not statuses:
         return 2
     return 1 if "deviated" in statuses else 0
-
-
-def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
-    """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
-    samples, options = baseline_files(folder, plan.name)
-    if abs(plan.step - baseline.step) > ON_GRID * baseline.step:
-        raise BaselineError(f"{options}: StepSize = {baseline.step}: expected the communication step of the scenario, "
-                            f"{plan.step} s; `maglev check --update` writes a new baseline")
-    if baseline.stop_time > plan.stop_time + ON_GRID * baseline.step:
-        raise BaselineError(f"{options}: StopTime = {baseline.stop_time}: expected at most the stop time of the "
-                            f"scenario, {plan.stop_time} s; `maglev check --update` writes a new baseline")
-    for name in plan.check.signals:
-        if name not in baseline.columns:
-            raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
-                                f"{plan.path}; `maglev check --update` writes a new baseline")
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:

@@ -39,6 +39,11 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     expected = [f"{participant}.C{k}={table[participant][f'C{k}']!r}" for participant in ("plant", "controller")
                 for k in (1, 2, 3, 4)]
     assert model_settings(tmp_path / "mine.identified.toml", "2dof") == expected
+    # A file that ends inside a number is TOML, too.
+    text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
+    (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("C4 = ") + 7], encoding="utf-8")
+    with pytest.raises(IdentificationError, match="expected the line '# end of the constants': the file was cut"):
+        model_settings(tmp_path / "mine.identified.toml", "2dof")
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

@@ -120,7 +120,7 @@ def baselines(committed: Path, tmp_path: Path) -> Path:
 
 
 def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
-    result = check_run(short(stop_time=26.0), fmus, {}, [], baselines, {})
+    result = check_run(short(), fmus, {}, [], baselines, {})
     assert describe(result) == "2dof-setpoints: passed, 3 signals at 31 samples to t = 1.5 s equal the baseline"
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
     assert set(result.worst) == set(short().check.signals)
@@ -141,7 +141,10 @@ def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
 def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
     options = baseline_files(baselines, "2dof-setpoints")[1]
     options.write_text(options.read_text().replace("1e-09", "0.01"))
-    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines, {})
+    wide = {name: SignalTolerance(absolute=0.01 if allowed.absolute == 1e-9 else allowed.absolute)
+            for name, allowed in short().check.signals.items()}
+    plan = short(check=CheckSettings(signals=wide))
+    result = check_run(plan, fmus, {}, ["plant.C1=14.2142"], baselines, {})
     assert result.message.endswith("are within their tolerances")
     assert 1e-9 < result.worst["plant.h.position"].difference < 0.01
 
@@ -153,6 +156,24 @@ def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
     baseline = read_baseline(tmp_path, "2dof-setpoints")
     assert 0.0 < baseline.stop_time < 1.4
     assert check_run(short(), *arguments).status == "passed"
+
+
+def test_a_tolerance_is_the_scenarios(fmus: Path, baselines: Path) -> None:
+    """A file that was edited does not decide what passes."""
+    options = baseline_files(baselines, "2dof-setpoints")[1]
+    options.write_text(options.read_text().replace("1e-09", "1.0"))
+    error(check_run(short(), fmus, {}, ["plant.C2=800"], baselines, {}),
+          "the tolerance of plant.v.position is 1.0 + 0.0 relative, expected that of the scenario, 1e-09")
+
+
+def test_a_baseline_that_was_cut(fmus: Path, baselines: Path) -> None:
+    """Two samples of a run that goes on: nothing has deviated so far."""
+    samples, options = baseline_files(baselines, "2dof-setpoints")
+    lines = samples.read_text().splitlines(keepends=True)
+    samples.write_text("".join(lines[:3]))
+    last = lines[2].partition(",")[0]
+    options.write_text(options.read_text().replace("StopTime,1.5", f"StopTime,{last}"))
+    error(check_run(short(), fmus, {}, [], baselines, {}), f"ends at t = {last} s, expected samples to 1.5 s")
 
 
 def error(result: CheckResult, message: str) -> None:
@@ -176,7 +197,7 @@ def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None
     samples = baseline_files(baselines, "2dof-setpoints")[0]
     samples.unlink()
     samples.mkdir()
-    error(check_run(short(), fmus, {}, [], baselines, {}), "Is a directory")
+    error(check_run(short(), fmus, {}, [], baselines, {}), "there is no such file")
 
 
 def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch) -> None:
