@@ -8,7 +8,7 @@ import pytest
 from command_line import error_line, maglev
 from identification_data import flight
 
-from maglev.errors import IdentificationError
+from maglev.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
 
 
@@ -41,7 +41,7 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     assert model_settings(tmp_path / "mine.identified.toml", "2dof") == expected
     # A file that ends inside a number is TOML, too.
     text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
-    (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("C4 = ") + 7], encoding="utf-8")
+    (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("C4 = ") + 8], encoding="utf-8")
     with pytest.raises(IdentificationError, match="expected the line '# end of the constants': the file was cut"):
         model_settings(tmp_path / "mine.identified.toml", "2dof")
 
@@ -80,7 +80,7 @@ def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
 
 @pytest.mark.parametrize(("text", "message"), [
     ("", "has no constants, expected C1 = … in [plant], in [controller] or for both"),
-    ("C1 = \n", "no TOML: "),
+    ("C1 = \n", "TOML syntax: "),
     ("[plant]\nC9 = 1.0\n", "plant.C9: unknown key, nearest valid key is 'C"),
     ("[plnt]\nC1 = 1.0\n", "plnt: unknown key, nearest valid key is 'plant'"),
     ("plant = 3\n", "plant = 3: expected a table [plant]"),
@@ -93,12 +93,12 @@ def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
     ('rig = "2dof"\nC1 = 1.0\n', "rig = '2dof': expected constants of the rig 3dof")])
 def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
     path = model(tmp_path, text)
-    with pytest.raises(IdentificationError) as refused:
+    with pytest.raises(MaglevError) as refused:
         model_settings(path, "3dof" if "rig 3dof" in message else None)
     assert str(refused.value).startswith(f"{path}: {message}")
 
 
 def test_missing_model(tmp_path: Path) -> None:
     model(tmp_path, "C1 = 1.0\n")
-    with pytest.raises(IdentificationError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
+    with pytest.raises(MaglevError, match="cannot be read: No such file or directory, nearest is 'model.toml'"):
         model_settings(tmp_path / "modle.toml")
