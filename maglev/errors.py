@@ -10,6 +10,7 @@
     ├── CsvError               a CSV file that cannot be read, or has no numbers where it should
     ├── BaselineError          a baseline that is missing or cannot be used
     ├── IdentificationError    data, settings or a model file of an identification
+    ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
     └── BuildError             an FMU cannot be built
 
 Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
@@ -61,6 +62,10 @@ class BaselineError(MaglevError):
 
 class IdentificationError(MaglevError):
     """Data, settings or a model file that cannot be used; one line with file, key or column, value and expectation."""
+
+
+class LinearModelError(MaglevError):
+    """What cannot be linearised: an equilibrium that does not exist, an unknown axis, parameter or signal."""
 
 
 class BuildError(MaglevError):

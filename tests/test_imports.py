@@ -22,12 +22,13 @@ BELOW: dict[str, set[str]] = {
     "maglev": {"pmlsm", "fmi_export"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
-REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"}}
+REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
+           "maglev.linear": {"plant_fmu", "controller_fmu"}}
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "units", "csv_table", "toml_file", "identification", "cosim", "schema", "judging", "experiment",
-         "catalogue", "regression", "procedures", "report", "api", "__init__", "cli", "__main__")
+ROOMS = ("errors", "units", "csv_table", "toml_file", "identification", "linear", "cosim", "schema", "judging",
+         "experiment", "catalogue", "regression", "procedures", "report", "api", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|\w+_fmu|plant_\ddof")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from maglev.cli.identify import identify
+from maglev.cli.linearise import linearise
 from maglev.cli.options import (
     Controller,
     Debug,
@@ -213,6 +214,7 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
 
 
 app.command()(identify)
+app.command()(linearise)
 
 if __name__ == "__main__":
     app()

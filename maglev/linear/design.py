@@ -1,0 +1,39 @@
+"""What the gains of the output regulator are designed for: the poles of a double integrator with the internal model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from maglev.linear.model import Complex, Matrix
+
+
+def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
+    """Characteristic polynomial of e'' = K [e, ė, ξ1, ξ2, ξ3]ᵀ + ξ1, ξ' = φ ξ + N e (4.15), (4.16).
+
+    s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1): what a feedback-linearised axis has but
+    for sampling, observer and amplifiers.
+
+    Parameters
+    ----------
+    gains : sequence of float
+        k1…k5: 1/s², 1/s, 1/s⁵, 1/s⁴, 1/s³.
+    omega0 : float
+        Frequency of the internal model, rad/s.
+
+    Returns
+    -------
+    ndarray, shape (6,)
+        Coefficients, of s⁵ first.
+    """
+    k1, k2, k3, k4, k5 = gains
+    square = omega0 * omega0
+    return np.array([1.0, -k2, square - k1, -(k2 * square + k5), -(k1 * square + k4), -(k3 + 1.0)])
+
+
+def regulator_poles(gains: Sequence[float], omega0: float) -> Complex:
+    """Roots of `regulator_polynomial`, 1/s, the slowest first.
+
+    Poles that lie close together are ill-conditioned: compare polynomials, not roots.
+    """
+    roots = np.roots(regulator_polynomial(gains, omega0)).astype(np.complex128)
+    return roots[np.lexsort((roots.imag, -roots.real))]

@@ -1,0 +1,105 @@
+"""`linearise`: the linear model of a plant or a controller."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, get_args
+
+from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.linear.controller import linear_controller
+from maglev.linear.equilibrium import Equilibrium, check_limit, equilibrium_of, read_positions
+from maglev.linear.model import LinearModel
+from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
+from maglev.linear.plant import linear_plant
+from maglev.units import parse_quantity
+
+Currents = Literal["dq", "phases"]
+
+
+def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: Currents = "dq",
+              amplifier: bool = True, hold: Quantity | None = None, forces: bool = False,
+              parameters: Mapping[str, Quantity | bool] | None = None) -> LinearModel:
+    """Linearise a plant or a controller about an equilibrium.
+
+    The model is exact: its matrices are derivatives of the equations, written out, not differences.
+
+    In the model of a plant: motors (4.3), (5.3) with the modulation of the attraction, gravity, bias (through the
+    equilibrium), mass, viscous friction, guide ripple, and the lag of the amplifiers. Left out, for they are not
+    smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
+    encoders. With friction on, motions that are short beside its presliding displacement meet its spring, which is not
+    in here.
+
+    The model of a controller is sampled at its sample time: observer, internal model or integral and pre-filter, and
+    its law at the operating point. Left out: the current limit with its antiwindup, the safety trip, and the
+    compensation of Coulomb friction. A scheduled law has the gains of the region that the gap lies in.
+
+    Parameters
+    ----------
+    name : str
+        "Plant2DOF", "Plant3DOF", or a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF".
+    at : mapping of str to float or str, or Equilibrium
+        Position of each axis, m or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are 0 if
+        not given. Of a controller alone, the currents are then those of its own model; with the equilibrium of a
+        plant, as in `linearise("Regulator3DOF", plant.equilibrium)`, it is linearised where that plant rests.
+    currents : {"dq", "phases"}
+        Inputs of a plant, outputs of a controller: direct and quadrature currents or phase currents. Those in d and q
+        are commutated with the true displacement at every moment, or, where they are held, with that at the sample.
+    amplifier : bool
+        Whether the plant has the first-order lag of its amplifiers.
+    hold : float or str, optional
+        Sample time, s or text such as "0.2 ms", of a plant whose phase currents are held between the samples; exact.
+        Without it a plant is continuous in time.
+    forces : bool
+        Whether the external forces on the axes are inputs of the plant, too.
+    parameters : mapping, optional
+        Parameters of the FMU that differ from their start values, such as {"y.mass": 7.2, "C3": 330.0}.
+
+    Returns
+    -------
+    LinearModel
+        Of a plant: states are positions, velocities and, with lag, delivered i_d, i_q of each motor; outputs are
+        positions. Of a controller: inputs are reference, its rate and measurement of each axis, outputs the commanded
+        currents.
+
+    Raises
+    ------
+    LinearModelError
+        If there is no linear model of that name, or no such axis, parameter or equilibrium.
+
+    Examples
+    --------
+    >>> plant = linearise("Plant3DOF", {"y": "25 mm"}, amplifier=False)
+    >>> plant.states
+    ('y.position', 'x.position', 'z.position', 'y.velocity', 'x.velocity', 'z.velocity')
+    >>> print(f"{max(plant.poles.real):.1f} /s")
+    38.7 /s
+    """
+    rig = rig_of(name)
+    if currents not in get_args(Currents):
+        raise LinearModelError(f"currents = {currents!r}, expected one of {', '.join(get_args(Currents))}; nearest is "
+                               f"{nearest(str(currents), get_args(Currents))}")
+    block = block_of(name, parameters or {})
+    if name in CONTROLLERS:
+        if hold is not None:
+            raise LinearModelError(f"{name}: hold = {hold}, expected none: a controller is sampled at its sample_time")
+        return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
+    return linear_plant(name, rig, block, resting(name, block, at), currents == "phases", amplifier, forces,
+                        None if hold is None else read_hold(name, hold))
+
+
+def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> Equilibrium:
+    """Equilibrium of a block: found at given positions, or given and checked."""
+    if not isinstance(at, Equilibrium):
+        return equilibrium_of(name, block, read_positions(name, at))
+    if at.motors != rig_of(name).motors:
+        raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "
+                               f"{', '.join(rig_of(name).motors)}")
+    if name in CONTROLLERS:
+        check_limit(f"{name} at {at}", block, at)
+    return at
+
+
+def read_hold(name: str, hold: Quantity) -> float:
+    """Sample time (s) of a plant whose inputs are held."""
+    try:
+        return parse_quantity(hold, "s")
+    except QuantityError as error:
+        raise LinearModelError(f"{name}: hold: {error}") from None

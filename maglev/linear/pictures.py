@@ -1,0 +1,75 @@
+"""Bode and Nyquist pictures of a loop opened at some of its signals."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from maglev.errors import LinearModelError
+from maglev.linear.loop import Loop
+from maglev.linear.margins import frequencies_of
+
+FAINT = {"color": "0.6", "linewidth": 0.8}
+WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1
+
+
+def require_matplotlib() -> None:
+    """Raise LinearModelError if matplotlib, an extra of this project, is not installed."""
+    if find_spec("matplotlib") is None:
+        raise LinearModelError("pictures need matplotlib, expected it to be installed: "
+                               "pip install 'maglev-fmus[report]'")
+
+
+def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
+    """Write a PNG with gain and phase of the loop opened at each of the signals, and the gain of its sensitivity.
+
+    Errors as of `Loop.opened`, and LinearModelError without matplotlib.
+    """
+    require_matplotlib()
+    from matplotlib.figure import Figure  # an extra: only who plots needs it
+
+    figure = Figure(figsize=(8, 8), layout="constrained")
+    gain, phase, sensitivity = figure.subplots(3, 1, sharex=True)
+    figure.suptitle(loop.closed.name)
+    for signal in signals:
+        opened = loop.opened(signal)
+        frequencies = frequencies_of(opened)
+        values = opened.frequency_response(frequencies)[:, 0, 0]
+        gain.loglog(frequencies, np.abs(values), linewidth=1.0, label=loop.opening(signal))
+        phase.semilogx(frequencies, np.degrees(np.unwrap(np.angle(values))), linewidth=1.0)
+        sensitivity.loglog(frequencies, np.abs(1.0 / (1.0 + values)), linewidth=1.0)
+    gain.axhline(1.0, **FAINT)
+    sensitivity.axhline(1.0, **FAINT)
+    gain.legend(fontsize="small")
+    for panel, label in ((gain, "|L|"), (phase, "phase of L (°)"), (sensitivity, "|S| = |1/(1 + L)|")):
+        panel.set_ylabel(label)
+    sensitivity.set_xlabel("frequency (rad/s)")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+
+
+def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
+    """Write a PNG with the Nyquist curve, near −1, of the loop opened at each of the signals.
+
+    The circle about −1 is the distance that the largest peak of the sensitivity leaves. Errors as of `write_bode`, and
+    LinearModelError if the loop is unstable.
+    """
+    require_matplotlib()
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    figure = Figure(figsize=(7, 7), layout="constrained")
+    panel = figure.subplots()
+    figure.suptitle(loop.closed.name)
+    for signal in signals:
+        opened = loop.opened(signal)
+        values = opened.frequency_response(frequencies_of(opened))[:, 0, 0]
+        line, = panel.plot(values.real, values.imag, linewidth=1.0, label=loop.opening(signal))
+        panel.plot(values.real, -values.imag, linewidth=0.6, color=line.get_color(), linestyle="--")
+    nearest = 1.0 / max(loop.margins(signal).sensitivity_peak for signal in signals)
+    panel.add_patch(Circle((-1.0, 0.0), nearest, fill=False, **FAINT))
+    panel.plot(-1.0, 0.0, "+", color="0.2")
+    panel.set(xlim=(-WIDEST, WIDEST), ylim=(-WIDEST, WIDEST), aspect="equal", xlabel="Re L", ylabel="Im L")
+    panel.legend(fontsize="small")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)

@@ -1,0 +1,109 @@
+"""Linear model of a stage with its amplifiers."""
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from maglev.linear.equilibrium import Equilibrium, mass_factors
+from maglev.linear.model import LinearModel, Matrix
+from maglev.linear.rigs import MotorForces, Rig
+from plant_fmu.guide import RIPPLE_PHASE
+from pmlsm.data_sheet import POLE_PITCH
+from pmlsm.dq_transform import phase_currents
+
+
+def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool, amplifier: bool, forces: bool,
+                 hold: float | None) -> LinearModel:
+    """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
+    axes, motors = len(rig.axes), len(rig.motors)
+    by_position, by_velocity, by_current = acceleration_slopes(rig, block, at)
+    by_force = np.diag([1.0 / getattr(block, axis).mass for axis in rig.axes])
+    rotation = rotation_of(rig, at)
+    lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motors]
+    lagged = [lag > 0.0 for lag in lags for _ in "dq"]
+    # Commands seen in the frame of the mover: phase currents stay where they are while it moves. Those in d and q move
+    # with it, unless they are held from sample to sample.
+    turning = rotation if phases or hold is not None else np.zeros_like(rotation)
+    rates = np.repeat([1.0 / lag if lag > 0.0 else 0.0 for lag in lags], 2)
+    kept = [k for k, lag in enumerate(lagged) if lag]
+    at_once = by_current @ np.diag([0.0 if lag else 1.0 for lag in lagged])
+
+    motion = np.block([
+        [np.zeros((axes, axes)), np.eye(axes), np.zeros((axes, 2 * motors))],
+        [by_position + at_once @ turning, by_velocity, by_current - at_once],
+        [rates[:, None] * turning, rotation * np.array(lagged)[:, None], -np.diag(rates)]])
+    states = [*range(2 * axes), *(2 * axes + k for k in kept)]
+    drive = np.vstack([np.zeros((axes, 2 * motors)), at_once, np.diag(rates)])
+    push = np.vstack([np.zeros((axes, axes)), by_force, np.zeros((2 * motors, axes))])
+    if phases:
+        drive = drive @ park_matrix(rig, at)
+
+    names = (*(f"{axis}.position" for axis in rig.axes), *(f"{axis}.velocity" for axis in rig.axes),
+             *(rig.dq_names[k] for k in kept))
+    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
+    external = tuple(f"{axis}.force" for axis in rig.axes)
+    units = {**{name: "m" if name.endswith("position") else "m/s" if name.endswith("velocity") else "A"
+                for name in names}, **dict.fromkeys(commands, "A"), **dict.fromkeys(external, "N")}
+    model = LinearModel(name, names, (*commands, *external), names[:axes], motion[np.ix_(states, states)],
+                        np.hstack([drive, push])[states], np.eye(len(states))[:axes],
+                        np.zeros((axes, len(commands) + axes)), units, None, at)
+    if hold is not None:
+        model = sampled(model, rotation, phases, hold)
+    return model if forces else model.select(commands, model.outputs)
+
+
+def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, Matrix, Matrix]:
+    """Derivatives of the accelerations of the axes with respect to positions, velocities and currents.
+
+    Shapes (axes, axes), (axes, axes), (axes, 2 motors). The forces of the motors and the guide's ripple are
+    accelerations at the nominal masses.
+    """
+    factors = np.array(mass_factors(rig, block))[:, None]
+    by_position, by_current = MotorForces.of(block).slopes(tuple(at.positions.values()), at.i_d, at.i_q)
+    for k, (name, position) in enumerate(at.positions.items()):
+        ripple = getattr(block, name).ripple
+        if ripple.amplitude != 0.0 and ripple.period > 0.0:
+            wave = 2.0 * pi / ripple.period
+            by_position[k, k] += ripple.amplitude * wave * np.cos(wave * position + RIPPLE_PHASE)
+    by_velocity = np.diag([-getattr(block, axis).friction.viscous / getattr(block, axis).mass for axis in rig.axes])
+    return factors * by_position, by_velocity, factors * by_current
+
+
+def rotation_of(rig: Rig, at: Equilibrium) -> Matrix:
+    """Derivatives of i_d, i_q with respect to the positions while the phase currents stay, A/m, (2 motors, axes).
+
+    di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d.
+    """
+    rotation = np.zeros((2 * len(rig.motors), len(rig.axes)))
+    for motor, (d, q) in enumerate(zip(at.i_d, at.i_q, strict=True)):
+        rotation[2 * motor, 1 + motor] = pi / POLE_PITCH * q
+        rotation[2 * motor + 1, 1 + motor] = -pi / POLE_PITCH * d
+    return rotation
+
+
+def park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
+    """Matrix of (2.1) from the phase currents of all motors to i_d, i_q at the positions, (2 motors, 3 motors)."""
+    inverse = inverse_park_matrix(rig, at)
+    # The three columns of phases are 120° apart: inverseᵀ inverse = 3/2 I.
+    return np.asarray(2.0 / 3.0 * inverse.T)
+
+
+def inverse_park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
+    """Matrix of (C.1) from i_d, i_q to the phase currents of all motors at the positions, (3 motors, 2 motors)."""
+    blocks = [np.array([phase_currents(1.0, 0.0, at.positions[axis]), phase_currents(0.0, 1.0, at.positions[axis])]).T
+              for axis in rig.horizontals]
+    return np.asarray(block_diag(*blocks))
+
+
+def sampled(model: LinearModel, rotation: Matrix, phases: bool, hold: float) -> LinearModel:
+    """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled."""
+    held = model.discretise(hold)
+    if phases:
+        return held
+    commands, axes = rotation.shape
+    a = held.A.copy()
+    a[:, :axes] -= held.B[:, :commands] @ rotation
+    return replace(held, A=a)
