@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 Blocks = Annotated[list[str], typer.Argument(metavar="PLANT [CONTROLLER]", show_default=False,
                                              help="A plant, a controller, or a plant and a controller for their loop.")]
 At = Annotated[list[str], typer.Option(
-    "--at", metavar="AXIS=POSITION", help="Where to linearise, m or with a unit: the gap `v` or `y`, and other axes that "
-    "are not at 0.", show_default=False)]
+    "--at", metavar="AXIS=POSITION", help="Where to linearise, m or with a unit: the gap `v` or `y`, and other axes "
+    "that are not at 0.", show_default=False)]
 Kind = Annotated[str, typer.Option("--currents", help="Inputs of a plant, outputs of a controller: `dq` or `phases`.")]
 Amplifier = Annotated[bool, typer.Option("--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")]
 Hold = Annotated[str | None, typer.Option(help="Sample time of a plant whose inputs are held, in s or with a unit.",

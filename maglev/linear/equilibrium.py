@@ -137,8 +137,8 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
         raise LinearModelError(f"{place}: no direct current holds the mover, for the coils can push it off by "
-                               f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more than "
-                               "gravity, expected a larger gap or other constants")
+                               f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more "
+                               "than gravity, expected a larger gap or other constants")
     i_d = 2.0 * c / (b + sqrt(discriminant))
     return Equilibrium(positions, (i_d,) * n, tuple(i_q), rig.motors, rig.horizontals)
 

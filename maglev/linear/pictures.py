@@ -10,6 +10,7 @@ from maglev.linear.loop import Loop
 from maglev.linear.margins import frequencies_of
 
 FAINT = {"color": "0.6", "linewidth": 0.8}
+JUMP = 1.5     # rad, of phase between neighbouring frequencies
 WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1
 
 
@@ -64,6 +65,8 @@ def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     for signal in signals:
         opened = loop.opened(signal)
         values = opened.frequency_response(frequencies_of(opened))[:, 0, 0]
+        # At a pole on the unit circle the curve goes through infinity: no line back.
+        values[1:][np.abs(np.angle(values[1:] / values[:-1])) > JUMP] = np.nan
         line, = panel.plot(values.real, values.imag, linewidth=1.0, label=loop.opening(signal))
         panel.plot(values.real, -values.imag, linewidth=0.6, color=line.get_color(), linestyle="--")
     nearest = 1.0 / max(loop.margins(signal).sensitivity_peak for signal in signals)

@@ -1,0 +1,114 @@
+"""Linear models of the controllers against the one-sample maps of their blocks."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from linear_blocks import jacobian, read_all, set_all
+from scipy.optimize import fsolve
+
+from maglev.linear.equilibrium import equilibrium
+from maglev.linear.linearise import Currents, linearise
+from maglev.linear.model import LinearModel
+from maglev.linear.parameters import block_of
+
+PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3, "z": -9e-3})]
+# Biases that need sizeable quadrature currents: the axes are coupled then.
+BIASES = {"2DOF": {"h.bias": 1.5}, "3DOF": {"x.bias": 0.4, "z.bias": -0.6}}
+NAMES = ["Regulator2DOF", "LinearRegulator2DOF", "PID2DOF", "Regulator3DOF", "LinearRegulator3DOF",
+         "ScheduledRegulator3DOF", "PID3DOF"]
+CASES = [*((name, {}) for name in NAMES),
+         ("Regulator3DOF", {"observer.time1": 0.0, "observer.time2": "3 ms", "omega0": 0.0, "sample_time": "1 ms"}),
+         ("Regulator3DOF", {"C5": 0.05, "antiwindup": True}),
+         ("LinearRegulator3DOF", {"setpoint": "29 mm", "x.k1": -700.0}),
+         ("PID2DOF", {"v.prefilter": 25.0, "h.prefilter": 6.0, "setpoint": "18 mm"}),
+         ("PID3DOF", {"x.prefilter": 40.0, "observer.time2": 0.0})]
+
+
+def rest_of(name: str) -> Any:
+    """Equilibrium of the plant, whose constants are not the controller's."""
+    rig, place = next(pair for pair in PLACES if pair[0] == name[-4:])
+    return equilibrium(f"Plant{rig}", place, BIASES[rig])
+
+
+def integrators(model: LinearModel) -> list[str]:
+    """The states that hold the currents of the equilibrium."""
+    return [state for state in model.states if state.endswith((".xi1", ".integral"))]
+
+
+def operating_point(model: LinearModel, block: Any) -> tuple[np.ndarray, np.ndarray]:
+    """States and inputs of a block at rest: references are measurements, integrators hold the currents."""
+    positions = model.equilibrium.positions
+    state = dict.fromkeys(model.states, 0.0)
+    for axis, position in positions.items():
+        state[f"{axis}.observer.position"] = position
+        if f"{axis}.filter.position" in state:
+            state[f"{axis}.filter.position"] = position
+    inputs = np.array([0.0 if name.endswith("rate") else positions[name.partition(".")[0]] for name in model.inputs])
+    names = [f"{motor}.i_d_cmd" for motor in model.equilibrium.motors[:1]]
+    names += [f"{motor}.i_q_cmd" for motor in model.equilibrium.motors]
+    held = [model.equilibrium.currents[name.removesuffix("_cmd")] for name in names]
+
+    def miss(values: np.ndarray) -> np.ndarray:
+        x = np.array([*{**state, **dict(zip(integrators(model), values, strict=True))}.values()])
+        sample(block, model, x, inputs)
+        return np.array(read_all(block, names)) - held
+
+    state.update(zip(integrators(model), fsolve(miss, np.zeros(len(held)), xtol=1e-12), strict=True))
+    x = np.array(list(state.values()))
+    assert np.abs(miss(np.array([state[name] for name in integrators(model)]))).max() < 1e-9
+    return x, inputs
+
+
+def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """States after one sample, then the outputs."""
+    set_all(block, model.states, list(state))
+    set_all(block, model.inputs, list(inputs))
+    block.started = True
+    block.clock.remaining = 0.0
+    assert block.step(0.0, block.sample_time) == 0
+    return np.array([*read_all(block, model.states), *read_all(block, model.outputs)])
+
+
+@pytest.mark.parametrize(("name", "parameters"), CASES)
+@pytest.mark.parametrize("currents", ["dq", "phases"])
+def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float | str], currents: Currents) -> None:
+    model = linearise(name, rest_of(name), currents=currents, parameters=parameters)
+    block = block_of(name, parameters)
+    assert block.start() == 0
+    x, u = operating_point(model, block)
+    assert block.feasible
+    assert not block.saturated
+    n = len(x)
+    fixed = sample(block, model, x, u)
+    assert fixed[:n] == pytest.approx(x, rel=1e-9, abs=1e-12)   # it rests there
+    expected = model.equilibrium.currents if currents == "dq" else model.equilibrium.phases
+    assert fixed[n:] == pytest.approx([expected[output.removesuffix("_cmd")] for output in model.outputs], abs=1e-7)
+    steps = np.array([{"m": 1e-7, "m/s": 1e-5}.get(model.units[state], 1e-6 * max(1e-3, abs(value)))
+                      for state, value in zip(model.states, x, strict=True)])
+    by_state = jacobian(lambda s: sample(block, model, s, u), x, steps)
+    steps = np.array([{"m": 1e-7, "m/s": 1e-5}[model.units[name]] for name in model.inputs])
+    by_input = jacobian(lambda i: sample(block, model, x, i), u, steps)
+    for ours, theirs in ((model.A, by_state[:n]), (model.B, by_input[:n]), (model.C, by_state[n:]),
+                         (model.D, by_input[n:])):
+        assert np.abs(ours - theirs).max(axis=1) == pytest.approx(np.zeros(len(ours)), abs=1e-6 * np.abs(theirs).max())
+        np.testing.assert_allclose(ours, theirs, rtol=2e-6, atol=2e-7 * np.abs(theirs).max())
+
+
+def test_of_its_own_model() -> None:
+    """Without a plant, the nonlinear law inverts the model that it is linearised about: g'' is the demand."""
+    model = linearise("Regulator3DOF", {"y": "24 mm"})
+    own = {f"C{k}": value for k, value in zip(range(1, 6), (0.6135, 0.8224, 327.50, 8.48, 0.0070), strict=True)}
+    quiet = {f"{axis}.{name}": 0.0 for axis in "yxz" for name in ("bias", "friction.viscous")}
+    plant = linearise("Plant3DOF", {"y": "24 mm"}, amplifier=False,
+                      parameters={**own, **quiet, "y.ripple.amplitude": 0.0})
+    assert plant.equilibrium.currents == pytest.approx(model.equilibrium.currents, abs=1e-12)
+    # Accelerations by xi3 of each axis, through the law and then the motors: k5, axis by axis.
+    xi3 = [model.index("state", f"{axis}.model.xi3") for axis in "yxz"]
+    assert plant.B[3:] @ model.C[:, xi3] == pytest.approx(np.diag([-7774.0, -2548.0, -2548.0]), rel=1e-9, abs=1e-9)
+    # By the gap: none but the demand, for the law takes the stiffness away.
+    measured = model.D[:, model.index("input", "y.measured")]
+    acceleration = plant.A[3:, 0] + plant.B[3:] @ measured
+    demand = -1274.0 + -104.0 * linearise("Regulator3DOF", {"y": "24 mm"}).B[1, 2]
+    assert acceleration == pytest.approx([demand, 0.0, 0.0], rel=1e-9, abs=1e-9)

@@ -1,0 +1,84 @@
+"""Blocks at an operating point, and their one-sample maps differentiated by central differences."""
+
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from maglev.linear.equilibrium import Equilibrium
+from maglev.linear.parameters import DEFINITIONS
+from pmlsm.dq_transform import phase_currents
+
+AXES = {"Plant2DOF": ("v", "h"), "Plant3DOF": ("y", "x", "z")}
+MOTORS = {"Plant2DOF": ("motor",), "Plant3DOF": ("alpha", "beta")}
+
+
+def smooth_stage(name: str, lag: bool) -> Any:
+    """Stage with what is smooth: no Coulomb friction, no rounding, no stops; with or without lag."""
+    stage = DEFINITIONS[name].new_block()
+    stage.encoder.resolution = 0.0
+    for axis in AXES[name]:
+        part = getattr(stage, axis)
+        part.friction.coulomb = part.stop.stiffness = part.stop.damping = 0.0
+    if not lag:
+        for motor in MOTORS[name]:
+            getattr(stage, motor).amplifier.lag = 0.0
+    return stage
+
+
+def plant_at(name: str, stage: Any, positions: Sequence[float], rest: Equilibrium) -> None:
+    """Start a stage at positions, with the phase currents of an equilibrium commanded and flowing."""
+    for axis, position in zip(AXES[name], positions, strict=True):
+        getattr(stage, axis).position_start = position
+    assert stage.start() == 0
+    for name_of, value in rest.phases.items():
+        motor, _, phase = name_of.rpartition(".")
+        setattr(getattr(stage, motor), f"{phase}_cmd", value)
+
+
+def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
+    """Set positions, velocities and currents i_d, i_q of each motor of a started stage."""
+    axes, motors = AXES[name], MOTORS[name]
+    n = len(axes)
+    for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
+        getattr(stage, axis).position, getattr(stage, axis).velocity = float(position), float(velocity)
+    for k, motor in enumerate(motors):
+        i_d, i_q = (float(i) for i in state[2 * n + 2 * k:2 * n + 2 * k + 2])
+        supply = getattr(stage, motor)
+        for phase, value in zip("abc", phase_currents(i_d, i_q, float(state[1 + k])), strict=True):
+            amplifier = getattr(supply, f"phase_{phase}")
+            amplifier.current, amplifier.started = value, True
+
+
+def read_plant(name: str, stage: Any) -> list[float]:
+    """The same, read."""
+    axes = [getattr(stage, axis) for axis in AXES[name]]
+    supplies = [getattr(stage, motor) for motor in MOTORS[name]]
+    return [*(axis.position for axis in axes), *(axis.velocity for axis in axes),
+            *(current for supply in supplies for current in (supply.i_d, supply.i_q))]
+
+
+def set_all(block: Any, names: Sequence[str], values: Sequence[float]) -> None:
+    """Set attribute paths of a block."""
+    for name, value in zip(names, values, strict=True):
+        path, _, attribute = name.rpartition(".")
+        setattr(attrgetter(path)(block), attribute, float(value))
+
+
+def read_all(block: Any, names: Sequence[str]) -> list[float]:
+    """Values of attribute paths of a block."""
+    return [attrgetter(name)(block) for name in names]
+
+
+def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Central differences, each entry of the argument by its own step."""
+    columns = []
+    for k, step in enumerate(steps):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = at.copy()
+            moved[k] += sign * step
+            ends.append(function(moved))
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    return np.array(columns).T
