@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from maglev.linear.model import Complex, Matrix
+from maglev.linear.model import Complex, Matrix, slowest_first
 
 
 def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
@@ -35,5 +35,4 @@ def regulator_poles(gains: Sequence[float], omega0: float) -> Complex:
 
     Poles that lie close together are ill-conditioned: compare polynomials, not roots.
     """
-    roots = np.roots(regulator_polynomial(gains, omega0)).astype(np.complex128)
-    return roots[np.lexsort((roots.imag, -roots.real))]
+    return slowest_first(np.roots(regulator_polynomial(gains, omega0)).astype(np.complex128))

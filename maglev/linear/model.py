@@ -60,11 +60,7 @@ class LinearModel:
 
         Those of a sampled model are its continuous equivalents ln(z)/Ts; a pole at z = 0 has the rate −∞.
         """
-        poles: Complex = self.poles
-        if self.sample_time is not None:
-            with np.errstate(divide="ignore"):
-                poles = np.asarray(np.log(poles) / self.sample_time, dtype=np.complex128)
-        return poles[np.lexsort((poles.imag, -poles.real))]
+        return slowest_first(self.poles if self.sample_time is None else equivalents(self.poles, self.sample_time))
 
     def discretise(self, sample_time: float) -> "LinearModel":
         """Sample a continuous-time model (s) whose inputs are held between the samples, exactly.
@@ -143,3 +139,15 @@ class LinearModel:
         from maglev.linear.text import text_of
 
         return text_of(self)
+
+
+def equivalents(poles: Complex, sample_time: float) -> Complex:
+    """Continuous equivalents ln(z)/Ts (1/s) of poles in the z-plane; −∞ of z = 0."""
+    rates = np.full(len(poles), complex(-np.inf))
+    rates[poles != 0.0] = np.log(poles[poles != 0.0]) / sample_time
+    return rates
+
+
+def slowest_first(rates: Complex) -> Complex:
+    """Rates by their real parts, the largest first; of conjugates that with the negative imaginary part first."""
+    return rates[np.lexsort((rates.imag, -rates.real))]

@@ -1,0 +1,142 @@
+"""Write the tables of docs/linear_models.md anew: the thesis's poles beside those that its gains have.
+
+    python tools/published_poles.py
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.linear.design import regulator_poles, regulator_polynomial
+from maglev.linear.loop import Loop, linearise_loop
+from maglev.linear.model import equivalents, slowest_first
+
+PAGE = Path(__file__).parents[1] / "docs" / "linear_models.md"
+OMEGA0 = 1.5 * np.pi   # rad/s
+SAME = 0.01            # of every coefficient: what the rounding of the printed poles and gains explains
+NEARLY = 0.06
+FAST = 300.0           # 1/s; poles beyond are those of amplifiers and observers
+
+Array = NDArray[np.complex128]
+
+
+class GainSet(NamedTuple):
+    """Printed poles (1/s) and gains k1…k5, and where they fly: plant, controller, gap (m), axis."""
+
+    name: str
+    source: str
+    poles: tuple[complex, ...]
+    gains: tuple[float, ...]
+    stage: str
+    gap: float
+    axes: tuple[str, ...]
+
+
+def pair(real: float, imaginary: float) -> tuple[complex, complex]:
+    """Pair of conjugates."""
+    return complex(real, imaginary), complex(real, -imaginary)
+
+
+SETS = (
+    GainSet("Kh", "(4.17)", (-9, -10, -11, -12, -13), (-1182, -55, -154440, -45128, -11924), "2DOF", 20e-3, ("h",)),
+    GainSet("Kv", "(4.17)", (-11, -12, -13, -14, -15), (-1662, -65, -360360, -103350, -20332), "2DOF", 20e-3, ("v",)),
+    GainSet("Kv, low overshoot", "(4.17)", (-57.9, *pair(-9.9, 11.3), *pair(-1.6, 1.4)),
+            (-1592, -81, -55736, -11573, -15825), "2DOF", 20e-3, ("v",)),
+    GainSet("Kx = Kz, k4 as printed", "(5.12)", (-31.6, *pair(-2.8, 5.6), *pair(-2.1, 1.7)),
+            (-354, -41, -8945, -1201, -1472), "3DOF", 25e-3, ("x", "z")),
+    GainSet("Kx = Kz, k4 = +1201", "(5.12)", (-31.6, *pair(-2.8, 5.6), *pair(-2.1, 1.7)),
+            (-354, -41, -8945, 1201, -1472), "3DOF", 25e-3, ("x", "z")),
+    GainSet("Ky", "(5.12)", (-129.1, *pair(-3.3, 5.8), *pair(-2.2, 1.9)), (-1487, -140, -50001, -560, -7836),
+            "3DOF", 25e-3, ("y",)),
+    GainSet("Kx = Kz", "(5.14)", (-5, -6, -7, -8, -9), (-463, -35, -15121, -997, -2548), "3DOF", 25e-3, ("x", "z")),
+    GainSet("Ky", "(5.14)", (-91.3, *pair(-4.2, 6.4), *pair(-2.3, 2.0)), (-1274, -104, -50001, -3936, -7774),
+            "3DOF", 25e-3, ("y",)),
+)
+
+
+def difference(each: GainSet) -> float:
+    """Largest relative difference of a coefficient of the polynomial of the gains from that of the printed poles."""
+    printed = np.poly(each.poles).real
+    return float(np.abs(regulator_polynomial(each.gains, OMEGA0) / printed - 1.0)[1:].max())
+
+
+def verdict(share: float) -> str:
+    """What a difference means."""
+    return "the same" if share < SAME else "nearly" if share < NEARLY else "**not these**"
+
+
+def loop_with(each: GainSet, parameters: Mapping[str, float] | None = None) -> Loop:
+    """Loop of the stage with these gains on their axes, and parameters of the plant; all others are as they start."""
+    gains = {f"{axis}.k{k}": value for axis in each.axes for k, value in enumerate(each.gains, 1)}
+    vertical = "v" if each.stage == "2DOF" else "y"
+    return linearise_loop(f"Plant{each.stage}", f"Regulator{each.stage}", {vertical: each.gap},
+                          # Without bias no quadrature current flows at rest, and the axes do not act on each other.
+                          plant_parameters={**{f"{axis}.bias": 0.0 for axis in ("vh" if vertical == "v" else "yxz")},
+                                            **(parameters or {})},
+                          controller_parameters=gains)
+
+
+def axis_rates(loop: Loop, axis: str) -> Array:
+    """Rates (1/s) of the closed loop that belong to one axis, the slowest first, without bias."""
+    closed = loop.closed
+    motors = dict(zip(loop.plant.equilibrium.horizontals, loop.plant.equilibrium.motors, strict=True))
+    currents = ({f"{motors[axis]}.i_q"} if axis in motors
+                else {f"{motor}.i_d" for motor in loop.plant.equilibrium.motors})
+    own = [k for k, name in enumerate(closed.states)
+           if name.removeprefix("controller.").startswith(f"{axis}.") or name in currents]
+    poles = np.linalg.eigvals(closed.A[np.ix_(own, own)]).astype(np.complex128)
+    return slowest_first(equivalents(poles, loop.controller.sample_time or 0.0))
+
+
+def written(poles: Array | tuple[complex, ...]) -> str:
+    """Poles as text, the fastest first, a pair as one."""
+    values = sorted((complex(pole) for pole in poles), key=lambda pole: pole.real)
+    return ", ".join((f"{pole.real:.1f} ± {pole.imag:.1f}i" if pole.imag else f"{pole.real:.1f}").replace("-", "−")
+                     for pole in values if pole.imag >= 0.0)
+
+
+def design_table() -> list[str]:
+    """Printed poles, the poles of the printed gains, and how far their polynomials are apart."""
+    rows = ["| gains | printed poles (1/s) | poles of the gains (1/s) | coefficients within | verdict |",
+            "|---|---|---|---|---|"]
+    for each in SETS:
+        share = difference(each)
+        rows.append(f"| {each.name} {each.source} | {written(each.poles)} | "
+                    f"{written(regulator_poles(each.gains, OMEGA0))} | {100.0 * share:.2g} % | {verdict(share)} |")
+    return rows
+
+
+def loop_table() -> list[str]:
+    """Poles of the design beside those of the sampled loop of plant and regulator, and its margins."""
+    rows = ["| gains | axis, at | poles in the loop, to 300 /s (1/s) | gain factor | phase | delay | Ms | disk |",
+            "|---|---|---|---|---|---|---|---|"]
+    for each in SETS:
+        loop = loop_with(each)
+        axis = each.axes[0]
+        margins = loop.margins(axis)
+        slow = [rate for rate in axis_rates(loop, axis) if abs(rate) < FAST]
+        rows.append(f"| {each.name} {each.source} | {axis}, {1e3 * each.gap:.0f} mm | {written(np.array(slow))} | "
+                    f"{margins.gain_down:.2f}…{margins.gain_up:.0f} | {np.degrees(margins.phase):.0f}° | "
+                    f"{1e3 * margins.delay:.1f} ms | {margins.sensitivity_peak:.2f} | {margins.disk:.2f} |")
+    return rows
+
+
+TABLES = {"design": design_table, "loop": loop_table}
+
+
+def main() -> None:
+    """Put the tables between their marks."""
+    text = PAGE.read_text(encoding="utf-8")
+    for name, table in TABLES.items():
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = before + begin + "\n".join(table()) + "\n" + end + after
+    PAGE.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
