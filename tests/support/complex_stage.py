@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from reference_stage import B0, FIELD, HM, LAG, MU_REC, T1, TAU, G, ReferenceStage, park_matrix
 
+NOMINAL_MASSES = {2: (4.350, 1.594), 3: (6.9, 10.6, 8.6)}   # kg, Tables 4.1 and 5.1
 STEP = 1e-40   # imaginary, so small that its square vanishes
 
 
@@ -33,8 +34,11 @@ def accelerations(stage: ReferenceStage, x: np.ndarray, v: np.ndarray, dq: np.nd
         rows = [G - 2 * c[4] * f4 * np.sum(dq**2) + 2 * c[3] * f3 * np.sum(dq[:, 0]) - 4 * c[2] * f2,
                 -2 * c[0] * f1 * dq[0, 1], -2 * c[1] * f1 * dq[1, 1]]
     rows[0] = rows[0] + stage.ripple * np.sin(2 * np.pi * x[0] / 5e-3 + 0.5)
-    return np.array([row + axis.bias + (push - axis.viscous * speed) / axis.mass
-                     for row, axis, push, speed in zip(rows, stage.axes, force, v, strict=True)])
+    # The constants are accelerations at the nominal masses; gravity is one at any mass.
+    rows[0] = rows[0] - G
+    found = [row * nominal / axis.mass + axis.bias + (push - axis.viscous * speed) / axis.mass for row, nominal, axis,
+             push, speed in zip(rows, NOMINAL_MASSES[len(x)], stage.axes, force, v, strict=True)]
+    return np.array([found[0] + G, *found[1:]])
 
 
 def rates(stage: ReferenceStage, state: np.ndarray, inputs: np.ndarray, phases: bool, lag: bool) -> np.ndarray:

@@ -23,9 +23,12 @@ def at(name: str, place: tuple[float, ...]) -> dict[str, float | str]:
     return dict(zip(AXES[name], place, strict=True))
 
 
-def by_complex_step(name: str, place: tuple[float, ...], currents: str, lag: bool) -> tuple[np.ndarray, np.ndarray]:
-    """A and B with external forces, of the equations written again."""
+def by_complex_step(name: str, place: tuple[float, ...], currents: str, lag: bool, heavier: float = 1.0
+                    ) -> tuple[np.ndarray, np.ndarray]:
+    """A and B with external forces, of the equations written again; masses may be multiplied by a factor."""
     stage: ReferenceStage = REFERENCE[name]()
+    for axis in stage.axes:
+        axis.mass *= heavier
     dq = rest_currents(stage, place)
     n = len(place)
     state = np.array([*place, *np.zeros(n), *(dq.ravel() if lag else ())])
@@ -46,6 +49,18 @@ def test_matrices_are_the_derivatives(name: str, place: tuple[float, ...], curre
     np.testing.assert_allclose(model.A, a, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(model.B, b, rtol=1e-9, atol=1e-9)
     assert np.sort_complex(model.poles) == pytest.approx(np.sort_complex(np.linalg.eigvals(a)), rel=1e-9, abs=1e-7)
+
+
+@pytest.mark.parametrize(("name", "place"), PLACES[1:5:3])
+@pytest.mark.parametrize("heavier", [0.9, 1.15])
+def test_payload(name: str, place: tuple[float, ...], heavier: float) -> None:
+    """The forces of motors and guide stay the same, so that their accelerations shrink; gravity and bias do not."""
+    masses = {f"{axis}.mass": axis_of.mass * heavier for axis, axis_of in zip(AXES[name], REFERENCE[name]().axes,
+                                                                               strict=True)}
+    model = linearise(name, at(name, place), currents="phases", forces=True, parameters=masses)
+    a, b = by_complex_step(name, place, "phases", True, heavier)
+    np.testing.assert_allclose(model.A, a, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(model.B, b, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("gap", [19e-3, 22.6e-3, 25e-3, 29e-3])
