@@ -21,7 +21,7 @@ SPEED = 0.2e-3         # m/s, tolerance of velocities
 CURRENT = 10e-3        # A, tolerance of currents
 QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it
 FIRST_ROWS = 33        # evenly spaced, before rows are added where they are needed
-LARGEST_COUNT = 2**30  # quanta; keeps values and their differences in 32 bits
+LARGEST_COUNT = 2**30 - 1   # quanta; keeps values and their differences in 32 bits
 MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output interval
 
 

@@ -2,10 +2,10 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
-from maglev.report.series import QUANTA, decode, encode, pack, thin, unpack
+from maglev.report.series import LARGEST_COUNT, QUANTA, decode, encode, pack, thin, unpack
 
 INTERVAL = 1e-3   # s
 
@@ -65,7 +65,8 @@ def test_ten_micrometres_are_seen_in_a_step_of_thirty_millimetres():
     assert np.abs(np.interp(time, found_time, found) - position).max() < 0.3e-6
 
 
-@given(st.lists(st.integers(-2**30, 2**30)))
+@given(st.lists(st.integers(-LARGEST_COUNT, LARGEST_COUNT)))
+@example([-LARGEST_COUNT, LARGEST_COUNT, -LARGEST_COUNT])
 def test_integers_are_encoded_exactly(integers):
     assert decode(encode(np.array(integers, dtype=np.int64))).tolist() == integers
 
