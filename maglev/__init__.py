@@ -17,6 +17,7 @@ from maglev.errors import (
     CsvError,
     FmuError,
     IdentificationError,
+    LinearModelError,
     MaglevError,
     MeasurementError,
     QuantityError,
@@ -31,19 +32,23 @@ if TYPE_CHECKING:
     from maglev.api.identifying import identify, write_identification
     from maglev.api.running import Results, run, run_all
     from maglev.cosim.master import RunFailed
+    from maglev.linear.linearise import linearise
+    from maglev.linear.loop import linearise_loop
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
     "Results": "maglev.api.running", "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master",
     "build": "maglev.api.catalogue", "check": "maglev.api.checking", "fmus": "maglev.api.catalogue",
-    "identify": "maglev.api.identifying", "run": "maglev.api.running", "run_all": "maglev.api.running",
+    "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
+    "linearise_loop": "maglev.linear.loop", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying"}
 
 __all__ = [
-    "BaselineError", "BuildError", "CsvError", "FmuError", "IdentificationError", "MaglevError", "MeasurementError",
-    "QuantityError", "Results", "Run", "RunFailed", "ScenarioError", "UnknownName", "build", "check", "fmus",
-    "identify", "run", "run_all", "scenarios", "update", "write_identification"]
+    "BaselineError", "BuildError", "CsvError", "FmuError", "IdentificationError", "LinearModelError",
+    "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed", "ScenarioError",
+    "UnknownName", "build", "check", "fmus", "identify", "linearise", "linearise_loop", "run", "run_all",
+    "scenarios", "update", "write_identification"]
 
 
 def __getattr__(name: str) -> Any:
