@@ -8,12 +8,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable: an attribute path of the block, and what a user must know of it.
+    """One FMI variable: a value of the block, and what a user must know of it.
 
     The start value is the one that a new block has. Minimum and maximum are enforced on inputs and parameters.
     """
 
-    name: str                              # attribute path of the block
+    name: str                              # and attribute path of the block, if there is no `path`
     causality: str                         # input, output or parameter
     variability: str                       # continuous, discrete, tunable or fixed
     description: str
@@ -25,6 +25,12 @@ class Variable:
     depends_on: tuple[str, ...] = ()       # inputs at a sample that decide this output for the step after it
     starts_from: tuple[str, ...] = ()      # parameters that decide this output's initial value
     boolean: bool = False
+    path: str = ""                         # attribute path of the block where it is not the name
+
+    @property
+    def place(self) -> str:
+        """Attribute path of the block."""
+        return self.path or self.name
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,7 @@ class FmuDefinition:
 
     def start_value(self, variable: Variable) -> float | bool:
         """Value that a new block gives a variable."""
-        value: float | bool = attrgetter(variable.name)(self.new_block())
+        value: float | bool = attrgetter(variable.place)(self.new_block())
         return value
 
 

@@ -116,15 +116,16 @@ class BlockSlave(Fmi2Slave):
 
         def value(match: re.Match[str]) -> str:
             name = match.group(1)
-            return repr({"time": time, "step": step}.get(name) if name in ("time", "step")
-                        else attrgetter(name)(self.block))
+            if name in ("time", "step"):
+                return repr(time if name == "time" else step)
+            return repr(next(attrgetter(v.place)(self.block) for v in self.variables if v.name == name))
 
         raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
 
     def out_of_range(self) -> str | None:
         """What is wrong with the first input or parameter that is not a finite number within its range."""
         for v in self.checked:
-            value = attrgetter(v.name)(self.block)
+            value = attrgetter(v.place)(self.block)
             low = -inf if v.minimum is None else v.minimum
             high = inf if v.maximum is None else v.maximum
             if not (low <= value <= high and -inf < value < inf):
@@ -143,7 +144,7 @@ class BlockSlave(Fmi2Slave):
 
     def owner(self, variable: Variable) -> Slot:
         """Object of the block that holds a variable, and the attribute's name."""
-        path, _, name = variable.name.rpartition(".")
+        path, _, name = variable.place.rpartition(".")
         return (attrgetter(path)(self.block) if path else self.block), name
 
     def variable(self, vr: int, boolean: bool) -> Variable:
@@ -158,7 +159,7 @@ class BlockSlave(Fmi2Slave):
 
     def prepare_getter(self, vrs: tuple[int, ...], boolean: bool) -> Callable[[Any], tuple[Any, ...]]:
         """Accessor that reads variables of the block in one call."""
-        names = [self.variable(vr, boolean).name for vr in vrs]
+        names = [self.variable(vr, boolean).place for vr in vrs]
         if len(names) > 1:
             getter: Callable[[Any], tuple[Any, ...]] = attrgetter(*names)
         elif names:

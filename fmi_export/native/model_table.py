@@ -79,7 +79,7 @@ def variable_row(variable: Variable) -> str:
     """One row of the table."""
     low = -inf if variable.minimum is None else float(variable.minimum)
     high = inf if variable.maximum is None else float(variable.maximum)
-    cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.name})",
+    cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
              variable.causality.upper(), literal(low), literal(high))
     return f"    {{{', '.join(cells)}}},"
