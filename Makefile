@@ -34,7 +34,7 @@ test: .venv/.test lint
 # Every run against its baseline. The native FMUs take a third of the time, and the tests compare both kinds bit for bit; but
 # what they need may not exist for this machine.
 check-all: .venv/.test
-	@if $(BIN)/python -c "import pyccel, ziglang, fmu_manipulation_toolbox" 2>/dev/null; then set -x; \
+	@if $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null; then set -x; \
 		$(BIN)/maglev build --native --target host --fmus .venv/fmus && \
 		$(BIN)/maglev check --native --fmus .venv/fmus; \
 	else \

@@ -1,6 +1,6 @@
 """The FMUs that this project builds."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
@@ -8,18 +8,16 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from fmi_export.build import build_fmu
-from fmi_export.container import Container, build_container, require_toolbox
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.native.build import build_native_fmu, host_platform
-from fmi_export.native.compiler import LINUX_ON_ARM
+from fmi_export.native.build import build_native_fmu
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError, nearest
 from maglev.experiment.processes import processors
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu")
+PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 DEFINITIONS = {
     "Plant2DOF": ("plant_fmu.plant_2dof", "PLANT_2DOF"),
@@ -35,21 +33,24 @@ DEFINITIONS = {
     "Commutation3DOF": ("controller_fmu.commutation_3dof_fmu", "COMMUTATION_3DOF"),
     "Estimator2DOF": ("estimator_fmu.estimator_2dof_fmu", "ESTIMATOR_2DOF"),
     "Estimator3DOF": ("estimator_fmu.estimator_3dof_fmu", "ESTIMATOR_3DOF"),
+    "ClosedLoop2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_2DOF"),
+    "ClosedLoop3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_3DOF"),
+    "ClosedLoopLinear2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_LINEAR_2DOF"),
+    "ClosedLoopLinear3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_LINEAR_3DOF"),
+    "ClosedLoopScheduled3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_SCHEDULED_3DOF"),
+    "ClosedLoopPID2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_PID_2DOF"),
+    "ClosedLoopPID3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_PID_3DOF"),
 }
 
-# Controller and plant as one FMU: the loop of a scenario, whose start values are those that the FMUs have anyway.
-CONTAINERS = {"ClosedLoop2DOF": "2dof-setpoints", "ClosedLoop3DOF": "3dof-setpoints-improved"}
-
-# Controller and plant as an SSP file, of the same loops: tools that leave out the start values in it run the same.
+# Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
+# so that tools that leave out the start values in it run the same.
 SYSTEMS = {"Stage2DOF": "2dof-setpoints", "Stage3DOF": "3dof-setpoints-improved"}
 
 
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
-    if name in CONTAINERS:
-        raise BuildError(f"{name} is made of native FMUs, expected --native with it")
     if name not in DEFINITIONS:
-        known = [*DEFINITIONS, *SYSTEMS, *CONTAINERS]
+        known = [*DEFINITIONS, *SYSTEMS]
         raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}; nearest is "
                          f"{nearest(name, known)}")
     module, attribute = DEFINITIONS[name]
@@ -70,16 +71,16 @@ def build_errors() -> Iterator[None]:
 def build(names: Iterable[str], folder: Path) -> list[Path]:
     """Build FMUs that run in the importer's Python, and systems of them, into a folder; returns their paths."""
     names = list(names)
-    chosen = [(definition(name), *DEFINITIONS[name]) for name in with_parts(names, SYSTEMS)]
+    chosen = [(definition(name), *DEFINITIONS[name]) for name in with_parts(names)]
     version, licence = project()
     fmus = [build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=folder)
             for item in chosen]
     return [*fmus, *build_systems([name for name in names if name in SYSTEMS], folder, folder)]
 
 
-def with_parts(names: Iterable[str], made: Mapping[str, str]) -> list[str]:
-    """FMUs to build: those that are named, and in place of what is made of FMUs, those of its scenario."""
-    chosen = [list(models(load_plan(made[name])).values()) if name in made else [name] for name in names]
+def with_parts(names: Iterable[str]) -> list[str]:
+    """FMUs to build: those that are named, and in place of a system, those of its scenario."""
+    chosen = [list(models(load_plan(SYSTEMS[name])).values()) if name in SYSTEMS else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
@@ -90,35 +91,18 @@ def models(plan: RunPlan) -> dict[str, str]:
 
 @build_errors()
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
-    """Build FMUs that need no Python into a folder; returns their paths.
+    """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
     Errors and `host_only` as of `build_native_fmu`.
     """
-    chosen = [definition(name) for name in names]
+    names = list(names)
+    chosen = [definition(name) for name in with_parts(names)]
     version, licence = project()
     # Most of the time goes to the compiler, in processes of its own.
     with ThreadPoolExecutor(processors()) as pool:
-        return list(pool.map(
+        fmus = list(pool.map(
             lambda each: build_native_fmu(each, version, licence, PACKAGES, folder, host_only), chosen))
-
-
-@build_errors()
-def build_without_python(names: Collection[str], fmus: Path, host_only: bool = False) -> list[Path]:
-    """Build native FMUs and systems of them into the folder's folder native, and containers of them into it itself.
-
-    Without names, everything; but no containers on Linux on ARM, for which the toolbox has no library. Errors as of
-    `build_native_fmu` and `build_container`.
-    """
-    if not names:
-        on_arm = host_only and LINUX_ON_ARM in host_platform().values()
-        names = [*DEFINITIONS, *SYSTEMS, *(() if on_arm else CONTAINERS)]
-    containers = [name for name in names if name in CONTAINERS]
-    if containers:
-        require_toolbox()
-    natives = fmus / "native"
-    return [*build_native(with_parts(names, {**SYSTEMS, **CONTAINERS}), natives, host_only),
-            *build_systems([name for name in names if name in SYSTEMS], natives, natives),
-            *build_containers(containers, natives, fmus)]
+    return [*fmus, *build_systems([name for name in names if name in SYSTEMS], folder, folder)]
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
@@ -134,23 +118,6 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
             written.append(write_ssp(path, parts, list(plan.wires.values()), plan.stop_time, ports))
     return written
-
-
-def build_containers(names: Iterable[str], natives: Path, folder: Path) -> list[Path]:
-    """Build containers into a folder, of the native FMUs in the folder `natives`; returns their paths.
-
-    Errors as of `build_container`.
-    """
-    version, licence = project()
-    return [build_container(container(name), natives, version, licence, folder) for name in names]
-
-
-def container(name: str) -> Container:
-    """Container by its name: the FMUs, order, connections, step and stop time of its scenario."""
-    plan = load_plan(CONTAINERS[name])
-    parts = models(plan)
-    description = f"Closed loop of {parts['plant']} and {parts['controller']}, stepped in sequence, controller first"
-    return Container(name, description, parts, tuple(plan.wires.values()), plan.step, plan.stop_time)
 
 
 def project() -> tuple[str, str]:

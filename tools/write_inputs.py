@@ -11,7 +11,7 @@ samples, and one rounding error of a reference is soon worth the encoder's resol
 
 import numpy as np
 
-from maglev.catalogue import CONTAINERS, container, definition
+from maglev.catalogue import definition
 from maglev.cosim.master import Recording
 from maglev.experiment.results import write_csv
 from maglev.schema.layers import PACKAGED
@@ -19,22 +19,21 @@ from maglev.schema.loading import load_plan
 
 INPUTS = PACKAGED / "inputs"
 
-FILES = {"2dof-setpoints.csv": "ClosedLoop2DOF", "3dof-setpoints.csv": "ClosedLoop3DOF"}
+# Closed loop and scenario of each file; the scenario's start values are those of the loop.
+FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
+         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
 
 
-def inputs(name: str) -> Recording:
+def inputs(loop: str, name: str) -> Recording:
     """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
-    loop, plan = container(name), load_plan(CONTAINERS[name])
-    fed = {target for _, target in loop.connections}
+    plan = load_plan(name)
     signals = {signal.to: signal for signal in plan.signals}
     times = [k * plan.step for k in range(plan.steps + 1)]
     columns = {}
-    for component, model in loop.components.items():
-        for variable in definition(model).variables:
-            full = f"{component}.{variable.name}"
-            if variable.causality == "input" and full not in fed:
-                signal = signals.get(full)
-                columns[variable.name] = np.array([signal.value(t) if signal else 0.0 for t in times])
+    for variable in definition(loop).variables:
+        if variable.causality == "input":
+            signal = signals.get(variable.place)
+            columns[variable.name] = np.array([signal.value(t) if signal else 0.0 for t in times])
     changed = np.any([np.diff(column) != 0.0 for column in columns.values()], axis=0)
     rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
     return Recording(np.array(times)[rows], {key: column[rows] for key, column in columns.items()})
@@ -42,8 +41,8 @@ def inputs(name: str) -> Recording:
 
 def main() -> None:
     """Write the file of each closed loop."""
-    for file, name in FILES.items():
-        write_csv(INPUTS / file, inputs(name))
+    for file, (loop, name) in FILES.items():
+        write_csv(INPUTS / file, inputs(loop, name))
 
 
 if __name__ == "__main__":

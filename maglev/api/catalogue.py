@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import CONTAINERS, DEFINITIONS, SYSTEMS, build_without_python, definition
+from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, definition
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.schema.layers import merged, packaged_files, run_layers
@@ -33,10 +33,8 @@ def fmus() -> list[FmuEntry]:
     ['Plant2DOF', 'Plant3DOF']
     """
     found = [FmuEntry(name, "fmu", definition(name).description) for name in DEFINITIONS]
-    found += [FmuEntry(name, "ssp", f"plant and controller of {scenario}, connected (SSP)")
-              for name, scenario in SYSTEMS.items()]
-    return found + [FmuEntry(name, "fmu", f"plant and controller of {scenario} in one native FMU")
-                    for name, scenario in CONTAINERS.items()]
+    return found + [FmuEntry(name, "ssp", f"plant and controller of {scenario}, connected (SSP)")
+                    for name, scenario in SYSTEMS.items()]
 
 
 @dataclass(frozen=True)
@@ -95,6 +93,7 @@ def build(names: Iterable[str] = (), *, fmus: str | Path = "fmus", native: bool 
     """
     if target not in ("all", "host") or (target == "host" and not native):
         raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
+    chosen = list(names) or [*DEFINITIONS, *SYSTEMS]
     if native:
-        return build_without_python(list(names), Path(fmus), target == "host")
-    return build_in_python(list(names) or [*DEFINITIONS, *SYSTEMS], Path(fmus))
+        return build_native(chosen, Path(fmus) / "native", target == "host")
+    return build_in_python(chosen, Path(fmus))

@@ -70,7 +70,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
                                                             show_default=False)] = None,
           fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
-                                               "native, and closed loops of them; needs the extra `native`.")] = False,
+                                               "native; needs the extra `native`.")] = False,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS, or "
                                               "`host`, one for this machine.")] = "all",
           debug: Debug = False) -> None:

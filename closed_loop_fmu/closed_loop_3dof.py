@@ -1,0 +1,64 @@
+"""The 3-DOF stage under control: plant and controller as one block, stepped in sequence.
+
+pyccel finds the attributes of an axis only where the class of the axis is imported, used by its name or not.
+"""
+
+from closed_loop_fmu.loop_step import loop_status, samples_in, supply
+from controller_fmu.output_regulator import OutputRegulator  # noqa: F401
+from controller_fmu.pid_3dof import PID3DOF
+from controller_fmu.pid_axis import PIDAxis  # noqa: F401
+from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.status import STEP_MISFIT, STEPPED
+from plant_fmu.axis import Axis  # noqa: F401
+from plant_fmu.stage_3dof import Stage3DOF
+
+
+def advance_3dof(controller: Regulator3DOF | PID3DOF, plant: Stage3DOF, t: float, dt: float) -> int:
+    """Step a loop from t to t + dt (s): at each sample the controller computes, then the stage moves until the next."""
+    sample_time = controller.sample_time
+    samples = samples_in(dt, sample_time)
+    if samples == 0:
+        return STEP_MISFIT
+    for k in range(samples):
+        controller.y.measured = plant.y.encoder
+        controller.x.measured = plant.x.encoder
+        controller.z.measured = plant.z.encoder
+        controller.sample()
+        supply(plant.alpha, controller.alpha)
+        supply(plant.beta, controller.beta)
+        status = plant.step(t + k * sample_time, sample_time)
+        if status != 0:
+            return loop_status(STEPPED, status)
+    return STEPPED
+
+
+class ClosedLoop3DOF:
+    """Stage under an output regulator; the law is one of `Regulator3DOF`."""
+
+    def __init__(self, law: int):
+        self.controller = Regulator3DOF(law)
+        self.plant = Stage3DOF()
+
+    def start(self) -> int:
+        """Start both parts."""
+        return loop_status(self.controller.start(), self.plant.start())
+
+    def step(self, t: float, dt: float) -> int:
+        """Step both parts from t to t + dt (s), a whole number of samples, with references and forces held."""
+        return advance_3dof(self.controller, self.plant, t, dt)
+
+
+class ClosedLoopPID3DOF:
+    """Stage under a PID for each axis."""
+
+    def __init__(self) -> None:
+        self.controller = PID3DOF()
+        self.plant = Stage3DOF()
+
+    def start(self) -> int:
+        """Start both parts."""
+        return loop_status(self.controller.start(), self.plant.start())
+
+    def step(self, t: float, dt: float) -> int:
+        """Step both parts from t to t + dt (s), a whole number of samples, with references and forces held."""
+        return advance_3dof(self.controller, self.plant, t, dt)

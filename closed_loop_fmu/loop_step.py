@@ -1,0 +1,33 @@
+"""What every closed loop does in a communication step: count its samples, pass currents on, report a part's refusal."""
+
+from controller_fmu.motor_command import MotorCommand
+from plant_fmu.integration import LONGEST_COMMUNICATION_STEP
+from plant_fmu.motor_supply import MotorSupply
+
+SAMPLE_TOLERANCE = 1.0e-6   # of a sample, by which a communication step may miss a whole number of them
+OF_PLANT = 100              # added to a status of the plant, so that it differs from those of the controller
+
+
+def samples_in(dt: float, sample_time: float) -> int:
+    """Number of samples in a communication step dt (s); 0 if it is not a whole number of them, or too long."""
+    if dt > LONGEST_COMMUNICATION_STEP:
+        return 0
+    samples = dt / sample_time
+    whole = int(samples + 0.5)
+    if whole - SAMPLE_TOLERANCE < samples < whole + SAMPLE_TOLERANCE:
+        return whole
+    return 0
+
+
+def supply(motor: MotorSupply, commands: MotorCommand) -> None:
+    """Give the amplifiers of a motor what the controller commands."""
+    motor.i_a_cmd = commands.i_a_cmd
+    motor.i_b_cmd = commands.i_b_cmd
+    motor.i_c_cmd = commands.i_c_cmd
+
+
+def loop_status(controller: int, plant: int) -> int:
+    """Status of a loop from those of its parts: 0 if both are, else that of the first part that refuses."""
+    if controller != 0 or plant == 0:
+        return controller
+    return OF_PLANT + plant

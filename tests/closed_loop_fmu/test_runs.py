@@ -1,0 +1,120 @@
+"""Closed loops as one FMU: bit for bit the runs of controller and plant under our master."""
+
+import runpy
+from collections.abc import Sequence
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.util import read_csv
+
+from maglev.build import definition
+from maglev.cosim.master import Master, Participant, Recording
+from maglev.experiment.preparation import prepare
+from maglev.experiment.results import write_csv
+from maglev.schema.loading import load_scenario
+from maglev.schema.scenario import Scenario
+from maglev.schema.toml_table import PACKAGED
+
+INPUTS = PACKAGED / "inputs"
+FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
+         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
+KINDS = {"python": "fmus", "native": "native_fmus"}
+
+
+def start_values(scenario: Scenario) -> dict[str, float | bool]:
+    """Start values of a scenario, under their names in a loop."""
+    return {f"{part}.{variable}": value.value for part, fmu in scenario.fmus.items()
+            for variable, value in fmu.start.items()}
+
+
+def fly(loop: str, folder: Path, scenario: Scenario, given: Recording, every: int) -> Recording:
+    """Run of a loop with what a run of the scenario was given, in communication steps of several samples."""
+    drives = {f"loop.{v.name}": given.columns[v.place][::every].tolist() for v in definition(loop).variables
+              if v.causality == "input" and v.place in given.columns}
+    with Master([Participant("loop", folder / f"{loop}.fmu", start_values(scenario))], [],
+                every * scenario.step) as master:
+        return master.run(scenario.stop_time, drives)
+
+
+def assert_same(recording: Recording, expected: Recording, every: int) -> None:
+    """Every output has the same bits."""
+    outputs = {name.removeprefix("loop."): column for name, column in recording.columns.items()
+               if name.startswith(("loop.controller.", "loop.plant."))}
+    driven = {name for name in expected.columns if name.endswith((".reference", ".reference_rate", ".force"))}
+    assert set(outputs) == set(expected.columns) - driven
+    for name, column in outputs.items():
+        assert column.astype(np.float64).tobytes() == \
+            expected.columns[name][::every].astype(np.float64).tobytes(), name
+
+
+@pytest.mark.parametrize(("loop", "run", "settings", "every"), [
+    ("ClosedLoop2DOF", "2dof-setpoints", [], 1),
+    ("ClosedLoop3DOF", "3dof-setpoints-improved", [], 1),
+    # Communication steps of several samples.
+    ("ClosedLoop2DOF", "2dof-setpoints", [], 4),
+    ("ClosedLoop3DOF", "3dof-setpoints-improved", [], 500),
+    # Parameters, and a start elsewhere than where the controller's inputs start.
+    ("ClosedLoop3DOF", "3dof-setpoints", ["plant.y.position_start=23.456mm", "plant.x.friction.coulomb=1N"], 1),
+    ("ClosedLoop2DOF", "2dof-setpoints-low-overshoot", ["plant.v.position_start=18.1mm"], 1),
+    # Stops are met, and commands limited.
+    ("ClosedLoop3DOF", "3dof-setpoints-large-no-antiwindup", [], 1),
+    # The other laws; references that change at every sample; a trip.
+    ("ClosedLoopLinear2DOF", "2dof-step-4-linear", ["controller.trip_error=18mm"], 1),
+    ("ClosedLoopPID2DOF", "2dof-tracking-pid", [], 1),
+    ("ClosedLoopLinear3DOF", "3dof-step-1-improved-linear", [], 1),
+    ("ClosedLoopScheduled3DOF", "3dof-scheduled-large", [], 5),
+    ("ClosedLoopPID3DOF", "3dof-tracking-pid", ["controller.y.prefilter=20rad/s"], 1),
+])
+def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: str, run: str, settings: Sequence[str],
+                                                     every: int) -> None:
+    scenario = load_scenario(run).model_copy(update={"stop_time": 3.0})
+    experiment = prepare(scenario, native_fmus, {}, settings)
+    assert experiment.scenario.fmus["controller"].model == definition(loop).description.split()[3]
+    expected = experiment.run()
+    assert_same(fly(loop, native_fmus, experiment.scenario, expected, every), expected, every)
+    for axis in scenario.axes.values():
+        assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("file", FILES)
+def test_the_committed_inputs_give_the_run_of_their_scenario(file: str, kind: str, request: pytest.FixtureRequest
+                                                             ) -> None:
+    """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
+    folder: Path = request.getfixturevalue(KINDS[kind])
+    loop, run = FILES[file]
+    scenario = load_scenario(run).model_copy(update={"stop_time": 1.5})
+    expected = prepare(scenario, folder, {}, []).run()
+    result = fmpy.simulate_fmu(str(folder / f"{loop}.fmu"), input=read_csv(INPUTS / file),
+                               output_interval=scenario.step, stop_time=1.5)
+    columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}
+    assert_same(Recording(result["time"], columns), expected, 1)
+    assert max(np.ptp(result[axis.position]) for axis in scenario.axes.values()) > 1e-3, "the step at 1 s is in it"
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_input_files_say_what_the_scenario_says(file: str, tmp_path: Path) -> None:
+    script = runpy.run_path(str(Path(__file__).parents[2] / "tools" / "write_inputs.py"))
+    assert script["FILES"] == FILES
+    recording = script["inputs"](*FILES[file])
+    write_csv(tmp_path / "inputs.csv", recording)
+    assert (tmp_path / "inputs.csv").read_bytes() == (INPUTS / file).read_bytes()
+    scenario = load_scenario(FILES[file][1])
+    for t in np.arange(0.0, scenario.stop_time, 0.1):
+        row = np.searchsorted(recording.time, t + 1e-9, side="right") - 1
+        for signal in scenario.signals:
+            assert recording.columns[signal.to.partition(".")[2]][row] == signal.value(t)
+
+
+def test_a_push_moves_the_mover_of_the_loop_as_that_of_the_plant(native_fmus: Path) -> None:
+    scenario = load_scenario("3dof-setpoints-improved")
+    push = [5.0 * (k >= 100) for k in range(1001)]
+    parts = [Participant(name, native_fmus / f"{fmu.model}.fmu") for name, fmu in scenario.fmus.items()]
+    with Master(parts, list(scenario.wires.values()), scenario.step) as master:
+        expected = master.run(0.2, {"plant.x.force": push})
+    with Master([Participant("loop", native_fmus / "ClosedLoop3DOF.fmu")], [], scenario.step) as master:
+        recording = master.run(0.2, {"loop.x.force": push})
+    assert_same(recording, expected, 1)
+    assert np.ptp(recording.columns["loop.plant.x.position"]) > 1e-4
