@@ -26,7 +26,7 @@ class Pair(NamedTuple):
     stage: str
     controller: str
     plant: str
-    container: str
+    loop: str
     axes: tuple[str, ...]
     motors: tuple[str, ...]
     dt: float   # s, communication step
@@ -101,8 +101,8 @@ def master_loop(pair: Pair, folder: Path, steps: int) -> float:
     return (end - begin) / (last - first)
 
 
-class OpenContainer:
-    """A closed-loop container FMU, initialised with its references; a context manager."""
+class OpenLoop:
+    """A closed loop in one FMU, initialised with its references; a context manager."""
 
     def __init__(self, pair: Pair, path: Path):
         self.folder = unpacking_folder()
@@ -119,7 +119,7 @@ class OpenContainer:
         self.slave.exitInitializationMode()
         self.time = 0.0
 
-    def __enter__(self) -> "OpenContainer":
+    def __enter__(self) -> "OpenLoop":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -133,11 +133,11 @@ class OpenContainer:
             self.time += 1.0
 
 
-def container_loop(pair: Pair, path: Path, seconds: int) -> float:
-    """The closed-loop container, one call for each second."""
-    with OpenContainer(pair, path) as container:
-        container.seconds(1)
+def loop_fmu(pair: Pair, path: Path, seconds: int) -> float:
+    """The closed loop in one FMU, one call for each second."""
+    with OpenLoop(pair, path) as loop:
+        loop.seconds(1)
         begin = perf_counter()
-        container.seconds(seconds)
+        loop.seconds(seconds)
         return (perf_counter() - begin) / seconds * pair.dt
 

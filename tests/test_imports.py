@@ -19,12 +19,13 @@ BELOW: dict[str, set[str]] = {
     "plant_fmu": {"pmlsm", "fmi_export"},
     "controller_fmu": {"pmlsm", "fmi_export"},
     "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
+    "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "fmi_export"},
     "maglev": {"pmlsm", "fmi_export"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
 REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
            "maglev.linear": {"plant_fmu", "controller_fmu"}}
-BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu")
+BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "units", "csv_table", "toml_file", "identification", "linear", "cosim", "schema", "judging",

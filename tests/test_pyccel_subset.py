@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fmi_export.sources import carried_modules
 from maglev.catalogue import DEFINITIONS, PACKAGES, definition
 
 ROOT = Path(__file__).parents[1]
@@ -55,6 +56,18 @@ def test_module_names_are_unique_across_packages() -> None:
     """C prefixes and includes are flat."""
     names = [name.rpartition(".")[2] for name in BLOCKS]
     assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_names_in_an_fmu_are_unique(name: str) -> None:
+    """So are those of functions and constants in C."""
+    defined: dict[str, str] = {}
+    for module, text in carried_modules(definition(name).block.__module__, PACKAGES).items():
+        for node in ast.parse(text).body:
+            names = [node.name] if isinstance(node, (ast.ClassDef, ast.FunctionDef)) else [
+                target.id for target in getattr(node, "targets", []) if isinstance(target, ast.Name)]
+            for each in names:
+                assert defined.setdefault(each, module) == module, each
 
 
 @pytest.mark.parametrize("name", BLOCKS)

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from closed_loop_fmu.loop_step import samples_in
-from maglev.build import DEFINITIONS, definition
-from maglev.cosim.fmu import Component
+from maglev.catalogue import DEFINITIONS, definition
+from maglev.cosim.fmu import Fmu
 
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
 AXES = {"2DOF": ("v", "h"), "3DOF": ("y", "x", "z")}
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 
 
 @pytest.mark.parametrize("name", LOOPS)

@@ -9,33 +9,34 @@ import numpy as np
 import pytest
 from fmpy.util import read_csv
 
-from maglev.build import definition
-from maglev.cosim.master import Master, Participant, Recording
+from maglev.catalogue import DEFINITIONS, definition
+from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
-from maglev.schema.loading import load_scenario
-from maglev.schema.scenario import Scenario
-from maglev.schema.toml_table import PACKAGED
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
 
 INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
          "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
 KINDS = {"python": "fmus", "native": "native_fmus"}
+LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
 
 
-def start_values(scenario: Scenario) -> dict[str, float | bool]:
-    """Start values of a scenario, under their names in a loop."""
-    return {f"{part}.{variable}": value.value for part, fmu in scenario.fmus.items()
+def start_values(plan: RunPlan) -> dict[str, float | bool]:
+    """Start values of a plan, under their names in a loop."""
+    return {f"{part}.{variable}": value.value for part, fmu in plan.fmus.items()
             for variable, value in fmu.start.items()}
 
 
-def fly(loop: str, folder: Path, scenario: Scenario, given: Recording, every: int) -> Recording:
-    """Run of a loop with what a run of the scenario was given, in communication steps of several samples."""
+def fly(loop: str, folder: Path, plan: RunPlan, given: Recording, every: int) -> Recording:
+    """Run of a loop with what a run of the plan was given, in communication steps of several samples."""
     drives = {f"loop.{v.name}": given.columns[v.place][::every].tolist() for v in definition(loop).variables
               if v.causality == "input" and v.place in given.columns}
-    with Master([Participant("loop", folder / f"{loop}.fmu", start_values(scenario))], [],
-                every * scenario.step) as master:
-        return master.run(scenario.stop_time, drives)
+    with Master([FmuSetup("loop", folder / f"{loop}.fmu", start_values(plan))], [],
+                every * plan.step) as master:
+        return master.run(plan.stop_time, drives)
 
 
 def assert_same(recording: Recording, expected: Recording, every: int) -> None:
@@ -69,12 +70,12 @@ def assert_same(recording: Recording, expected: Recording, every: int) -> None:
 ])
 def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: str, run: str, settings: Sequence[str],
                                                      every: int) -> None:
-    scenario = load_scenario(run).model_copy(update={"stop_time": 3.0})
-    experiment = prepare(scenario, native_fmus, {}, settings)
-    assert experiment.scenario.fmus["controller"].model == definition(loop).description.split()[3]
+    plan = load_plan(run).model_copy(update={"stop_time": 3.0})
+    experiment = prepare(plan, native_fmus, {}, settings)
+    assert experiment.plan.fmus["controller"].model == definition(loop).description.split()[3]
     expected = experiment.run()
-    assert_same(fly(loop, native_fmus, experiment.scenario, expected, every), expected, every)
-    for axis in scenario.axes.values():
+    assert_same(fly(loop, native_fmus, experiment.plan, expected, every), expected, every)
+    for axis in plan.axes.values():
         assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
 
 
@@ -85,13 +86,13 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(file: str, kind: st
     """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
     folder: Path = request.getfixturevalue(KINDS[kind])
     loop, run = FILES[file]
-    scenario = load_scenario(run).model_copy(update={"stop_time": 1.5})
-    expected = prepare(scenario, folder, {}, []).run()
+    plan = load_plan(run).model_copy(update={"stop_time": 1.5})
+    expected = prepare(plan, folder, {}, []).run()
     result = fmpy.simulate_fmu(str(folder / f"{loop}.fmu"), input=read_csv(INPUTS / file),
-                               output_interval=scenario.step, stop_time=1.5)
+                               output_interval=plan.step, stop_time=1.5)
     columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}
     assert_same(Recording(result["time"], columns), expected, 1)
-    assert max(np.ptp(result[axis.position]) for axis in scenario.axes.values()) > 1e-3, "the step at 1 s is in it"
+    assert max(np.ptp(result[axis.position]) for axis in plan.axes.values()) > 1e-3, "the step at 1 s is in it"
 
 
 @pytest.mark.parametrize("file", FILES)
@@ -101,20 +102,31 @@ def test_input_files_say_what_the_scenario_says(file: str, tmp_path: Path) -> No
     recording = script["inputs"](*FILES[file])
     write_csv(tmp_path / "inputs.csv", recording)
     assert (tmp_path / "inputs.csv").read_bytes() == (INPUTS / file).read_bytes()
-    scenario = load_scenario(FILES[file][1])
-    for t in np.arange(0.0, scenario.stop_time, 0.1):
+    plan = load_plan(FILES[file][1])
+    for t in np.arange(0.0, plan.stop_time, 0.1):
         row = np.searchsorted(recording.time, t + 1e-9, side="right") - 1
-        for signal in scenario.signals:
+        for signal in plan.signals:
             assert recording.columns[signal.to.partition(".")[2]][row] == signal.value(t)
 
 
 def test_a_push_moves_the_mover_of_the_loop_as_that_of_the_plant(native_fmus: Path) -> None:
-    scenario = load_scenario("3dof-setpoints-improved")
+    plan = load_plan("3dof-setpoints-improved")
     push = [5.0 * (k >= 100) for k in range(1001)]
-    parts = [Participant(name, native_fmus / f"{fmu.model}.fmu") for name, fmu in scenario.fmus.items()]
-    with Master(parts, list(scenario.wires.values()), scenario.step) as master:
+    parts = [FmuSetup(name, native_fmus / f"{fmu.model}.fmu") for name, fmu in plan.fmus.items()]
+    with Master(parts, list(plan.wires.values()), plan.step) as master:
         expected = master.run(0.2, {"plant.x.force": push})
-    with Master([Participant("loop", native_fmus / "ClosedLoop3DOF.fmu")], [], scenario.step) as master:
+    with Master([FmuSetup("loop", native_fmus / "ClosedLoop3DOF.fmu")], [], plan.step) as master:
         recording = master.run(0.2, {"loop.x.force": push})
     assert_same(recording, expected, 1)
     assert np.ptp(recording.columns["loop.plant.x.position"]) > 1e-4
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_default_experiment_levitates_with_nothing_set(native_fmus: Path, name: str) -> None:
+    result = fmpy.simulate_fmu(str(native_fmus / f"{name}.fmu"))
+    # 26 s, in the steps of 40 ms that fmpy makes of 10 ms.
+    assert len(result) == 651 and result["time"][-1] == pytest.approx(26.0)
+    for column in result.dtype.names:
+        if column.endswith(".error"):
+            assert np.abs(result[column][100:]).max() < 1e-4, column
+    assert not result["plant.at_stop"].any() and not result["controller.tripped"].any()

@@ -18,6 +18,7 @@ Values = dict[str, float | bool]
 
 PLANT_STEPS = st.floats(1e-5, 2e-3)
 PARTS_OF_A_SAMPLE = st.sampled_from([1, 2, 4, 5])
+SAMPLES = st.sampled_from([1, 2, 3, 10])   # in a step of a closed loop
 
 
 def near(v: ScalarVariable) -> st.SearchStrategy[float | bool]:
@@ -71,16 +72,27 @@ class Pair:
 def test_random_runs(load: Load, load_native: Load, name: str, data: st.DataObject) -> None:
     pair = Pair(load(name), load_native(name))
     try:
-        run(pair, data, controller=not name.startswith("Plant"))
+        run(pair, data, name)
     finally:
         for component in pair.both:
             component.close()
 
 
-def run(pair: Pair, data: st.DataObject, controller: bool) -> None:
+def step_size(data: st.DataObject, name: str, sample: float) -> float:
+    """A communication step that an FMU with a sample time (s) takes."""
+    if name.startswith("Plant"):
+        return data.draw(PLANT_STEPS, label="h")
+    if name.startswith("ClosedLoop"):
+        return sample * data.draw(SAMPLES, label="samples")
+    return sample / data.draw(PARTS_OF_A_SAMPLE, label="parts")
+
+
+def run(pair: Pair, data: st.DataObject, name: str) -> None:
     """Start, and take steps of random size with random inputs, until something is refused or it is enough."""
     component = pair.both[0]
     inputs, parameters = variables(component, "input"), variables(component, "parameter")
+    if name.startswith("ClosedLoop"):   # long samples are long in Python
+        parameters = [v for v in parameters if v.name != "controller.sample_time"]
     tunable = [v for v in parameters if v.variability == "tunable"]
     start = data.draw(pick(parameters, 6), label="parameters")
     pair.do(lambda each: put(each, start))
@@ -90,10 +102,11 @@ def run(pair: Pair, data: st.DataObject, controller: bool) -> None:
     if not pair.do(lambda each: each.instance.exitInitializationMode()):
         return
     pair.same_outputs()
-    sample = float(start.get("sample_time", component.variable("sample_time").start)) if controller else 0.0
+    sample_time = "controller.sample_time" if name.startswith("ClosedLoop") else "sample_time"
+    sample = 0.0 if name.startswith("Plant") else float(start.get(sample_time, component.variable(sample_time).start))
     time, count = 0.0, 0
     for _ in range(data.draw(st.integers(1, 12), label="segments")):
-        size = sample / data.draw(PARTS_OF_A_SAMPLE, label="parts") if controller else data.draw(PLANT_STEPS, label="h")
+        size = step_size(data, name, sample)
         values: Values = data.draw(pick(inputs, len(inputs)), label="inputs")
         values |= data.draw(pick(tunable, 1), label="change")
         pair.do(lambda each, values=values: put(each, values))
@@ -110,7 +123,8 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
     pair = Pair(load(name), load_native(name))
     inputs = [v for v in variables(pair.both[0], "input") if v.type == "Real"]
     # They have no limit by default, and the PID asks for little.
-    limit = {"current_limit": 0.5} if name in ("PID3DOF", "Commutation2DOF", "Commutation3DOF") else {}
+    limited = {"PID3DOF": "", "Commutation2DOF": "", "Commutation3DOF": "", "ClosedLoopPID3DOF": "controller."}
+    limit = {f"{limited[name]}current_limit": 0.5} if name in limited else {}
     for component in pair.both:
         component.initialise(limit, 0.0, 10.0)
     size = 5e-4 if "2DOF" in name else 2e-4
@@ -127,5 +141,7 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
     assert sum(len(values) > 1 for values in seen.values()) > len(seen) / 2, "most outputs have moved"
     if name.startswith("Plant"):
         assert seen["at_stop"] == {False, True}
+    elif name.startswith("ClosedLoop"):
+        assert True in seen["controller.saturated"] and True in seen["plant.at_stop"]
     elif not name.startswith("Estimator"):
         assert True in seen["saturated"]

@@ -33,7 +33,7 @@ def test_plant_ports(stage: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS
-                                  if not name.startswith(("Plant", "Estimator", "Commutation"))])
+                                  if not name.startswith(("Plant", "Estimator", "Commutation", "ClosedLoop"))])
 def test_controller_ports(name: str) -> None:
     axes, motors, constants = STAGES[name[-4:]]
     assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")

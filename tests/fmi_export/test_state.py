@@ -16,6 +16,11 @@ def started(load: Load, name: str) -> Fmu:
     return component
 
 
+def thrust(name: str) -> str:
+    """A tunable parameter of an FMU."""
+    return "plant.C1" if name.startswith("ClosedLoop") else "C1"
+
+
 def excite(component: Fmu) -> Callable[[int, float], None]:
     """Inputs that move everything: integrators, observers, friction, amplifiers, a stop."""
     inputs = [v for v in variables(component, "input") if v.type == "Real"]
@@ -28,10 +33,10 @@ def excite(component: Fmu) -> Callable[[int, float], None]:
     return set_inputs
 
 
-@pytest.mark.parametrize(("name", "size"), [("Plant2DOF", 5e-4), ("Plant3DOF", 2e-4),
-                                            ("Regulator2DOF", 2.5e-4), ("Regulator3DOF", 2e-4)])
+@pytest.mark.parametrize(("name", "size"), [("Plant2DOF", 5e-4), ("Plant3DOF", 2e-4), ("Regulator2DOF", 2.5e-4),
+                                            ("Regulator3DOF", 2e-4), ("ClosedLoop3DOF", 1e-3)])
 class TestState:
-    """Every FMU of both kinds; a communication step of half the sample time on one of the controllers."""
+    """Of both kinds; communication steps of half the sample time for a controller, and of five for a closed loop."""
 
     @pytest.fixture
     def load(self, load_either: Load) -> Load:
@@ -58,13 +63,13 @@ class TestState:
     def test_state_holds_parameters(self, load: Load, name: str, size: float) -> None:
         component = started(load, name)
         state = component.instance.getFMUState()
-        put(component, {"C1": 1.25})
+        put(component, {thrust(name): 1.25})
         component.instance.setFMUState(state)
-        assert read(component, "C1") == float(component.variable("C1").start)
+        assert read(component, thrust(name)) == float(component.variable(thrust(name)).start)
 
     def test_reset_equals_new_instance(self, load: Load, name: str, size: float) -> None:
         component, fresh = started(load, name), started(load, name)
-        put(component, {"C1": 1.25})
+        put(component, {thrust(name): 1.25})
         step(component, 0, 20, size, excite(component))
         component.instance.reset()
         component.initialise({}, 0.0, 10.0)

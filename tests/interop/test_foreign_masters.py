@@ -1,7 +1,6 @@
 """Plant and controller under masters that are not ours: the same numbers, bit for bit, once the order is the same.
 
-docs/interop.md has what was measured, with versions. The container of fmu-manipulation-toolbox, which is sequential, is
-tested in tests/fmi_export/test_container.py.
+docs/interop.md has what was measured, with versions.
 """
 
 from pathlib import Path

@@ -9,7 +9,7 @@ import pytest
 from command_line import maglev
 from fmpy.ssp.simulation import simulate_ssp
 
-from maglev.catalogue import CONTAINERS, DEFINITIONS, build_containers, build_systems
+from maglev.catalogue import DEFINITIONS, build_systems
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED
@@ -40,16 +40,6 @@ def test_every_fmu(elsewhere: Path) -> None:
         with Fmu(name, path, description) as component:
             component.initialise({}, 0.0, 1.0)
         step = float(description.defaultExperiment.stepSize)
-        result = fmpy.simulate_fmu(str(path), stop_time=0.01, step_size=step, output_interval=step)
-        assert result["time"][-1] == pytest.approx(0.01)
-
-
-def test_containers(native_fmus: Path, tmp_path: Path) -> None:
-    """Built in such a folder, and run from it."""
-    pytest.importorskip("fmu_manipulation_toolbox", reason="it is not installed (extra `native`)")
-    folder = Path(shutil.copytree(native_fmus, tmp_path / FOLDER))
-    for path in build_containers(CONTAINERS, folder, folder):
-        step = float(read_description("loop", path).defaultExperiment.stepSize)
         result = fmpy.simulate_fmu(str(path), stop_time=0.01, step_size=step, output_interval=step)
         assert result["time"][-1] == pytest.approx(0.01)
 
