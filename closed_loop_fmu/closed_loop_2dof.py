@@ -3,7 +3,7 @@
 pyccel finds the attributes of an axis only where the class of the axis is imported, used by its name or not.
 """
 
-from closed_loop_fmu.loop_step import loop_status, samples_in, supply
+from closed_loop_fmu.loop_step import COMMAND_TOO_LARGE, loop_status, samples_in, supply
 from controller_fmu.output_regulator import OutputRegulator  # noqa: F401
 from controller_fmu.pid_2dof import PID2DOF
 from controller_fmu.pid_axis import PIDAxis  # noqa: F401
@@ -23,7 +23,8 @@ def advance_2dof(controller: Regulator2DOF | PID2DOF, plant: Stage2DOF, t: float
         controller.v.measured = plant.v.encoder
         controller.h.measured = plant.h.encoder
         controller.sample()
-        supply(plant.motor, controller.motor)
+        if not supply(plant.motor, controller.motor):
+            return COMMAND_TOO_LARGE
         status = plant.step(t + k * sample_time, sample_time)
         if status != 0:
             return loop_status(STEPPED, status)

@@ -3,7 +3,7 @@
 pyccel finds the attributes of an axis only where the class of the axis is imported, used by its name or not.
 """
 
-from closed_loop_fmu.loop_step import loop_status, samples_in, supply
+from closed_loop_fmu.loop_step import COMMAND_TOO_LARGE, loop_status, samples_in, supply
 from controller_fmu.output_regulator import OutputRegulator  # noqa: F401
 from controller_fmu.pid_3dof import PID3DOF
 from controller_fmu.pid_axis import PIDAxis  # noqa: F401
@@ -24,8 +24,8 @@ def advance_3dof(controller: Regulator3DOF | PID3DOF, plant: Stage3DOF, t: float
         controller.x.measured = plant.x.encoder
         controller.z.measured = plant.z.encoder
         controller.sample()
-        supply(plant.alpha, controller.alpha)
-        supply(plant.beta, controller.beta)
+        if not (supply(plant.alpha, controller.alpha) and supply(plant.beta, controller.beta)):
+            return COMMAND_TOO_LARGE
         status = plant.step(t + k * sample_time, sample_time)
         if status != 0:
             return loop_status(STEPPED, status)

@@ -5,6 +5,9 @@ from plant_fmu.integration import LONGEST_COMMUNICATION_STEP
 from plant_fmu.motor_supply import MotorSupply
 
 SAMPLE_TOLERANCE = 1.0e-6   # of a sample, by which a communication step may miss a whole number of them
+LARGEST_COMMAND = 1000.0    # A; what the plant alone takes for a current
+
+COMMAND_TOO_LARGE = 50      # status of a loop
 OF_PLANT = 100              # added to a status of the plant, so that it differs from those of the controller
 
 
@@ -19,11 +22,14 @@ def samples_in(dt: float, sample_time: float) -> int:
     return 0
 
 
-def supply(motor: MotorSupply, commands: MotorCommand) -> None:
-    """Give the amplifiers of a motor what the controller commands."""
+def supply(motor: MotorSupply, commands: MotorCommand) -> bool:
+    """Give the amplifiers of a motor what the controller commands; False if a command is no sensible current."""
     motor.i_a_cmd = commands.i_a_cmd
     motor.i_b_cmd = commands.i_b_cmd
     motor.i_c_cmd = commands.i_c_cmd
+    return (-LARGEST_COMMAND <= motor.i_a_cmd <= LARGEST_COMMAND
+            and -LARGEST_COMMAND <= motor.i_b_cmd <= LARGEST_COMMAND
+            and -LARGEST_COMMAND <= motor.i_c_cmd <= LARGEST_COMMAND)
 
 
 def loop_status(controller: int, plant: int) -> int:

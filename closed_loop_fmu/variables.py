@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 
-from closed_loop_fmu.loop_step import OF_PLANT
+from closed_loop_fmu.loop_step import COMMAND_TOO_LARGE, OF_PLANT
 from controller_fmu.status import STEP_MISFIT
 from fmi_export.definition import FmuDefinition, Variable
 
@@ -18,7 +18,7 @@ def loop_variables(controller: FmuDefinition, plant: FmuDefinition) -> tuple[Var
 
     Connected are what the encoders show, and the commands, which have the same name in both parts.
     """
-    commands = {v.name for v in controller.variables if v.causality == "output"}
+    commands = connected_commands(controller, plant)
     references = [v for v in controller.variables if v.causality == "input" and not v.name.endswith(".measured")]
     forces = [v for v in plant.variables if v.causality == "input" and v.name not in commands]
     # References are read at samples, and so held between two rows of an importer's input file.
@@ -31,6 +31,12 @@ def loop_variables(controller: FmuDefinition, plant: FmuDefinition) -> tuple[Var
                        for v in fmu.variables if v.causality == causality))
 
 
+def connected_commands(controller: FmuDefinition, plant: FmuDefinition) -> list[str]:
+    """Names of the outputs of the controller that are inputs of the plant."""
+    outputs = {v.name for v in controller.variables if v.causality == "output"}
+    return [v.name for v in plant.variables if v.causality == "input" and v.name in outputs]
+
+
 def part_variable(part: str, variable: Variable, inputs: set[str]) -> Variable:
     """Output or parameter of a part as one of the loop, which has the named inputs."""
     return replace(variable, name=f"{part}.{variable.name}",
@@ -41,9 +47,12 @@ def part_variable(part: str, variable: Variable, inputs: set[str]) -> Variable:
 
 def loop_refusals(controller: FmuDefinition, plant: FmuDefinition) -> dict[int, str]:
     """Texts of what either part refuses, about the loop's variables."""
+    commands = ", ".join(f"controller.{name} = {{controller.{name}}} A"
+                         for name in connected_commands(controller, plant))
     return {**{status: of_part("controller", text) for status, text in controller.refusals.items()},
             **{OF_PLANT + status: of_part("plant", text) for status, text in plant.refusals.items()},
-            STEP_MISFIT: REFUSED_STEP}
+            STEP_MISFIT: REFUSED_STEP,
+            COMMAND_TOO_LARGE: f"{commands}, expected all within 1000 A"}
 
 
 def of_part(part: str, text: str) -> str:

@@ -114,6 +114,16 @@ def test_start_values_that_are_refused(load: Load, name: str, start: dict[str, f
     assert expected in refusal(loop, loop.instance.exitInitializationMode)
 
 
+def test_commands_that_are_no_sensible_currents(load: Load) -> None:
+    """Without a limit anywhere; the plant alone refuses them as well."""
+    loop = load("ClosedLoop3DOF")
+    loop.initialise({"controller.current_limit": 0.0, "controller.x.k1": -1e15}, 0.0, 10.0)
+    loop.instance.doStep(0.0, 2e-4)
+    put(loop, {"x.reference": 1.0})
+    text = refusal(loop, lambda: loop.instance.doStep(2e-4, 2e-4))
+    assert text.startswith("controller.alpha.i_a_cmd = ") and text.endswith(" A, expected all within 1000 A")
+
+
 def test_mover_that_runs_away(load: Load) -> None:
     loop = load("ClosedLoopPID2DOF")
     loop.initialise({"plant.h.stop.stiffness": 0.0, "plant.h.stop.damping": 0.0, "h.force": 1e5}, 0.0, 10.0)
