@@ -122,6 +122,12 @@ def correlated(covariance: Array) -> Array:
     return np.asarray(covariance / np.outer(deviation, deviation))
 
 
+def unidentified(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:
+    """Constants of a row that the recording does not tell: not excited, not above 0, or lost in what is unexplained."""
+    return [name for name, error in zip(data.row.constants, diagnostics.standard_error, strict=True)
+            if not diagnostics.excited or not error <= UNIDENTIFIABLE * estimate.final[name]]
+
+
 def warnings_of(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:
     """What a person should know before using the constants of a row, one plain sentence each."""
     names, axis = data.row.constants, data.row.axis

@@ -8,7 +8,7 @@ import numpy as np
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
 from maglev.errors import IdentificationError
-from maglev.identification.diagnostics import RowDiagnostics, diagnose, warnings_of
+from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.estimators import Estimate, estimate
 from maglev.identification.recording import Recording
 from maglev.identification.replay import replay
@@ -35,6 +35,8 @@ class Identification:
     replay_error, replay_motion : ndarray, shape (axes,)
         m, see `replay`.
     warnings : list of str
+    unidentified : list of str
+        Constants that the recording does not tell.
     """
 
     recording: Recording
@@ -47,6 +49,7 @@ class Identification:
     replay_error: Array
     replay_motion: Array
     warnings: list[str]
+    unidentified: list[str]
 
 
 def default_guess(rig: Rig) -> dict[str, float]:
@@ -94,12 +97,14 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
                                   "the excitation of sections 4.3.1 and 5.3, and currents that change")
     errors: dict[str, float] = {}
     friction: dict[str, float] = {}
-    warnings = []
+    warnings: list[str] = []
+    unknown: list[str] = []
     for data in rows:
         found = diagnostics[data.row.axis]
         errors.update(zip(data.row.constants, found.standard_error.tolist(), strict=True))
         friction.update(zip(data.row.constants, found.with_friction.tolist(), strict=True))
         warnings += warnings_of(data, found, estimates)
+        unknown += unidentified(data, found, estimates)
     error, motion = replay(recording, estimates.final)
     return Identification(recording, estimates, start, match, diagnostics, errors, friction, error, motion,
-                          sorted(warnings))
+                          sorted(warnings), sorted(unknown))

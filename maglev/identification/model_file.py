@@ -1,6 +1,5 @@
 """Identified constants as a TOML file, and back as start values of a scenario's FMUs."""
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,16 +21,18 @@ LARGEST = 1e12
 
 
 def write_model(path: Path, found: "Identification", source: Path) -> None:
-    """Write the constants for the plant and for the controller's model; one that cannot be used stays a comment."""
+    """Write the constants for the plant and for the controller's model; one that is not identified stays a comment."""
     lines = [f"{BEGINNING} from {source.name}: {found.estimate.method} estimator, "
              f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
-             "# To be used by: maglev run SCENARIO --model FILE. Standard errors behind the values.",
+             "# For maglev run SCENARIO --model FILE, which sets the constants of the plant and of the controller's model.",
+             "# Standard errors behind the values.",
              *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
         for name, value in found.estimate.final.items():
-            usable = value >= SMALLEST and math.isfinite(found.standard_error[name])
-            lines.append(f"{'' if usable else '# '}{name} = {value!r}   # ± {found.standard_error[name]:.2g}")
+            usable = value >= SMALLEST and name not in found.unidentified
+            lines.append(f"{name} = {value!r}   # ± {found.standard_error[name]:.2g}" if usable else
+                         f"# {name} = {value!r} is not identified: the FMU keeps its own")
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
