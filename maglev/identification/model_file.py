@@ -24,7 +24,7 @@ def write_model(path: Path, found: "Identification", source: Path) -> None:
     """Write the constants for the plant and for the controller's model; one that is not identified stays a comment."""
     lines = [f"{BEGINNING} from {source.name}: {found.estimate.method} estimator, "
              f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
-             "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model.",
+             "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
              "# Standard errors behind the values.",
              *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
     for fmu in FMUS:
