@@ -10,7 +10,8 @@ from pathlib import Path
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.native.build import build_native_fmu
+from fmi_export.native.build import build_native_fmu, translated_blocks
+from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError, nearest
 from maglev.experiment.processes import processors
@@ -93,15 +94,17 @@ def models(plan: RunPlan) -> dict[str, str]:
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
     """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
-    Errors and `host_only` as of `build_native_fmu`.
+    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter.
     """
     names = list(names)
     chosen = [definition(name) for name in with_parts(names)]
     version, licence = project()
+    require_zig()
+    translation = translated_blocks(chosen, PACKAGES)
     # Most of the time goes to the compiler, in processes of its own.
     with ThreadPoolExecutor(processors()) as pool:
         fmus = list(pool.map(
-            lambda each: build_native_fmu(each, version, licence, PACKAGES, folder, host_only), chosen))
+            lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, folder, host_only), chosen))
     return [*fmus, *build_systems([name for name in names if name in SYSTEMS], folder, folder)]
 
 

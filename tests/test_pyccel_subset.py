@@ -1,14 +1,11 @@
 """The blocks stay in the subset of Python that pyccel translates to C."""
 
 import ast
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from fmi_export.native.translation import translated
 from fmi_export.sources import carried_modules
 from maglev.catalogue import DEFINITIONS, PACKAGES, definition
 
@@ -84,17 +81,9 @@ def test_only_what_c_needs_no_library_for(name: str) -> None:
             assert len({name for name in names if name}) == sum(bool(name) for name in names), where
 
 
-def test_pyccel_translates_every_block(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("builds")
+def test_pyccel_translates_every_block() -> None:
+    """Also those that no FMU is made of yet."""
     pytest.importorskip("pyccel", reason="the extra `native` is not installed")
-    for package in PACKAGES:
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pyc*"))
-    pyccel = shutil.which("pyccel", path=Path(sys.executable).parent) or shutil.which("pyccel")
-    assert pyccel, "no command pyccel, expected one beside the interpreter or on the path"
-    # pyccel names its output folder after the worker of a parallel test run.
-    environment = {name: value for name, value in os.environ.items() if name != "PYTEST_XDIST_WORKER"}
-    for name in BLOCKS:
-        package, _, module = name.partition(".")
-        done = subprocess.run([pyccel, "-t", "--language", "c", f"{package}/{module}.py"], cwd=tmp_path,
-                              env={**environment, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True)
-        assert done.returncode == 0, f"{name}\n{done.stdout}{done.stderr}"
-        assert (tmp_path / package / "__pyccel__" / f"{module}.c").is_file(), name
+    files = translated({name: path.read_text(encoding="utf-8") for name, path in BLOCKS.items()})
+    assert {f"{name.rpartition('.')[2]}.c" for name in BLOCKS} <= set(files)

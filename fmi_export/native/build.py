@@ -2,6 +2,7 @@
 
 import platform
 import re
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 
@@ -9,9 +10,9 @@ from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, Platform, library, require_zig
+from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, Platform, library
 from fmi_export.native.model_table import model_table
-from fmi_export.native.translation import translated
+from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
 
 LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
@@ -19,17 +20,30 @@ FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 TABLE = "model.c"
 
 
-def build_native_fmu(definition: FmuDefinition, version: str, licence: str, packages: tuple[str, ...],
-                     destination: Path, host_only: bool = False) -> Path:
+def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str, ...]) -> dict[str, str]:
+    """C files, by name, of the blocks of all definitions and of what these import from the packages.
+
+    FMUs share most of their modules, and pyccel takes longer to start than to translate one. Errors as of `translated`.
+    """
+    texts: dict[str, str] = {}
+    for definition in definitions:
+        texts |= carried_modules(definition.block.__module__, packages)
+    return translated(texts)
+
+
+def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], version: str, licence: str,
+                     packages: tuple[str, ...], destination: Path, host_only: bool = False) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
     Parameters
     ----------
     definition : FmuDefinition
+    translation : mapping of str to str
+        C files by name, of this block and perhaps of others, as `translated_blocks` makes them.
     version, licence : str
         Version and licence text of the project.
     packages : tuple of str
-        Packages whose modules are translated, if the block imports them.
+        Packages whose modules have been translated, if the block imports them.
     destination : Path
         Folder, made if it is not there.
     host_only : bool
@@ -38,10 +52,9 @@ def build_native_fmu(definition: FmuDefinition, version: str, licence: str, pack
     Raises
     ------
     ExportError
-        If pyccel or ziglang is not installed, or refuses the sources.
+        If ziglang is not installed, or refuses the sources.
     """
-    require_zig()
-    blocks = translated(carried_modules(definition.block.__module__, packages))
+    blocks = files_of(carried_modules(definition.block.__module__, packages), translation)
     layer = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in LAYER}
     headers = {name: fmi_header(name) for name in FMI_HEADERS}
     chosen = host_platform() if host_only else PLATFORMS

@@ -34,6 +34,7 @@ INITIALISER = re.compile(r"^/\*\.+\*/\nvoid \w+__init\(void\)\n\{\n.*?^\}\n/\*\.
 FUNCTION = re.compile(r"^(\w[\w *]*)\(([^()\n]*)\)\n\{\n(.*?)^\}$", re.MULTILINE | re.DOTALL)
 LOCAL = re.compile(r"^    (?:double|int64_t|bool) (\w+);\n", re.MULTILINE)
 
+PRELUDE_FILE = "block_math.h"
 PRELUDE = """\
 /* math.h with what C99 leaves out, for the translated blocks. */
 
@@ -70,7 +71,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     """
     if find_spec("pyccel") is None:
         raise ExportError("native FMUs need pyccel, expected it to be installed: pip install 'maglev-fmus[native]'")
-    files = {"block_math.h": PRELUDE}
+    files = {PRELUDE_FILE: PRELUDE}
     with tempfile.TemporaryDirectory(prefix="maglev_translation_") as folder:
         root = Path(folder)
         names = in_order(texts)
@@ -89,6 +90,15 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
             files[f"{stem}.h"] = finished_header(header, import_module(name))
             files[f"{stem}.c"] = finished_source(name, source, constants)
     return files
+
+
+def files_of(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str, str]:
+    """Those of the translated files, by name, that belong to modules by dotted name."""
+    names = [PRELUDE_FILE]
+    for module in modules:
+        stem = module.rpartition(".")[2]
+        names += [f"{stem}.h", f"{stem}.c"]
+    return {name: translation[name] for name in names}
 
 
 def in_order(texts: Mapping[str, str]) -> list[str]:
@@ -122,7 +132,7 @@ def finished_header(header: str, module: ModuleType) -> str:
     header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = {literal(getattr(module, found[2]))};",
                           header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
-    return header.replace("#include <math.h>", '#include "block_math.h"')
+    return header.replace("#include <math.h>", f'#include "{PRELUDE_FILE}"')
 
 
 def literal(value: float | int | bool) -> str:
