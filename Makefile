@@ -3,9 +3,10 @@
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN = .venv/bin
+NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report claims check check-all test build native lint bench accuracy clean
+.PHONY: demo report claims check check-all check-built test quick build native lint bench accuracy clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -26,21 +27,27 @@ build: .venv/.demo
 native: .venv/.test
 	$(BIN)/maglev build --native
 
+# The tests leave their FMUs behind, for the check.
 test: .venv/.test lint
-	$(BIN)/python -m pytest -n 2
-	$(MAKE) check-all
+	$(BIN)/python -m pytest -n 2 --dist loadfile --fmus .venv/fmus
+	$(MAKE) check-built
 	$(BIN)/python benchmarks/step_cost.py --gate
+
+# The tests that need no FMU, compiler or browser: to be run after every change.
+quick: .venv/.test
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m quick
 
 # Every run against its baseline. The native FMUs take a third of the time, and the tests compare both kinds bit for bit; but
 # what they need may not exist for this machine.
 check-all: .venv/.test
-	@if $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null; then set -x; \
-		$(BIN)/maglev build --native --target host --fmus .venv/fmus && \
-		$(BIN)/maglev check --native --fmus .venv/fmus; \
-	else \
-		echo "left out: native FMUs, for the extra 'native' is not installed"; set -x; \
-		$(BIN)/maglev build --fmus .venv/fmus && $(BIN)/maglev check --fmus .venv/fmus; \
-	fi
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target host --fmus .venv/fmus; \
+		else set -x; $(BIN)/maglev build --fmus .venv/fmus/python; fi
+	$(MAKE) check-built
+
+check-built: .venv/.test
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev check --native --fmus .venv/fmus; \
+		else echo "left out: native FMUs, for the extra 'native' is not installed"; set -x; \
+		$(BIN)/maglev check --fmus .venv/fmus/python; fi
 
 lint: .venv/.test
 	$(BIN)/ruff check .
@@ -48,6 +55,7 @@ lint: .venv/.test
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python benchmarks/startup.py
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py

@@ -1,4 +1,4 @@
-"""FMUs for the tests, built once."""
+"""FMUs for the tests, built once, and the tests that need none: `pytest -m quick`."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -19,19 +19,47 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--fmus", type=Path, metavar="FOLDER", help="build the FMUs of the tests into the folders "
+                     "python and native of FOLDER and leave them there, for what comes after the tests")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "quick: needs no FMU, compiler or browser (set by conftest.py)")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as quick what does not ask for `builds`, not even through another fixture."""
+    for item in items:
+        if "builds" not in getattr(item, "fixturenames", ()):
+            item.add_marker("quick")
+
+
 @pytest.fixture(scope="session")
-def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def builds(request: pytest.FixtureRequest) -> None:
+    """For everything that builds or runs FMUs, compiles, or starts a browser: it is not in `pytest -m quick`.
+
+    Tests that do so without a fixture of the kind say `@pytest.mark.usefixtures("builds")`.
+    """
+    if request.config.option.markexpr == "quick":
+        pytest.fail("this test is marked as quick, expected \"builds\" among its fixtures: it asks for FMUs as it runs")
+
+
+@pytest.fixture(scope="session")
+def fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with every FMU."""
-    folder = tmp_path_factory.mktemp("fmus")
-    build(NAMES, folder)
-    return folder
+    asked: Path | None = request.config.option.fmus
+    return built_once(tmp_path_factory, "fmus", lambda folder: build(NAMES, folder), asked and asked / "python")
 
 
 @pytest.fixture(scope="session")
-def native_fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def native_fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with every FMU as C, for this machine alone."""
     require_native_tools()
-    return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True))
+    asked: Path | None = request.config.option.fmus
+    return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True),
+                      asked and asked / "native")
 
 
 Load = Callable[[str], Fmu]
@@ -64,7 +92,14 @@ def load_native(native_fmus: Path) -> Iterator[Load]:
 
 
 @pytest.fixture(params=["load", "load_native"], ids=["python", "native"])
-def load_either(request: pytest.FixtureRequest) -> Load:
+def load_either(builds: None, request: pytest.FixtureRequest) -> Load:
     """The same, once for each kind of FMU."""
     function: Load = request.getfixturevalue(request.param)
     return function
+
+
+@pytest.fixture(params=["fmus", "native_fmus"], ids=["python", "native"])
+def either_kind(builds: None, request: pytest.FixtureRequest) -> Path:
+    """Folder with every FMU, once for each kind."""
+    folder: Path = request.getfixturevalue(request.param)
+    return folder

@@ -17,7 +17,7 @@ from maglev.cosim.master import FmuSetup, Master
 
 
 @pytest.fixture(scope="session")
-def fly(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fly(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The C program that flies the 3-DOF stage."""
     if not sys.platform.startswith("linux"):
         pytest.skip("the program loads with dlopen from binaries/linux64")

@@ -109,6 +109,7 @@ def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
         assert digests[0] == digests[1], name
 
 
+@pytest.mark.usefixtures("builds")
 @pytest.mark.parametrize("epoch", ["0", "soon"])
 def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, epoch: str) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
@@ -131,6 +132,7 @@ def test_linux_binary_differs_from_pythonfmus_in_one_byte(fmus: Path) -> None:
         without_finalizer(ours)
 
 
+@pytest.mark.usefixtures("builds")
 def test_source_date_epoch(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", BUILD, str(tmp_path)], check=True,
                    env={**os.environ, "SOURCE_DATE_EPOCH": "1000000000"})

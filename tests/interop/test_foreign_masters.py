@@ -12,17 +12,9 @@ from native_builds import built_once
 
 from maglev.catalogue import SYSTEMS, build_systems
 
-KINDS = {"native": "native_fmus", "python": "fmus"}
 STOP_TIME = 5.0   # s
 SMOOTH = {"plant.encoder.resolution": 0.0}
 JACOBI_ROUNDING = 1e-12   # m
-
-
-@pytest.fixture(params=KINDS)
-def pair(request: pytest.FixtureRequest) -> Path:
-    """Folder with the FMUs of a kind."""
-    folder: Path = request.getfixturevalue(KINDS[request.param])
-    return folder
 
 
 @pytest.fixture(scope="session")
@@ -35,18 +27,18 @@ def assert_moves(rows: np.ndarray) -> None:
     assert np.ptp(rows, axis=0).min() > 1e-6, "something has to move for this to mean anything"
 
 
-def test_ecos_is_our_jacobi_order(pair: Path, tmp_path: Path) -> None:
+def test_ecos_is_our_jacobi_order(either_kind: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
-    rows = foreign("ecos", plan, pair, tmp_path)
+    rows = foreign("ecos", plan, either_kind, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours(plan, pair, "jacobi"))
+    assert np.array_equal(rows, ours(plan, either_kind, "jacobi"))
 
 
-def test_libcosim_is_our_jacobi_order_with_its_clock(pair: Path, tmp_path: Path) -> None:
+def test_libcosim_is_our_jacobi_order_with_its_clock(either_kind: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
-    rows = foreign("libcosim", plan, pair, tmp_path)
+    rows = foreign("libcosim", plan, either_kind, tmp_path)
     assert_moves(rows)
-    assert np.array_equal(rows, ours_in_nanoseconds(plan, pair))
+    assert np.array_equal(rows, ours_in_nanoseconds(plan, either_kind))
 
 
 def test_libcosim_without_encoder_steps_is_our_jacobi_order(native_fmus: Path, tmp_path: Path) -> None:

@@ -16,20 +16,12 @@ from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 
 FOLDER = "mit Leerzeichen ünïcödé"
-KINDS = {"python": "fmus", "native": "native_fmus"}
-
-
-@pytest.fixture(params=KINDS)
-def originals(request: pytest.FixtureRequest) -> Path:
-    """Folder with the FMUs of a kind."""
-    folder: Path = request.getfixturevalue(KINDS[request.param])
-    return folder
 
 
 @pytest.fixture
-def elsewhere(originals: Path, tmp_path: Path) -> Path:
+def elsewhere(either_kind: Path, tmp_path: Path) -> Path:
     """Copies of them in a folder with an unusual name."""
-    return Path(shutil.copytree(originals, tmp_path / FOLDER))
+    return Path(shutil.copytree(either_kind, tmp_path / FOLDER))
 
 
 def test_every_fmu(elsewhere: Path) -> None:
@@ -44,10 +36,10 @@ def test_every_fmu(elsewhere: Path) -> None:
         assert result["time"][-1] == pytest.approx(0.01)
 
 
-def test_our_master(originals: Path, elsewhere: Path) -> None:
+def test_our_master(either_kind: Path, elsewhere: Path) -> None:
     """Also the same numbers."""
     plan = load_plan("3dof-setpoints").model_copy(update={"stop_time": 0.1})
-    runs = [prepare(plan, folder, {}, []).run().columns for folder in (originals, elsewhere)]
+    runs = [prepare(plan, folder, {}, []).run().columns for folder in (either_kind, elsewhere)]
     for name, column in runs[0].items():
         assert np.array_equal(column, runs[1][name]), name
 

@@ -33,11 +33,15 @@ def require_command(name: str) -> str:
     return path
 
 
-def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], Any]) -> Path:
-    """Folder that `make` fills, by the first of the parallel test processes to ask for it; the others wait."""
+def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], Any],
+               asked: Path | None = None) -> Path:
+    """Folder that `make` fills, by the first of the parallel test processes to ask for it; the others wait.
+
+    A temporary one of that name, or the one that is asked for.
+    """
     parallel = "PYTEST_XDIST_WORKER" in os.environ
     place = factory.getbasetemp().parent if parallel else factory.getbasetemp()
-    folder, complete = place / name, place / f"{name}.complete"
+    folder, complete = place / name if asked is None else asked.absolute(), place / f"{name}.complete"
     with (place / f"{name}.lock").open("w") as lock:
         if os.name == "posix":
             import fcntl
@@ -45,8 +49,9 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
         elif parallel:
             folder, complete = factory.mktemp(name), factory.mktemp(name) / "complete"
         if not complete.exists():
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir()
+            if asked is None:
+                shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True, exist_ok=True)
             make(folder)
             complete.touch()
     return folder

@@ -39,13 +39,6 @@ values = {values}
 """
 
 
-@pytest.fixture(params=["fmus", "native_fmus"], ids=["python", "native"])
-def either(request: pytest.FixtureRequest) -> Path:
-    """Folder with every FMU, once for each kind."""
-    folder: Path = request.getfixturevalue(request.param)
-    return folder
-
-
 def drive(folder: Path, *steps: str) -> RunPlan:
     path = folder / "drive.toml"
     path.write_text(DRIVE.format(folder=PACKAGED) + "".join(steps))
@@ -57,13 +50,13 @@ def accelerations(plan: RunPlan, fmus: Path) -> np.ndarray:
     return np.diff(prepare(plan, fmus, {}, []).run().columns["plant.h.velocity"]) / DT
 
 
-def test_thrust_changes_with_the_constant_at_that_time(either: Path, tmp_path: Path) -> None:
+def test_thrust_changes_with_the_constant_at_that_time(either_kind: Path, tmp_path: Path) -> None:
     """h'' = −C1 f1 i_q, (4.3)."""
     plan = drive(tmp_path, STEP.format(name="C1", times="[0, 0.01, 0.015]", values="[14.2, 11.36, 28.4]"))
     expected = -np.repeat([14.2, 11.36, 28.4], [20, 10, 10]) * gap_functions(GAP)[0] * -2.0
     # Between two samples the mover leaves the place that the currents are commutated for: 0.3 m/s for 0.5 ms are
     # 0.01 rad of a pole pitch, and the cosine of that is 1 to 5e-5.
-    assert accelerations(plan, either) == pytest.approx(expected, rel=1e-4)
+    assert accelerations(plan, either_kind) == pytest.approx(expected, rel=1e-4)
 
 
 def test_the_first_value_goes_before_the_start_value(fmus: Path, tmp_path: Path) -> None:
@@ -72,10 +65,10 @@ def test_the_first_value_goes_before_the_start_value(fmus: Path, tmp_path: Path)
     assert halved == pytest.approx(0.5 * accelerations(drive(tmp_path), fmus), rel=1e-4)
 
 
-def test_mass_of_an_axis_with_its_unit(either: Path, tmp_path: Path) -> None:
+def test_mass_of_an_axis_with_its_unit(either_kind: Path, tmp_path: Path) -> None:
     """C1 makes the thrust an acceleration: the mass matters to friction alone, here 100 N s/m for 20 ms."""
     text = '"h.friction.viscous" = 100\n' + STEP.format(name="h.mass", times="[0]", values='["{} kg"]')
-    light, heavy = (prepare(drive(tmp_path, text.format(mass)), either, {}, []).run().columns["plant.h.velocity"]
+    light, heavy = (prepare(drive(tmp_path, text.format(mass)), either_kind, {}, []).run().columns["plant.h.velocity"]
                     for mass in (1, 1000))
     assert light[-1] < 0.5 * heavy[-1]
 
