@@ -1,0 +1,133 @@
+"""The wheel: what it installs, and the command from it, in the folder of a user who has modules of common names."""
+
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import pytest
+from native_builds import built_once
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = set(runpy.run_path(str(Path(__file__).with_name("test_imports.py")))["BELOW"])
+NOT_SHIPPED = shutil.ignore_patterns("__pycache__")
+
+# What users have in their folders; a name of ours that is one of these would run their code.
+COMMON_NAMES = ("messages", "sampling", "scenarios", "identification", "build", "units", "errors", "report", "study")
+
+EXCITED = """
+extends = ["loops/2dof.toml", "references/2dof-excitation.toml"]
+name = "excited"
+title = "An excited stage"
+stop_time = "2 s"
+"""
+
+
+def setuptools_release() -> int:
+    """Release of the interpreter's setuptools; 0 without one."""
+    try:
+        return int(version("setuptools").split(".")[0])
+    except PackageNotFoundError:
+        return 0
+
+
+def install(folder: Path) -> None:
+    """Build the wheel into a folder and install it there into an environment that has the dependencies behind it."""
+    source = folder / "source"   # a copy, for setuptools leaves a folder build, from which it also ships what is old
+    for package in [*PACKAGES, "scenarios"]:
+        shutil.copytree(ROOT / package, source / package, ignore=NOT_SHIPPED)
+    for file in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, source)
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+    alone = ["--no-build-isolation"] if setuptools_release() >= 77 else []   # the one that pyproject.toml asks for
+    subprocess.run([*pip, "wheel", "--no-deps", *alone, "--wheel-dir", folder, source], check=True)
+    environment = folder / "environment"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
+    wheel, = folder.glob("*.whl")
+    subprocess.run([*pip, "--python", environment / "bin" / "python", "install", "--no-deps", "--no-index", wheel],
+                   check=True)
+    packages, = environment.glob("lib/python*/site-packages")
+    # A folder that is named so is searched last, and its own .pth files, such as one to the repository, are not read.
+    (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def installed(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the wheel, the sources that it was built from, and an environment with it."""
+    if os.name != "posix":
+        pytest.skip("the folders of the environment are those of Linux and macOS")
+    return built_once(tmp_path_factory, "wheel", install)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """Folder of a user with modules of common names, none of which may be imported."""
+    folder = tmp_path / "home"
+    folder.mkdir()
+    for name in COMMON_NAMES:
+        (folder / f"{name}.py").write_text(f"raise ImportError('{name}.py of the user, expected a module of ours')\n")
+    (folder / "excited.toml").write_text(EXCITED)
+    return folder
+
+
+def said(installed: Path, home: Path, *arguments: str | Path) -> str:
+    """What a program of the environment writes, in the user's folder; it must succeed."""
+    program, *rest = arguments
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    done = subprocess.run([installed / "environment" / "bin" / program, *rest], cwd=home, env=kept,
+                          capture_output=True, text=True)
+    assert done.returncode == 0, f"{done.stdout[-2000:]}{done.stderr[-2000:]}"
+    return done.stdout
+
+
+def command(installed: Path, home: Path, *arguments: str | Path) -> str:
+    """What the command writes, run as a module: the interpreter then looks for every import in the folder first."""
+    return said(installed, home, "python", "-m", "maglev", *arguments)
+
+
+def test_contents(installed: Path) -> None:
+    """Our packages and nothing beside them, and of these packages every file."""
+    wheel, = installed.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name for name in archive.namelist() if not name.endswith("/")}
+        information, = {name.split("/")[0] for name in names if ".dist-info/" in name}
+        top_level = archive.read(f"{information}/top_level.txt").decode().split()
+    assert set(top_level) == PACKAGES
+    assert {name.split("/")[0] for name in names} == {*PACKAGES, information}
+    source = installed / "source"
+    expected = {path.relative_to(source).as_posix() for package in [*PACKAGES, "scenarios"]
+                for path in (source / package).rglob("*") if path.is_file()}
+    assert {name for name in names if not name.startswith(information)} == {
+        f"maglev/{name}" if name.startswith("scenarios/") else name for name in expected}
+
+
+def test_it_is_the_installed_one_that_runs(installed: Path, home: Path) -> None:
+    code = "import maglev, maglev.catalogue; print(maglev.__file__, *maglev.catalogue.project())"
+    found = said(installed, home, "python", "-c", code)
+    assert found.startswith(str(installed / "environment"))
+    assert "Permission is hereby granted" in found, "the licence that goes into every FMU"
+
+
+def test_entry_point(installed: Path, home: Path) -> None:
+    found = said(installed, home, "maglev", "list")
+    assert "Regulator3DOF" in found
+    assert "3dof-setpoints-improved" in found
+
+
+def test_build_run_report_identify(installed: Path, home: Path) -> None:
+    command(installed, home, "build", "Plant2DOF", "PID2DOF")
+    assert {path.name for path in (home / "fmus").iterdir()} == {"Plant2DOF.fmu", "PID2DOF.fmu"}
+    assert "An excited stage" in command(installed, home, "report", "excited.toml")
+    assert "An excited stage" in (home / "results" / "report.html").read_text(encoding="utf-8")
+    command(installed, home, "run", "excited.toml", "--out", "again")
+    assert (home / "again" / "excited.csv").read_bytes() == (home / "results" / "excited.csv").read_bytes()
+    assert "C1" in command(installed, home, "identify", "again/excited.csv")
+
+
+def test_check_against_a_baseline_of_the_package(installed: Path, home: Path, fmus: Path) -> None:
+    assert "passed" in command(installed, home, "check", "2dof-smooth-nonlinear", "--fmus", fmus)
