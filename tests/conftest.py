@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from native_builds import built_once, require_native_tools
+from native_builds import built_once, missing_native_tools, require_native_tools
 
 from maglev.catalogue import DEFINITIONS, build, build_native
 from maglev.cosim.fmu import Fmu, read_description
@@ -60,6 +60,13 @@ def native_fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: 
     asked: Path | None = request.config.option.fmus
     return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True),
                       asked and asked / "native")
+
+
+@pytest.fixture(scope="session")
+def fastest_fmus(builds: None, request: pytest.FixtureRequest) -> Path:
+    """Folder with every FMU: native ones where they can be built, for what takes long; both kinds agree bit for bit."""
+    folder: Path = request.getfixturevalue("fmus" if missing_native_tools() else "native_fmus")
+    return folder
 
 
 Load = Callable[[str], Fmu]

@@ -18,11 +18,15 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 GENERATED = ("-Wno-unused-but-set-variable",)
 
 
+def missing_native_tools() -> list[str]:
+    """Packages of the extra `native` that are not installed."""
+    return [name for name in ("pyccel", "ziglang") if find_spec(name) is None]
+
+
 def require_native_tools() -> None:
     """Skip where the extra `native` is not installed."""
-    for name in ("pyccel", "ziglang"):
-        if find_spec(name) is None:
-            pytest.skip(f"{name} is not installed (extra `native`)")
+    for name in missing_native_tools():
+        pytest.skip(f"{name} is not installed (extra `native`)")
 
 
 def require_command(name: str) -> str:
