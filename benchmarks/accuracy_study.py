@@ -1,6 +1,6 @@
 """Accuracy and cost of the plants by their longest integration step, as the table of docs/accuracy.md.
 
-    PYTHONPATH=tests python benchmarks/accuracy_study.py
+    PYTHONPATH=tests/support python benchmarks/accuracy_study.py
 """
 
 from time import perf_counter

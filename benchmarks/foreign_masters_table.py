@@ -1,6 +1,6 @@
 """Print the table of docs/interop.md, with everything built in the folder fmus.
 
-`PYTHONPATH=.:tests/support python tests/support/interop/measure.py fmus`
+`PYTHONPATH=tests/support python benchmarks/foreign_masters_table.py fmus`
 """
 
 import sys

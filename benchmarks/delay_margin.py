@@ -1,6 +1,6 @@
 """Print how many samples of delay each loop survives (docs/cosimulation_order.md).
 
-`PYTHONPATH=.:tests/support python tests/support/interop/delay_margin.py`
+`PYTHONPATH=tests/support python benchmarks/delay_margin.py`
 """
 
 from collections import deque
