@@ -1,6 +1,9 @@
-"""Feedback linearisation: the direct current that makes the vertical acceleration a demanded one."""
+"""Feedback linearisation (4.12), (5.7): the direct current that makes the vertical acceleration a demanded one."""
 
 from math import sqrt
+
+from pmlsm.data_sheet import GRAVITY
+from pmlsm.gap_functions import gap_functions
 
 
 def smaller_root(a: float, b: float, c: float) -> tuple[float, bool]:
@@ -12,3 +15,35 @@ def smaller_root(a: float, b: float, c: float) -> tuple[float, bool]:
     if discriminant < 0.0:
         return b / (2.0 * a), False
     return (b - sqrt(discriminant)) / (2.0 * a), True
+
+
+def demanded_current(demand: float, by_quadrature: float, attraction: float, coils: float, iron: float, f2: float,
+                     f3: float, f4: float) -> tuple[float, bool]:
+    """Root i_d of G − iron f4 i_d² + coils f3 i_d − attraction f2 − by_quadrature = demand.
+
+    Parameters
+    ----------
+    demand : float
+        Vertical acceleration, m/s².
+    by_quadrature : float
+        What the quadrature currents take from it, iron f4 Σ i_q², m/s².
+    attraction, coils, iron : float
+        C2, C3, C4 of the 2-DOF model, m/(s² T²), m/(s² A T), m/(s² A²); 4 C3, 4 C4, 4 C5 of the 3-DOF model with
+        one direct current in both pairs.
+    f2, f3, f4 : float
+        Shape functions at the air gap.
+
+    Returns
+    -------
+    current : float
+        A; the same in all motors.
+    feasible : bool
+        Whether it makes the demanded acceleration.
+    """
+    return smaller_root(iron * f4, coils * f3, demand - GRAVITY + by_quadrature + attraction * f2)
+
+
+def equilibrium_current(attraction: float, coils: float, iron: float, gap: float) -> tuple[float, bool]:
+    """Direct current (A) that holds the mover at a gap (m), and whether there is one; arguments as above."""
+    f1, f2, f3, f4 = gap_functions(gap)
+    return demanded_current(0.0, 0.0, attraction, coils, iron, f2, f3, f4)

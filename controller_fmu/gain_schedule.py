@@ -22,12 +22,12 @@ class GainSchedule:
         self.region3 = Linearisation()
         self.region4 = Linearisation()
 
-    def prepare(self, attraction: float, lift: float, repulsion: float) -> bool:
+    def prepare(self, attraction: float, coils: float, iron: float) -> bool:
         """Linearise at every set-point; arguments and result as of `Linearisation.prepare`."""
-        found1 = self.region1.prepare(attraction, lift, repulsion, SETPOINT1)
-        found2 = self.region2.prepare(attraction, lift, repulsion, SETPOINT2)
-        found3 = self.region3.prepare(attraction, lift, repulsion, SETPOINT3)
-        found4 = self.region4.prepare(attraction, lift, repulsion, SETPOINT4)
+        found1 = self.region1.prepare(attraction, coils, iron, SETPOINT1)
+        found2 = self.region2.prepare(attraction, coils, iron, SETPOINT2)
+        found3 = self.region3.prepare(attraction, coils, iron, SETPOINT3)
+        found4 = self.region4.prepare(attraction, coils, iron, SETPOINT4)
         return found1 and found2 and found3 and found4
 
     def choose(self, gap: float, chosen: Linearisation) -> None:

@@ -1,15 +1,8 @@
 """Linearisation of the controller's motor model about an equilibrium (section 4.6.1)."""
 
-from controller_fmu.feedback_linearisation import smaller_root
-from pmlsm.data_sheet import GRAVITY
+from controller_fmu.feedback_linearisation import equilibrium_current
 from pmlsm.gap_functions import gap_functions
 from pmlsm.gap_slopes import gap_slopes
-
-
-def equilibrium_current(attraction: float, lift: float, repulsion: float, gap: float) -> tuple[float, bool]:
-    """Direct current (A) that holds the mover at a gap (m), and whether there is one; arguments as of `prepare`."""
-    f1, f2, f3, f4 = gap_functions(gap)
-    return smaller_root(repulsion * f4, lift * f3, attraction * f2 - GRAVITY)
 
 
 class Linearisation:
@@ -20,14 +13,13 @@ class Linearisation:
         self.gain = 1.0        # β, m/(s² A)
         self.f1 = 1.0          # thrust shape function
 
-    def prepare(self, attraction: float, lift: float, repulsion: float, gap: float) -> bool:
-        """Linearise g'' = G − repulsion f4 i_d² + lift f3 i_d − attraction f2 about its equilibrium at a gap.
+    def prepare(self, attraction: float, coils: float, iron: float, gap: float) -> bool:
+        """Linearise g'' = G − iron f4 i_d² + coils f3 i_d − attraction f2 about its equilibrium at a gap.
 
         Parameters
         ----------
-        attraction, lift, repulsion : float
-            C2, C3, C4 of the 2-DOF model, m/(s² T²), m/(s² A T), m/(s² A²); 4 C3, 4 C4, 4 C5 of the 3-DOF model with
-            one direct current in both pairs.
+        attraction, coils, iron : float
+            As of `demanded_current`.
         gap : float
             The set-point g*, m.
 
@@ -36,12 +28,12 @@ class Linearisation:
         bool
             Whether there is an equilibrium that a direct current can control.
         """
-        current, found = equilibrium_current(attraction, lift, repulsion, gap)
+        current, found = equilibrium_current(attraction, coils, iron, gap)
         f1, f2, f3, f4 = gap_functions(gap)
         slope2, slope3, slope4 = gap_slopes(gap)
         self.f1 = f1
-        self.stiffness = lift * slope3 * current - repulsion * slope4 * current * current - attraction * slope2
-        gain = lift * f3 - 2.0 * repulsion * f4 * current
+        self.stiffness = coils * slope3 * current - iron * slope4 * current * current - attraction * slope2
+        gain = coils * f3 - 2.0 * iron * f4 * current
         if not found or gain <= 0.0:
             return False
         self.gain = gain

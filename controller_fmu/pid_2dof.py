@@ -1,6 +1,7 @@
 """PID controller of the 2-DOF stage (Fig. 4.6): one PID for each axis, on the current that drives it."""
 
-from controller_fmu.linearisation import Linearisation, equilibrium_current
+from controller_fmu.feedback_linearisation import equilibrium_current
+from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.safety_trip import exceeds

@@ -1,13 +1,14 @@
 """PID controller of the 3-DOF stage (Fig. 5.6): one PID for each axis, on the current that drives it."""
 
-from controller_fmu.linearisation import Linearisation, equilibrium_current
+from controller_fmu.feedback_linearisation import equilibrium_current
+from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NO_EQUILIBRIUM, PREFILTER_TOO_FAST, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.data_sheet import SAMPLE_TIME_3DOF
+from pmlsm.data_sheet import MOTORS_3DOF, MOTORS_IN_PAIR, SAMPLE_TIME_3DOF
 
 
 class PID3DOF:
@@ -47,11 +48,11 @@ class PID3DOF:
         if not (self.y.filterable(self.sample_time) and self.x.filterable(self.sample_time)
                 and self.z.filterable(self.sample_time)):
             return PREFILTER_TOO_FAST
-        if not self.linear.prepare(4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, self.setpoint):
+        if not self.linear.prepare(MOTORS_3DOF * self.C3, MOTORS_3DOF * self.C4, MOTORS_3DOF * self.C5, self.setpoint):
             return NO_EQUILIBRIUM
         self.y.design(self.linear.stiffness, self.linear.gain)
-        self.x.design(0.0, -2.0 * self.C1 * self.linear.f1)
-        self.z.design(0.0, -2.0 * self.C2 * self.linear.f1)
+        self.x.design(0.0, -MOTORS_IN_PAIR * self.C1 * self.linear.f1)
+        self.z.design(0.0, -MOTORS_IN_PAIR * self.C2 * self.linear.f1)
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -70,7 +71,8 @@ class PID3DOF:
         if not self.started:
             if y.measured <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
-            current, found = equilibrium_current(4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, y.measured)
+            current, found = equilibrium_current(
+                MOTORS_3DOF * self.C3, MOTORS_3DOF * self.C4, MOTORS_3DOF * self.C5, y.measured)
             y.start(current)
             x.start(0.0)
             z.start(0.0)

@@ -2,17 +2,15 @@
 
 from math import pi
 
-from controller_fmu.feedback_linearisation import smaller_root
 from controller_fmu.internal_model import OscillatorStep
-from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
-from pmlsm.gap_functions import gap_functions
+from controller_fmu.vertical_law import VerticalLaw
+from pmlsm.data_sheet import SAMPLE_TIME_2DOF
 
 
 class Regulator2DOF:
@@ -38,7 +36,7 @@ class Regulator2DOF:
         self.h = OutputRegulator(-1182.0, -55.0, -154440.0, -45128.0, -11924.0, 0.0, 0.0)
         self.observer = ObserverFilter()
         self.oscillator = OscillatorStep()
-        self.linear = Linearisation()
+        self.vertical = VerticalLaw(law)
         self.clock = SampleClock()
         self.motor = MotorCommand()
         self.started = False    # state: a measurement has come in
@@ -50,7 +48,8 @@ class Regulator2DOF:
         """Compute what follows from the fixed parameters."""
         self.observer.prepare(self.sample_time)
         self.oscillator.prepare(self.omega0, self.sample_time)
-        if self.law == LINEAR and not self.linear.prepare(self.C2, self.C3, self.C4, self.setpoint):
+        self.vertical.take_constants(self.C2, self.C3, self.C4)
+        if self.law == LINEAR and not self.vertical.linearise(self.setpoint):
             return NO_EQUILIBRIUM
         return STEPPED
 
@@ -66,10 +65,11 @@ class Regulator2DOF:
         """Run the law once."""
         v = self.v
         h = self.h
+        self.vertical.take_constants(self.C2, self.C3, self.C4)
         if not self.started:
             if v.measured <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
-            v.start(self.holding_demand())
+            v.start(self.vertical.holding_demand(v.measured, v.measured - v.reference))
             h.start(0.0)
             self.started = True
         v.sample(self.observer, self.sample_time)
@@ -89,23 +89,11 @@ class Regulator2DOF:
         v.update(self.oscillator, antiwindup_time * motor.excess_d)
         h.update(self.oscillator, antiwindup_time * motor.excess_q)
 
-    def holding_demand(self) -> float:
-        """Demand (m/s²) by which the law commands the current that holds the mover at the measured gap."""
-        if self.law == NONLINEAR:
-            return 0.0
-        current, found = equilibrium_current(self.C2, self.C3, self.C4, self.v.measured)
-        return self.linear.demand(current, self.v.measured - self.v.reference)
-
     def currents(self, demand_v: float, demand_h: float) -> tuple[float, float]:
-        """Currents i_d, i_q (A) for the demanded accelerations (m/s²)."""
-        if self.law == NONLINEAR:
-            return self.feedback_linearised(demand_v, demand_h)
-        return self.linear.direct_current(demand_v, self.v.error), -demand_h / (self.C1 * self.linear.f1)
-
-    def feedback_linearised(self, demand_v: float, demand_h: float) -> tuple[float, float]:
-        """Currents i_d, i_q (A) that make the demanded accelerations (m/s²), equation (4.12)."""
-        f1, f2, f3, f4 = gap_functions(self.v.measured)
-        i_q = -demand_h / (self.C1 * f1)
-        i_d, self.feasible = smaller_root(
-            self.C4 * f4, self.C3 * f3, demand_v - GRAVITY + self.C4 * f4 * i_q * i_q + self.C2 * f2)
+        """Currents i_d, i_q (A) for the demanded accelerations (m/s²), equation (4.12) or its linearisation."""
+        vertical = self.vertical
+        vertical.look(self.v.measured)
+        i_q = -demand_h / (self.C1 * vertical.f1)
+        i_d = vertical.direct_current(demand_v, self.v.error, self.C4 * vertical.f4 * i_q * i_q)
+        self.feasible = vertical.feasible
         return i_d, i_q

@@ -2,18 +2,16 @@
 
 from math import pi
 
-from controller_fmu.feedback_linearisation import smaller_root
 from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.internal_model import OscillatorStep
-from controller_fmu.linearisation import Linearisation, equilibrium_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
-from pmlsm.gap_functions import gap_functions
+from controller_fmu.vertical_law import VerticalLaw
+from pmlsm.data_sheet import MOTORS_3DOF, MOTORS_IN_PAIR, SAMPLE_TIME_3DOF
 
 
 class Regulator3DOF:
@@ -43,7 +41,7 @@ class Regulator3DOF:
         self.z = OutputRegulator(-463.0, -35.0, -15121.0, -997.0, -2548.0, 1.25e-4, 0.0)
         self.observer = ObserverFilter()
         self.oscillator = OscillatorStep()
-        self.linear = Linearisation()   # the one that counts now
+        self.vertical = VerticalLaw(law)
         self.schedule = GainSchedule()
         self.clock = SampleClock()
         self.alpha = MotorCommand()
@@ -57,14 +55,17 @@ class Regulator3DOF:
         """Compute what follows from the fixed parameters."""
         self.observer.prepare(self.sample_time)
         self.oscillator.prepare(self.omega0, self.sample_time)
-        attraction = 4.0 * self.C3
-        lift = 4.0 * self.C4
-        repulsion = 4.0 * self.C5
-        if self.law == LINEAR and not self.linear.prepare(attraction, lift, repulsion, self.setpoint):
+        self.take_constants()
+        vertical = self.vertical
+        if self.law == LINEAR and not vertical.linearise(self.setpoint):
             return NO_EQUILIBRIUM
-        if self.law == SCHEDULED and not self.schedule.prepare(attraction, lift, repulsion):
+        if self.law == SCHEDULED and not self.schedule.prepare(vertical.attraction, vertical.coils, vertical.iron):
             return NO_EQUILIBRIUM
         return STEPPED
+
+    def take_constants(self) -> None:
+        """Hand the constants to the vertical law: four motors attract, and one direct current flows in all."""
+        self.vertical.take_constants(MOTORS_3DOF * self.C3, MOTORS_3DOF * self.C4, MOTORS_3DOF * self.C5)
 
     def step(self, t: float, dt: float) -> int:
         """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
@@ -81,10 +82,11 @@ class Regulator3DOF:
         z = self.z
         if not self.started and y.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
+        self.take_constants()
         if self.law == SCHEDULED:
-            self.schedule.choose(y.measured, self.linear)
+            self.schedule.choose(y.measured, self.vertical.linear)
         if not self.started:
-            y.start(self.holding_demand())
+            y.start(self.vertical.holding_demand(y.measured, y.measured - y.reference))
             x.start(0.0)
             z.start(0.0)
             self.started = True
@@ -113,28 +115,13 @@ class Regulator3DOF:
         x.update(self.oscillator, antiwindup_time * alpha.excess_q)
         z.update(self.oscillator, antiwindup_time * beta.excess_q)
 
-    def holding_demand(self) -> float:
-        """Demand (m/s²) by which the law commands the current that holds the mover at the measured gap."""
-        if self.law == NONLINEAR:
-            return 0.0
-        current, found = equilibrium_current(4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, self.y.measured)
-        return self.linear.demand(current, self.y.measured - self.y.reference)
-
     def currents(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
-        """Currents i_d, i_qα, i_qβ (A) for the demanded accelerations (m/s²)."""
-        if self.law == NONLINEAR:
-            return self.feedback_linearised(demand_y, demand_x, demand_z)
-        f1 = self.linear.f1
-        return (self.linear.direct_current(demand_y, self.y.error),
-                -demand_x / (2.0 * self.C1 * f1),
-                -demand_z / (2.0 * self.C2 * f1))
-
-    def feedback_linearised(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
-        """Currents i_d, i_qα, i_qβ (A) that make the demanded accelerations (m/s²), equation (5.7)."""
-        f1, f2, f3, f4 = gap_functions(self.y.measured)
-        i_qa = -demand_x / (2.0 * self.C1 * f1)
-        i_qb = -demand_z / (2.0 * self.C2 * f1)
-        i_d, self.feasible = smaller_root(
-            4.0 * self.C5 * f4, 4.0 * self.C4 * f3,
-            demand_y - GRAVITY + 2.0 * self.C5 * f4 * (i_qa * i_qa + i_qb * i_qb) + 4.0 * self.C3 * f2)
+        """Currents i_d, i_qα, i_qβ (A) for the demanded accelerations (m/s²), equation (5.7) or its linearisation."""
+        vertical = self.vertical
+        vertical.look(self.y.measured)
+        i_qa = -demand_x / (MOTORS_IN_PAIR * self.C1 * vertical.f1)
+        i_qb = -demand_z / (MOTORS_IN_PAIR * self.C2 * vertical.f1)
+        i_d = vertical.direct_current(demand_y, self.y.error,
+                                      MOTORS_IN_PAIR * self.C5 * vertical.f4 * (i_qa * i_qa + i_qb * i_qb))
+        self.feasible = vertical.feasible
         return i_d, i_qa, i_qb

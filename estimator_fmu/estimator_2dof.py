@@ -8,6 +8,7 @@ from estimator_fmu.motor_current import MotorCurrent
 from estimator_fmu.velocity_model import EstimatorLaw
 from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 STEPPED = 0        # status of `start` and `step`
 STEP_MISFIT = 1    # the communication step does not fit the sample time
@@ -72,10 +73,8 @@ class Estimator2DOF:
         f1, f2, f3, f4 = gap_functions(v.measured)
         i_d = self.motor.i_d
         i_q = self.motor.i_q
-        thrust = -f1 * i_q
-        attraction = -f2
-        coils = f3 * i_d
-        iron = -f4 * (i_q * i_q + i_d * i_d)
+        thrust = thrust_acceleration(1.0, f1, i_q)
+        attraction, coils, iron = normal_terms(1.0, 1.0, 1.0, f2, f3, f4, i_d, i_q * i_q + i_d * i_d)
         if not self.started:
             self.started = True
             v.seed(attraction, coils, iron)

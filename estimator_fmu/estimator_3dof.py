@@ -6,18 +6,16 @@ from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.motor_current import MotorCurrent
 from estimator_fmu.velocity_model import EstimatorLaw
-from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_3DOF
+from pmlsm.data_sheet import GRAVITY, MOTORS_3DOF, MOTORS_IN_PAIR, SAMPLE_TIME_3DOF
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 STEPPED = 0        # status of `start` and `step`
 STEP_MISFIT = 1    # the communication step does not fit the sample time
 
 
 class Estimator3DOF:
-    """Samples positions and delivered currents, estimates C1 to C5 of (5.3) by the reduced NPFSI estimator (3.8).
-
-    (5.3) prints the x and z rows without the factor 2 of (5.1) and (5.2); it belongs there (corrected).
-    """
+    """Samples positions and delivered currents, estimates C1 to C5 of (5.3) by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self) -> None:
         self.C1_start = 0.3068    # m/(s² A), parameter: guess of the thrust along x
@@ -85,11 +83,11 @@ class Estimator3DOF:
         i_qa = self.alpha.i_q
         i_db = self.beta.i_d
         i_qb = self.beta.i_q
-        thrust_x = -2.0 * f1 * i_qa
-        thrust_z = -2.0 * f1 * i_qb
-        attraction = -4.0 * f2
-        coils = 2.0 * f3 * (i_da + i_db)
-        iron = -2.0 * f4 * (i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+        thrust_x = thrust_acceleration(MOTORS_IN_PAIR, f1, i_qa)
+        thrust_z = thrust_acceleration(MOTORS_IN_PAIR, f1, i_qb)
+        attraction, coils, iron = normal_terms(
+            MOTORS_3DOF, MOTORS_IN_PAIR, MOTORS_IN_PAIR, f2, f3, f4,
+            i_da + i_db, i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
         if not self.started:
             self.started = True
             y.seed(attraction, coils, iron)

@@ -8,12 +8,12 @@ from plant_fmu.motor_supply import MotorSupply
 from pmlsm.data_sheet import (
     CONTINUOUS_CURRENT_2DOF,
     ENCODER_RESOLUTION,
-    GRAVITY,
     MASS_H,
     MASS_V,
     PEAK_CURRENT_2DOF,
 )
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
 
 LONGEST_STEP = 0.25e-3   # s; docs/accuracy.md has the study behind it
 
@@ -93,8 +93,8 @@ class Stage2DOF:
         f2 *= attraction_factor(self.attraction_modulation, self.h.position)
         i_d = self.motor.i_d
         i_q = self.motor.i_q
-        v_motors = GRAVITY - self.C4 * f4 * (i_q * i_q + i_d * i_d) + self.C3 * f3 * i_d - self.C2 * f2
-        h_motors = -self.C1 * f1 * i_q
+        v_motors = normal_acceleration(self.C2, self.C3, self.C4, f2, f3, f4, i_d, i_q * i_q + i_d * i_d)
+        h_motors = thrust_acceleration(self.C1, f1, i_q)
         self.v.add_slope(v_motors, weight, ahead)
         self.h.add_slope(h_motors, weight, ahead)
 

@@ -8,13 +8,15 @@ from plant_fmu.motor_supply import MotorSupply
 from pmlsm.data_sheet import (
     CONTINUOUS_CURRENT_3DOF,
     ENCODER_RESOLUTION,
-    GRAVITY,
     MASS_X,
     MASS_Y,
     MASS_Z,
+    MOTORS_3DOF,
+    MOTORS_IN_PAIR,
     PEAK_CURRENT_3DOF,
 )
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
 
 LONGEST_STEP = 0.2e-3   # s; docs/accuracy.md has the study behind it
 
@@ -27,10 +29,7 @@ STEP_TOO_LONG = 5
 
 
 class Stage3DOF:
-    """Motion (5.3) of the 3-DOF stage with friction, bias, ripple, stops, amplifiers and encoders.
-
-    (5.3) prints the x and z rows without the factor 2 of (5.1) and (5.2); it belongs there (corrected).
-    """
+    """Motion (5.3) of the 3-DOF stage with friction, bias, ripple, stops, amplifiers and encoders."""
 
     def __init__(self) -> None:
         self.C1 = 0.6135     # m/(s² A), parameter: thrust along x
@@ -115,10 +114,11 @@ class Stage3DOF:
         i_qa = self.alpha.i_q
         i_db = self.beta.i_d
         i_qb = self.beta.i_q
-        y_motors = (GRAVITY - 2.0 * self.C5 * f4 * (i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
-                    + 2.0 * self.C4 * f3 * (i_da + i_db) - 4.0 * self.C3 * f2)
-        x_motors = -2.0 * self.C1 * f1 * i_qa
-        z_motors = -2.0 * self.C2 * f1 * i_qb
+        y_motors = normal_acceleration(
+            MOTORS_3DOF * self.C3, MOTORS_IN_PAIR * self.C4, MOTORS_IN_PAIR * self.C5, f2, f3, f4,
+            i_da + i_db, i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+        x_motors = thrust_acceleration(MOTORS_IN_PAIR * self.C1, f1, i_qa)
+        z_motors = thrust_acceleration(MOTORS_IN_PAIR * self.C2, f1, i_qb)
         self.y.add_slope(y_motors, weight, ahead)
         self.x.add_slope(x_motors, weight, ahead)
         self.z.add_slope(z_motors, weight, ahead)

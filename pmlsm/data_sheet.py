@@ -18,6 +18,8 @@ PEAK_CURRENT_2DOF = 9.0        # A, section 4.1.3
 CONTINUOUS_CURRENT_2DOF = 7.0  # A
 
 # 3-DOF rig: motor pair alpha drives x, pair beta drives z, both carry y.
+MOTORS_IN_PAIR = 2.0           # with one current
+MOTORS_3DOF = 4.0
 SAMPLE_TIME_3DOF = 0.2e-3      # s, 5 kHz, section 5.1.4
 MASS_Y = 6.9                   # kg
 MASS_X = 10.6                  # kg

@@ -5,16 +5,22 @@ Only the velocity rows carry constants, and no constant is in two of them: the r
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmlsm.data_sheet import GRAVITY
+from pmlsm.data_sheet import GRAVITY, MOTORS_3DOF, MOTORS_IN_PAIR
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 Array = NDArray[np.float64]
 
 Columns = Callable[[Array, Array, Array], Array]   # shape functions (4, n), i_d and i_q (n, motors) to A (n, p)
+
+# The rows are plain arithmetic: they take n samples as they take one.
+thrusts = cast(Callable[[float, Array, Array], Array], thrust_acceleration)
+normals = cast(Callable[..., tuple[Array, Array, Array]], normal_terms)
 
 
 @dataclass(frozen=True)
@@ -73,31 +79,25 @@ class RowData:
     velocity: Array
 
 
-def thrust(motor: int, factor: float) -> Columns:
-    """A of a horizontal axis: −factor f1 i_q."""
-    return lambda f, i_d, i_q: np.asarray(-factor * f[0] * i_q[:, motor])[:, None]
+def thrust(motor: int, motors: float) -> Columns:
+    """A of a horizontal axis that a number of motors drives with one current."""
+    return lambda f, i_d, i_q: thrusts(motors, f[0], i_q[:, motor])[:, None]
 
 
-def lift_2dof(f: Array, i_d: Array, i_q: Array) -> Array:
-    """A of (4.3), vertical: −f2, f3 i_d, −f4 (i_q² + i_d²)."""
-    return np.stack([-f[1], f[2] * i_d[:, 0], -f[3] * (i_q[:, 0] ** 2 + i_d[:, 0] ** 2)], axis=1)
-
-
-def lift_3dof(f: Array, i_d: Array, i_q: Array) -> Array:
-    """A of (5.3), vertical: −4 f2, 2 f3 (i_dα + i_dβ), −2 f4 (i_qα² + i_dα² + i_qβ² + i_dβ²)."""
-    return np.stack([-4.0 * f[1], 2.0 * f[2] * i_d.sum(axis=1),
-                     -2.0 * f[3] * (i_q**2 + i_d**2).sum(axis=1)], axis=1)
+def lift(attracting: float, motors: float) -> Columns:
+    """A of the vertical axis, with the number of all motors and of those with one current."""
+    return lambda f, i_d, i_q: np.stack(normals(attracting, motors, motors, f[1], f[2], f[3], i_d.sum(axis=1),
+                                                (i_q**2 + i_d**2).sum(axis=1)), axis=1)
 
 
 RIGS = {
     "2dof": Rig("2dof", ("v", "h"), ("motor",), (
-        Row("v", ("C2", "C3", "C4"), GRAVITY, lift_2dof),
+        Row("v", ("C2", "C3", "C4"), GRAVITY, lift(1.0, 1.0)),
         Row("h", ("C1",), 0.0, thrust(0, 1.0)))),
-    # (5.3) prints the x and z rows without the factor 2; it belongs there (corrected).
     "3dof": Rig("3dof", ("y", "x", "z"), ("alpha", "beta"), (
-        Row("y", ("C3", "C4", "C5"), GRAVITY, lift_3dof),
-        Row("x", ("C1",), 0.0, thrust(0, 2.0)),
-        Row("z", ("C2",), 0.0, thrust(1, 2.0)))),
+        Row("y", ("C3", "C4", "C5"), GRAVITY, lift(MOTORS_3DOF, MOTORS_IN_PAIR)),
+        Row("x", ("C1",), 0.0, thrust(0, MOTORS_IN_PAIR)),
+        Row("z", ("C2",), 0.0, thrust(1, MOTORS_IN_PAIR)))),
 }
 
 

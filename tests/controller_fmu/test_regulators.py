@@ -54,13 +54,14 @@ def test_linearisation_makes_the_demanded_accelerations(gap: float, vertical: fl
                                                         x: float, z: float) -> None:
     f1 = shape_functions(gap)[0]
     two, three = Regulator2DOF(), Regulator3DOF()
+    assert two.start() == three.start() == 0
     two.v.measured = three.y.measured = gap
     # The most that the motors can make without a limit is 18 to 195 m/s², by rig and gap.
     for demand in (vertical, vertical + more):
-        i_d, i_q = two.feedback_linearised(demand, x)
+        i_d, i_q = two.currents(demand, x)
         assert -two.C1 * f1 * i_q == pytest.approx(x, rel=1e-12, abs=1e-12)
         check_vertical(two, gap, demand, i_d, (i_q,))
-        i_d, i_qa, i_qb = three.feedback_linearised(demand, x, z)
+        i_d, i_qa, i_qb = three.currents(demand, x, z)
         assert -2 * three.C1 * f1 * i_qa == pytest.approx(x, rel=1e-12, abs=1e-12)
         assert -2 * three.C2 * f1 * i_qb == pytest.approx(z, rel=1e-12, abs=1e-12)
         check_vertical(three, gap, demand, i_d, (i_qa, i_qb))

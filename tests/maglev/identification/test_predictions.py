@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from controller_fmu.linearisation import equilibrium_current
+from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.identification.predictions import (
     attraction_force,
     equilibrium_currents,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller_fmu.linearisation import equilibrium_current
+from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.catalogue import definition
 from maglev.experiment.execution import RunResult
 from maglev.schema.loading import load_plan

@@ -1,0 +1,67 @@
+"""Vertical law of a regulator: the direct current for a demanded acceleration, feedback-linearised or linearised."""
+
+from controller_fmu.feedback_linearisation import demanded_current, equilibrium_current
+from controller_fmu.linearisation import Linearisation
+from controller_fmu.status import NONLINEAR
+from pmlsm.gap_functions import gap_functions
+
+
+class VerticalLaw:
+    """Knows the vertical row of the controller's model, and the thrust function that goes with it.
+
+    A NONLINEAR law solves the row at the measured gap (4.12), (5.7); the others take it as linear (section 4.6.1).
+    """
+
+    def __init__(self, law: int):
+        self.law = law
+        self.attraction = 1.0    # m/(s² T²), constants as of `demanded_current`
+        self.coils = 1.0         # m/(s² A T)
+        self.iron = 1.0          # m/(s² A²)
+        self.f1 = 1.0            # shape functions that count now
+        self.f2 = 0.0
+        self.f3 = 1.0
+        self.f4 = 0.0            # stays so in a linear law: its row has no squares
+        self.linear = Linearisation()   # the one that counts now
+        self.feasible = True     # whether the last current makes the demanded acceleration
+
+    def take_constants(self, attraction: float, coils: float, iron: float) -> None:
+        """Take in the constants of the model, which may have been tuned."""
+        self.attraction = attraction
+        self.coils = coils
+        self.iron = iron
+
+    def linearise(self, gap: float) -> bool:
+        """Linearise about a gap (m); whether there is an equilibrium that a direct current can control."""
+        return self.linear.prepare(self.attraction, self.coils, self.iron, gap)
+
+    def holding_demand(self, gap: float, error: float) -> float:
+        """Demand (m/s²) by which the law commands the current that holds the mover at a gap (m) with an error (m)."""
+        if self.law == NONLINEAR:
+            return 0.0
+        current, found = equilibrium_current(self.attraction, self.coils, self.iron, gap)
+        return self.linear.demand(current, error)
+
+    def look(self, gap: float) -> None:
+        """Set the shape functions for a measured gap (m)."""
+        if self.law == NONLINEAR:
+            self.f1, self.f2, self.f3, self.f4 = gap_functions(gap)
+        else:
+            self.f1 = self.linear.f1
+
+    def direct_current(self, demand: float, error: float, by_quadrature: float) -> float:
+        """Direct current (A) for a demanded acceleration (m/s²).
+
+        Parameters
+        ----------
+        demand : float
+            m/s².
+        error : float
+            Of the gap, m; counts in a linear law.
+        by_quadrature : float
+            What the quadrature currents take from the acceleration, m/s²; counts in a nonlinear law.
+        """
+        if self.law != NONLINEAR:
+            return self.linear.direct_current(demand, error)
+        current, self.feasible = demanded_current(demand, by_quadrature, self.attraction, self.coils, self.iron,
+                                                  self.f2, self.f3, self.f4)
+        return current
