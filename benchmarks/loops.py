@@ -16,6 +16,7 @@ from fmi_export.definition import FmuDefinition
 from maglev.catalogue import definition
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.master import FmuSetup, Master
+from pmlsm.rigs import RIG_2DOF, RIG_3DOF, Rig
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
@@ -27,26 +28,29 @@ class Pair(NamedTuple):
     controller: str
     plant: str
     loop: str
-    axes: tuple[str, ...]
-    motors: tuple[str, ...]
-    dt: float   # s, communication step
+    rig: Rig
+
+    @property
+    def dt(self) -> float:
+        """Communication step, s."""
+        return self.rig.sample_time
 
     @property
     def starts(self) -> list[float]:
         """Start positions, which are the references, m."""
         block = definition(self.plant).new_block()
-        return [getattr(block, axis).position_start for axis in self.axes]
+        return [getattr(block, axis).position_start for axis in self.rig.axis_names]
 
     @property
     def connections(self) -> list[tuple[str, str]]:
         """From outputs to inputs."""
-        measured = [(f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.axes]
+        measured = [(f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.rig.axis_names]
         return measured + [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}")
-                           for motor in self.motors for phase in PHASES]
+                           for motor in self.rig.motor_names for phase in PHASES]
 
 
-PAIRS = (Pair("2-DOF", "Regulator2DOF", "Plant2DOF", "ClosedLoop2DOF", ("v", "h"), ("motor",), 0.5e-3),
-         Pair("3-DOF", "Regulator3DOF", "Plant3DOF", "ClosedLoop3DOF", ("y", "x", "z"), ("alpha", "beta"), 0.2e-3))
+PAIRS = (Pair("2-DOF", "Regulator2DOF", "Plant2DOF", "ClosedLoop2DOF", RIG_2DOF),
+         Pair("3-DOF", "Regulator3DOF", "Plant3DOF", "ClosedLoop3DOF", RIG_3DOF))
 
 
 def outputs(fmu: FmuDefinition) -> list[str]:
@@ -59,8 +63,8 @@ def bare_loop(pair: Pair, steps: int) -> float:
     controller, plant = definition(pair.controller).new_block(), definition(pair.plant).new_block()
     controller.start()
     plant.start()
-    measured = [(getattr(controller, axis), getattr(plant, axis)) for axis in pair.axes]
-    commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.motors]
+    measured = [(getattr(controller, axis), getattr(plant, axis)) for axis in pair.rig.axis_names]
+    commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.rig.motor_names]
     references = [axis for axis, _ in measured]
     row = array("d", [axis.reference for axis in references])
     controller_outputs = attrgetter(*outputs(definition(pair.controller)))
@@ -89,7 +93,7 @@ def bare_loop(pair: Pair, steps: int) -> float:
 def master_loop(pair: Pair, folder: Path, steps: int) -> float:
     """The FMUs of a folder under our master."""
     drives = {}
-    for axis, start in zip(pair.axes, pair.starts, strict=True):
+    for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True):
         drives[f"controller.{axis}.reference"] = [start] * (steps + 1)
         drives[f"controller.{axis}.reference_rate"] = [0.0] * (steps + 1)
     marks: list[tuple[int, float]] = []
@@ -113,7 +117,7 @@ class OpenLoop:
         self.slave.instantiate()
         self.slave.setupExperiment(startTime=0.0)
         references = {v.name: v.valueReference for v in description.modelVariables}
-        for axis, start in zip(pair.axes, pair.starts, strict=True):
+        for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True):
             self.slave.setReal([references[f"{axis}.reference"]], [start])
         self.slave.enterInitializationMode()
         self.slave.exitInitializationMode()

@@ -79,9 +79,10 @@ def list_loop(pair: Pair, steps: int) -> float:
     try:
         controller, plant = (ListComponent(plain_fmu(name, folder), folder / name)
                              for name in (pair.controller, pair.plant))
-        measured = [plant.references[f"{axis}.encoder"] for axis in pair.axes]
-        inputs = [controller.references[f"{axis}.{port}"] for port in ("measured", "reference") for axis in pair.axes]
-        phases = [f"{motor}.{phase}" for motor in pair.motors for phase in ("i_a_cmd", "i_b_cmd", "i_c_cmd")]
+        measured = [plant.references[f"{axis}.encoder"] for axis in pair.rig.axis_names]
+        inputs = [controller.references[f"{axis}.{port}"] for port in ("measured", "reference")
+                  for axis in pair.rig.axis_names]
+        phases = [f"{motor}.{phase}" for motor in pair.rig.motor_names for phase in ("i_a_cmd", "i_b_cmd", "i_c_cmd")]
         commands = [controller.references[name] for name in phases]
         currents = [plant.references[name] for name in phases]
         references = pair.starts
@@ -111,7 +112,7 @@ def ssp_loop(pair: Pair, fmus: Path, steps: int) -> float:
                          {"controller": (definition(pair.controller), fmus / f"{pair.controller}.fmu"),
                           "plant": (definition(pair.plant), fmus / f"{pair.plant}.fmu")}, pair.connections, 1.0)
         given = {f"{axis}.reference": (lambda _, start=start: start)
-                 for axis, start in zip(pair.axes, pair.starts, strict=True)}
+                 for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True)}
         times = []
         for count in (100, 100 + steps):
             begin = perf_counter()

@@ -37,8 +37,8 @@ def measure(pair: Pair, folder: Path, native: bool, peers: bool) -> dict[str, fl
         ways["plain slaves, fmpy lists"] = lambda: list_loop(pair, STEPS)
         ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder, 1000)
     if native:
-        ways["C loop"] = c_loop(definition(pair.controller), definition(pair.plant), pair.axes, pair.motors, pair.dt,
-                                pair.starts, C_STEPS)
+        ways["C loop"] = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names,
+                                pair.rig.motor_names, pair.dt, pair.starts, C_STEPS)
         ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
         if peers:

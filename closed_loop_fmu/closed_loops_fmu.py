@@ -4,8 +4,7 @@ from closed_loop_fmu.closed_loop_2dof import ClosedLoop2DOF, ClosedLoopPID2DOF
 from closed_loop_fmu.closed_loop_3dof import ClosedLoop3DOF, ClosedLoopPID3DOF
 from closed_loop_fmu.icon import CLOSED_LOOP_ICON
 from closed_loop_fmu.variables import loop_refusals, loop_variables
-from controller_fmu.pid_2dof_fmu import PID_2DOF
-from controller_fmu.pid_3dof_fmu import PID_3DOF
+from controller_fmu.pid_fmu import PID_2DOF, PID_3DOF
 from controller_fmu.regulator_2dof_fmu import LINEAR_REGULATOR_2DOF, REGULATOR_2DOF
 from controller_fmu.regulator_3dof_fmu import LINEAR_REGULATOR_3DOF, REGULATOR_3DOF, SCHEDULED_REGULATOR_3DOF
 from fmi_export.definition import Experiment, FmuDefinition

@@ -6,20 +6,19 @@ from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
-    input_names,
     internal_model_parameters,
     loop_parameters,
-    model_constants_2dof,
-    ports_2dof,
+    model_constants,
+    ports,
     regulator_gains,
     setpoint,
 )
 from fmi_export.definition import Experiment, FmuDefinition
-from pmlsm.data_sheet import SAMPLE_TIME_2DOF
+from pmlsm.rigs import RIG_2DOF
 
 PARAMETERS = (
-    *model_constants_2dof(),
-    *loop_parameters("stated, section 4.1.4", "assumed, from the axes of Fig. 4.20"),
+    *model_constants(RIG_2DOF),
+    *loop_parameters(RIG_2DOF, "assumed, from the axes of Fig. 4.20"),
     *internal_model_parameters("assumed: the thesis uses none on this stage"),
     *regulator_gains("v", "stated, (4.17)", "none in the thesis"),
     *regulator_gains("h", "stated, (4.17)", "none in the thesis"))
@@ -31,10 +30,10 @@ REGULATOR_2DOF = FmuDefinition(
     description="Nonlinear regulator of the 2-DOF stage: output regulation on the feedback-linearised motor",
     variables=(
         # The thrust depends on the gap.
-        *ports_2dof(d_from=input_names("v", "h"), q_from=(*input_names("h"), "v.measured")),
+        *ports(RIG_2DOF, by_all=True, by_gap=True),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP},
-    experiment=Experiment(stop_time=0.2, step=SAMPLE_TIME_2DOF),
+    experiment=Experiment(stop_time=0.2, step=RIG_2DOF.sample_time),
     variable_step=False,
     documentation=(("controller_fmu", "linearisation_2dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
@@ -46,11 +45,11 @@ LINEAR_REGULATOR_2DOF = FmuDefinition(
     arguments=(LINEAR,),
     description="Linear regulator of the 2-DOF stage: output regulation on the motor linearised about a set-point",
     variables=(
-        *ports_2dof(d_from=input_names("v"), q_from=input_names("h")),
+        *ports(RIG_2DOF),
         setpoint("the motor is linearised", "assumed: mid-range; an experiment sets its target"),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP, NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM},
-    experiment=Experiment(stop_time=0.2, step=SAMPLE_TIME_2DOF),
+    experiment=Experiment(stop_time=0.2, step=RIG_2DOF.sample_time),
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_2dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),

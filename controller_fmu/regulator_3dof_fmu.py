@@ -6,20 +6,19 @@ from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, 
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
-    input_names,
     internal_model_parameters,
     loop_parameters,
-    model_constants_3dof,
-    ports_3dof,
+    model_constants,
+    ports,
     regulator_gains,
     setpoint,
 )
 from fmi_export.definition import Experiment, FmuDefinition
-from pmlsm.data_sheet import SAMPLE_TIME_3DOF
+from pmlsm.rigs import RIG_3DOF
 
 PARAMETERS = (
-    *model_constants_3dof(),
-    *loop_parameters("stated, section 5.1.4", "stated, section 5.6.2"),
+    *model_constants(RIG_3DOF),
+    *loop_parameters(RIG_3DOF, "stated, section 5.6.2"),
     *internal_model_parameters("stated, section 5.6.2"),
     *regulator_gains("y", "stated, (5.14); the text there says Kz (corrected)", "stated, (5.15)"),
     *regulator_gains("x", "stated, (5.14)", "stated, (5.15)"),
@@ -33,11 +32,10 @@ REGULATOR_3DOF = FmuDefinition(
                 "with antiwindup",
     variables=(
         # The thrust depends on the gap.
-        *ports_3dof(d_from=input_names("y", "x", "z"), x_from=(*input_names("x"), "y.measured"),
-                    z_from=(*input_names("z"), "y.measured")),
+        *ports(RIG_3DOF, by_all=True, by_gap=True),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP},
-    experiment=Experiment(stop_time=0.1, step=SAMPLE_TIME_3DOF),
+    experiment=Experiment(stop_time=0.1, step=RIG_3DOF.sample_time),
     variable_step=False,
     documentation=(("controller_fmu", "linearisation_3dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
@@ -50,11 +48,11 @@ LINEAR_REGULATOR_3DOF = FmuDefinition(
     description="Linear regulator of the 3-DOF stage: output regulation on the motors linearised about a set-point, "
                 "with antiwindup",
     variables=(
-        *ports_3dof(d_from=input_names("y"), x_from=input_names("x"), z_from=input_names("z")),
+        *ports(RIG_3DOF),
         setpoint("the motors are linearised", "assumed: mid-range; an experiment sets its target"),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP, NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM},
-    experiment=Experiment(stop_time=0.1, step=SAMPLE_TIME_3DOF),
+    experiment=Experiment(stop_time=0.1, step=RIG_3DOF.sample_time),
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_3dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
@@ -68,13 +66,12 @@ SCHEDULED_REGULATOR_3DOF = FmuDefinition(
                 "set-points, the measured gap chooses, with antiwindup",
     variables=(
         # The gap chooses the linearisation.
-        *ports_3dof(d_from=input_names("y"), x_from=(*input_names("x"), "y.measured"),
-                    z_from=(*input_names("z"), "y.measured")),
+        *ports(RIG_3DOF, by_gap=True),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP,
               NO_EQUILIBRIUM: "C3 = {C3} m/(s2.T2), C4 = {C4} m/(s2.A.T), C5 = {C5} m/(s2.A2), expected constants with "
                               "which the model has equilibria at the schedule's gaps of 27, 25, 23 and 21 mm"},
-    experiment=Experiment(stop_time=0.1, step=SAMPLE_TIME_3DOF),
+    experiment=Experiment(stop_time=0.1, step=RIG_3DOF.sample_time),
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_3dof.html"), ("controller_fmu", "schedule.html"),
                    ("controller_fmu", "regulator.html"), ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),

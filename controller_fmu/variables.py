@@ -1,6 +1,7 @@
 """Variables that controllers share, part by part."""
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+from pmlsm.rigs import Rig, RigAxis, RigConstant
 
 ANY_GAIN = 1e15
 
@@ -11,33 +12,35 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the co
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
 
-def axis_inputs(axis: str, meaning: str) -> tuple[Variable, ...]:
-    """Inputs of one controlled axis; `meaning` says what its position is."""
-    return (real_input(f"{axis}.reference", "m", f"reference of the {meaning}", 10.0, 0.01),
-            real_input(f"{axis}.reference_rate", "m/s", f"rate of the reference of the {meaning}", 1000.0, 0.1),
-            measured_axis(axis, meaning))
+def axis_inputs(axis: RigAxis) -> tuple[Variable, ...]:
+    """Inputs of one controlled axis."""
+    return (real_input(f"{axis.name}.reference", "m", f"reference of the {axis.meaning}", 10.0, 0.01),
+            real_input(f"{axis.name}.reference_rate", "m/s", f"rate of the reference of the {axis.meaning}", 1000.0,
+                       0.1),
+            measured_axis(axis))
 
 
-def measured_axis(axis: str, meaning: str) -> Variable:
-    """Measurement of one axis; `meaning` says what its position is."""
-    return real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01)
+def measured_axis(axis: RigAxis) -> Variable:
+    """Measurement of one axis."""
+    return real_input(f"{axis.name}.measured", "m", f"measured {axis.meaning}", 10.0, 0.01)
+
+
+def commutation_variables(rig: Rig) -> tuple[Variable, ...]:
+    """Variables of a commutation without a law, whose current references are inputs."""
+    references = [v for motor in rig.motor_names for v in current_references(motor)]
+    return (*(measured_axis(axis) for axis in rig.horizontal),
+            *references,
+            *(v for motor in rig.motors
+              for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
+                                     f"{motor.drives}.measured")),
+            flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),
+            *sampling_and_limit(rig.sample_time_source, "assumed: none, the amplifiers have their own"))
 
 
 def current_references(motor: str) -> tuple[Variable, ...]:
     """Currents that a motor is to be commanded."""
     return (real_input(f"{motor}.i_d_reference", "A", "direct current that is asked for", 1000.0, 1.0),
             real_input(f"{motor}.i_q_reference", "A", "quadrature current that is asked for", 1000.0, 1.0))
-
-
-def commutated_outputs(motor: str, displacement: str) -> tuple[Variable, ...]:
-    """Commands to a motor whose references are inputs."""
-    return motor_outputs(motor, (f"{motor}.i_d_reference",), (f"{motor}.i_q_reference",), displacement)
-
-
-def reference_limited(*motors: str) -> Variable:
-    """Whether the limit holds back a reference of a motor."""
-    return flag("saturated", "a reference is beyond current_limit",
-                tuple(f"{motor}.i_{component}_reference" for motor in motors for component in ("d", "q")))
 
 
 def input_names(*axes: str) -> tuple[str, ...]:
@@ -84,51 +87,40 @@ def regulator_gains(axis: str, source: str, antiwindup_source: str) -> tuple[Var
                       "motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0, 100.0, 1.0))
 
 
-def ports_2dof(d_from: tuple[str, ...], q_from: tuple[str, ...]) -> tuple[Variable, ...]:
-    """Inputs and outputs of a controller of the 2-DOF stage; the names say which inputs decide i_d and i_q."""
-    return (*axis_inputs("v", "air gap"),
-            *axis_inputs("h", "horizontal displacement"),
-            *motor_outputs("motor", d_from, q_from, "h.measured"),
-            axis_error("v"), axis_error("h"),
-            *flags(input_names("v", "h")))
+def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variable, ...]:
+    """Inputs and outputs of a controller.
+
+    Parameters
+    ----------
+    rig : Rig
+    by_all : bool
+        Whether i_d follows from the inputs of all axes, not of the vertical one alone.
+    by_gap : bool
+        Whether the quadrature currents follow from the measured gap too.
+    """
+    d_from = input_names(*rig.axis_names) if by_all else input_names(rig.vertical.name)
+    gap = (f"{rig.vertical.name}.measured",) if by_gap else ()
+    return (*(v for axis in rig.axes for v in axis_inputs(axis)),
+            *(v for motor in rig.motors for v in motor_outputs(motor.name, d_from, (*input_names(motor.drives), *gap),
+                                                               f"{motor.drives}.measured")),
+            *(axis_error(axis) for axis in rig.axis_names),
+            *flags(input_names(*rig.axis_names)))
 
 
-def ports_3dof(d_from: tuple[str, ...], x_from: tuple[str, ...], z_from: tuple[str, ...]) -> tuple[Variable, ...]:
-    """Inputs and outputs of a controller of the 3-DOF stage; the names say which inputs decide i_d, i_qα and i_qβ."""
-    return (*axis_inputs("y", "air gap"),
-            *axis_inputs("x", "horizontal displacement along x"),
-            *axis_inputs("z", "horizontal displacement along z"),
-            *motor_outputs("alpha", d_from, x_from, "x.measured"),
-            *motor_outputs("beta", d_from, z_from, "z.measured"),
-            axis_error("y"), axis_error("x"), axis_error("z"),
-            *flags(input_names("y", "x", "z")))
+def model_constants(rig: Rig) -> tuple[Variable, ...]:
+    """Constants of the controllers' model of a stage."""
+    return tuple(constant(each, rig.model_source) for each in rig.constants)
 
 
-def model_constants_2dof() -> tuple[Variable, ...]:
-    """Constants of the controllers' model of the 2-DOF stage."""
-    return (constant("C1", "m/(s2.A)", "thrust (4.3)", "stated, Table 4.3"),
-            constant("C2", "m/(s2.T2)", "attraction between magnets and iron (4.3)", "stated, Table 4.3"),
-            constant("C3", "m/(s2.A.T)", "normal force between magnets and coils (4.3)", "stated, Table 4.3"),
-            constant("C4", "m/(s2.A2)", "normal force between coils and iron (4.3)", "stated, Table 4.3"))
-
-
-def model_constants_3dof() -> tuple[Variable, ...]:
-    """Constants of the controllers' model of the 3-DOF stage."""
-    return (constant("C1", "m/(s2.A)", "thrust along x (5.3)", "stated, Table 5.3"),
-            constant("C2", "m/(s2.A)", "thrust along z (5.3)", "stated, Table 5.3"),
-            constant("C3", "m/(s2.T2)", "attraction between magnets and iron (5.3)", "stated, Table 5.3"),
-            constant("C4", "m/(s2.A.T)", "normal force between magnets and coils (5.3)", "stated, Table 5.3"),
-            constant("C5", "m/(s2.A2)", "normal force between coils and iron (5.3)", "stated, Table 5.3"))
-
-
-def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
+def constant(of: RigConstant, source: str) -> Variable:
     """Constant of the controller's motor model; it divides, so that 0 is no value."""
-    return parameter(name, unit, f"constant of the {meaning} in the controller's model", source, 1e-9, 1e6, 1.0)
+    return parameter(of.name, of.unit, f"constant of the {of.meaning} in the controller's model", source, 1e-9, 1e6,
+                     1.0)
 
 
-def loop_parameters(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
+def loop_parameters(rig: Rig, limit_source: str) -> tuple[Variable, ...]:
     """Parameters that every controller with a law has."""
-    return (*sampling_and_limit(sample_time_source, limit_source),
+    return (*sampling_and_limit(rig.sample_time_source, limit_source),
             parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",

@@ -1,20 +1,33 @@
 """Variables that the estimators share, part by part."""
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+from pmlsm.rigs import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the estimator's "
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
-# Units of a constant, and of its diagonal element of Σ.
-THRUST = ("m/(s2.A)", "A2.s")
-ATTRACTION = ("m/(s2.T2)", "T4.s")
-COILS = ("m/(s2.A.T)", "A2.T2.s")
-IRON = ("m/(s2.A2)", "A4.s")
+# Unit of the diagonal element of Σ for a constant, by its own.
+WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 
 
-def measured_axis(axis: str, meaning: str) -> Variable:
-    """Input of one axis; `meaning` says what its position is."""
-    return real_input(f"{axis}.measured", "m", f"measured {meaning}", 10.0, 0.01)
+def estimator_variables(rig: Rig, guess_source: str, weights: tuple[float, ...]) -> tuple[Variable, ...]:
+    """Variables of an estimator; `weights` are the nominal ones of C1, C2, …"""
+    inputs = {axis: row_inputs(rig, axis) for axis in rig.axis_names}
+    return (*(real_input(f"{axis.name}.measured", "m", f"measured {axis.meaning}", 10.0, 0.01) for axis in rig.axes),
+            *(v for motor in rig.motor_names for v in motor_inputs(motor)),
+            *(v for constant in rig.constants for v in estimate(constant, inputs[constant.axis])),
+            *(v for axis in rig.axis_names for v in axis_outputs(axis, inputs[axis])),
+            *(v for constant, weight in zip(rig.constants, weights, strict=True)
+              for v in guess(constant, guess_source, weight)),
+            *estimator_parameters(rig.sample_time_source))
+
+
+def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
+    """Inputs that the row of an axis takes in."""
+    gap = f"{rig.vertical.name}.measured"
+    if axis == rig.vertical.name:
+        return (gap, *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")))
+    return (f"{axis}.measured", gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
 
 
 def motor_inputs(motor: str) -> tuple[Variable, ...]:
@@ -31,20 +44,22 @@ def axis_outputs(axis: str, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
                         " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
 
-def estimate(name: str, units: tuple[str, str], meaning: str, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def estimate(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Estimate of a constant; `inputs` are those of its row."""
-    return (real_output(name, units[0], f"estimated constant of the {meaning}", 1.0, discrete=True, depends_on=inputs,
-                        starts_from=(f"{name}_start",)),
+    name = of.name
+    return (real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
+                        depends_on=inputs, starts_from=(f"{name}_start",)),
             flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance for "
                                       "convergence.time", inputs))
 
 
-def guess(name: str, units: tuple[str, str], source: str, weight_nominal: float) -> tuple[Variable, ...]:
+def guess(of: RigConstant, source: str, weight_nominal: float) -> tuple[Variable, ...]:
     """Start value of a constant and its weight."""
-    return (parameter(f"{name}_start", units[0], f"first guess of {name}", source, -1e6, 1e6, 1.0, fixed=True),
-            parameter(f"{name}_weight", units[1], f"diagonal element of Q0 = Σ(0) in (3.8) for {name}: how much data "
-                      "it takes to leave the first guess; a very large one holds it", "assumed: small", 1e-20, 1e20,
-                      weight_nominal, fixed=True))
+    name = of.name
+    return (parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0, fixed=True),
+            parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for {name}: how much "
+                      "data it takes to leave the first guess; a very large one holds it", "assumed: small", 1e-20,
+                      1e20, weight_nominal, fixed=True))
 
 
 def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:

@@ -1,6 +1,7 @@
 """Variables that every stage has, part by part."""
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+from pmlsm.rigs import Rig, RigAxis, RigConstant
 
 
 def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
@@ -26,8 +27,9 @@ def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, .
     return inputs, outputs, parameters
 
 
-def axis_variables(axis: str, meaning: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
-    """Inputs, outputs and parameters of one axis; `meaning` says what its position is."""
+def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+    """Inputs, outputs and parameters of one axis."""
+    axis, meaning = of.name, of.meaning
     start = f"{axis}.position_start"
     inputs = (real_input(f"{axis}.force", "N", f"external force along {axis}", 1e5, 1.0),)
     outputs = (
@@ -61,8 +63,6 @@ def ripple_parameters(axis: str) -> tuple[Variable, ...]:
                       0.0, 1.0, 1e-3))
 
 
-REFUSED_LENGTH = "communication step = {step} s, expected at most 1000 s"
-
 AT_STOP = flag("at_stop", "an axis was beyond an end stop during the step")
 
 MODULATION = parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
@@ -72,28 +72,29 @@ ENCODER_RESOLUTION = parameter("encoder.resolution", "m", "resolution of the enc
                                "stated, sections 4.1.2 and 5.1.2", 0.0, 1.0, 1e-5)
 
 
-def constant(name: str, unit: str, meaning: str, source: str) -> Variable:
+def constant(of: RigConstant, source: str) -> Variable:
     """Constant of the motion's equations; positive, so that every motor keeps its sign."""
-    return parameter(name, unit, f"constant of the {meaning}", source, 0.0, 1e6, 1.0)
+    return parameter(of.name, of.unit, f"constant of the {of.meaning}", source, 0.0, 1e6, 1.0)
 
 
-def stage_variables(constants: tuple[Variable, ...], axes: tuple[tuple[str, str], ...], motors: tuple[str, ...],
-                    extra: tuple[Variable, ...] = ()) -> tuple[Variable, ...]:
-    """Variables of a stage: inputs, outputs, then parameters.
-
-    Parameters
-    ----------
-    constants : tuple of Variable
-        C1, C2, … of its equations.
-    axes : tuple of (str, str)
-        Name and meaning of each axis.
-    motors : tuple of str
-        Names of the motors.
-    extra : tuple of Variable
-        Parameters that only this stage has.
-    """
-    parts = [motor_variables(motor) for motor in motors] + [axis_variables(*axis) for axis in axes]
+def stage_variables(rig: Rig, extra: tuple[Variable, ...] = ()) -> tuple[Variable, ...]:
+    """Variables of a stage: inputs, outputs, then parameters; `extra` are parameters that only this stage has."""
+    parts = [motor_variables(motor) for motor in rig.motor_names] + [axis_variables(axis) for axis in rig.axes]
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
+    constants = [constant(each, f"{rig.stage_source}; assumed to be the true stage") for each in rig.constants]
     return (*inputs, *outputs, AT_STOP, *constants, MODULATION, ENCODER_RESOLUTION, *extra, *parameters)
+
+
+def stage_refusals(rig: Rig, beyond_stop: tuple[int, ...], run_away: int, step_too_long: int) -> dict[int, str]:
+    """Messages of a stage by its status; `beyond_stop` has a status for each axis."""
+    places = ", ".join(f"{axis}.position = {{{axis}.position}} m" for axis in rig.axis_names)
+    every = "both" if len(rig.axes) == 2 else "all"
+    return {
+        **{status: f"{axis}.position_start = {{{axis}.position_start}} m, expected a place between the stops "
+                   f"{axis}.stop.lower = {{{axis}.stop.lower}} m and {axis}.stop.upper = {{{axis}.stop.upper}} m"
+           for status, axis in zip(beyond_stop, rig.axis_names, strict=True)},
+        run_away: f"the mover has run away in the step from {{time}} s: {places}, "
+                  f"expected {every} within 1000 m and slower than 1e6 m/s",
+        step_too_long: "communication step = {step} s, expected at most 1000 s"}

@@ -13,8 +13,7 @@ from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import number_or_text, parse_quantity
-
-RIG_OF_AXIS = {"v": "2dof", "y": "3dof"}   # the vertical axes
+from pmlsm.rigs import RIGS
 
 Value = float | int | bool | str
 Settings = Mapping[str, Value] | Iterable[str] | None
@@ -69,7 +68,7 @@ def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
     settings, model = settings_of(options.get("set")), options.get("model")
     if model is None:
         return settings
-    rigs = {rig for plan in plans for axis, rig in RIG_OF_AXIS.items() if axis in plan.axis_names}
+    rigs = {rig.name for plan in plans for rig in RIGS.values() if rig.vertical.name in plan.axis_names}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
     constants = model_settings(Path(model), rigs.pop())

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from maglev.identification.identify import Identification
 
 FMUS = ("plant", "controller")
-CONSTANTS = ("C1", "C2", "C3", "C4", "C5")
+CONSTANTS = max((rig.constants for rig in RIGS.values()), key=len)   # of a file that names no rig
 BEGINNING = "# Identified by maglev identify"
 END = "# end of the constants"   # a number that was cut is a number, too
 SMALLEST = 1e-9   # the controllers divide by them

@@ -10,8 +10,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from pmlsm.data_sheet import GRAVITY, MOTORS_3DOF, MOTORS_IN_PAIR
+from pmlsm.data_sheet import GRAVITY
 from pmlsm.gap_functions import gap_functions
+from pmlsm.rigs import RIGS as DESCRIPTIONS
+from pmlsm.rigs import Rig as RigDescription
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 Array = NDArray[np.float64]
@@ -90,15 +92,16 @@ def lift(attracting: float, motors: float) -> Columns:
                                                 (i_q**2 + i_d**2).sum(axis=1)), axis=1)
 
 
-RIGS = {
-    "2dof": Rig("2dof", ("v", "h"), ("motor",), (
-        Row("v", ("C2", "C3", "C4"), GRAVITY, lift(1.0, 1.0)),
-        Row("h", ("C1",), 0.0, thrust(0, 1.0)))),
-    "3dof": Rig("3dof", ("y", "x", "z"), ("alpha", "beta"), (
-        Row("y", ("C3", "C4", "C5"), GRAVITY, lift(MOTORS_3DOF, MOTORS_IN_PAIR)),
-        Row("x", ("C1",), 0.0, thrust(0, MOTORS_IN_PAIR)),
-        Row("z", ("C2",), 0.0, thrust(1, MOTORS_IN_PAIR)))),
-}
+def rig_of(described: RigDescription) -> Rig:
+    """A rig as the estimators see it: the vertical row, then a row for each motor."""
+    vertical = described.vertical.name
+    rows = (Row(vertical, described.constants_of(vertical), GRAVITY, lift(described.carrying, described.driving)),
+            *(Row(motor.drives, described.constants_of(motor.drives), 0.0, thrust(k, described.driving))
+              for k, motor in enumerate(described.motors)))
+    return Rig(described.name, described.axis_names, described.motor_names, rows)
+
+
+RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items()}
 
 
 def shape_functions(gaps: Array) -> Array:

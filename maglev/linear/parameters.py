@@ -6,8 +6,7 @@ from math import inf, isfinite
 from operator import attrgetter
 from typing import Any
 
-from controller_fmu.pid_2dof_fmu import PID_2DOF
-from controller_fmu.pid_3dof_fmu import PID_3DOF
+from controller_fmu.pid_fmu import PID_2DOF, PID_3DOF
 from controller_fmu.regulator_2dof_fmu import LINEAR_REGULATOR_2DOF, REGULATOR_2DOF
 from controller_fmu.regulator_3dof_fmu import LINEAR_REGULATOR_3DOF, REGULATOR_3DOF, SCHEDULED_REGULATOR_3DOF
 from maglev.errors import LinearModelError, QuantityError, nearest

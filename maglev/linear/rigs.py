@@ -9,9 +9,10 @@ import numpy as np
 
 from maglev.linear.model import Matrix
 from plant_fmu.attraction import attraction_factor
-from pmlsm.data_sheet import MAGNET_HEIGHT, MASS_H, MASS_V, MASS_X, MASS_Y, MASS_Z, POLE_PITCH, SLOT_PITCH
+from pmlsm.data_sheet import MAGNET_HEIGHT, MOTORS_3DOF, MOTORS_IN_PAIR, POLE_PITCH, SLOT_PITCH
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
 from pmlsm.gap_slopes import carter_slope, gap_slopes, slot_permeance_slope
+from pmlsm.rigs import RIGS as DESCRIPTIONS
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ class Rig:
         return tuple(f"{motor}.i_{phase}" for motor in self.motors for phase in ("a", "b", "c"))
 
 
-RIGS = {"2DOF": Rig("v", ("h",), ("motor",), (MASS_V, MASS_H)),
-        "3DOF": Rig("y", ("x", "z"), ("alpha", "beta"), (MASS_Y, MASS_X, MASS_Z))}
+RIGS = {name.upper(): Rig(rig.vertical.name, rig.axis_names[1:], rig.motor_names, tuple(axis.mass for axis in rig.axes))
+        for name, rig in DESCRIPTIONS.items()}
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,11 @@ class MotorForces:
 
     @classmethod
     def of(cls, block: Any) -> "MotorForces":
-        """Forces with the constants of a plant or controller; a 3-DOF one has C5.
-
-        (5.3) prints the horizontal rows without the factor 2; it belongs there (corrected).
-        """
+        """Forces with the constants of a plant or controller; a 3-DOF one has C5."""
         modulation = getattr(block, "attraction_modulation", 0.0)
         if hasattr(block, "C5"):
-            return cls(4.0 * block.C3, 2.0 * block.C4, 2.0 * block.C5, (2.0 * block.C1, 2.0 * block.C2), modulation)
+            return cls(MOTORS_3DOF * block.C3, MOTORS_IN_PAIR * block.C4, MOTORS_IN_PAIR * block.C5,
+                       (MOTORS_IN_PAIR * block.C1, MOTORS_IN_PAIR * block.C2), modulation)
         return cls(block.C2, block.C3, block.C4, (block.C1,), modulation)
 
     def slopes(self, positions: Sequence[float], i_d: Sequence[float], i_q: Sequence[float]) -> tuple[Matrix, Matrix]:

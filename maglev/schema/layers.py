@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from maglev.errors import ScenarioError
 from maglev.toml_file import read_toml
+from pmlsm.rigs import RIGS
 
-# The experiments are a folder beside the package in the repository, and in it where it is installed.
+# The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
+# for each rig has the experiments themselves.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
-RIGS = ("2dof", "3dof")   # folders with the experiments themselves
 
 DEEPEST = 30        # files that extend each other one after the other
 MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number

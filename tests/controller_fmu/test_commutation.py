@@ -18,12 +18,12 @@ from reference_stage import shape_functions
 from controller_fmu.commutation_2dof import Commutation2DOF
 from controller_fmu.commutation_3dof import Commutation3DOF
 from controller_fmu.status import STEP_MISFIT
-from maglev.cosim.fmu import Component
+from maglev.cosim.fmu import Fmu
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.dq_transform import clarke, park
 
-Load = Callable[[str], Component]
+Load = Callable[[str], Fmu]
 Commutation = Commutation2DOF | Commutation3DOF
 Kind = type[Commutation2DOF] | type[Commutation3DOF]
 
@@ -54,7 +54,7 @@ def commands(block: Commutation) -> list[float]:
     return [i for motor in motors for i in (*phases(motor), motor.i_d_cmd, motor.i_q_cmd)]
 
 
-def started(load: Load, kind: Kind) -> Component:
+def started(load: Load, kind: Kind) -> Fmu:
     """FMU of a block, initialised."""
     component = load(kind.__name__)
     component.initialise({}, 0.0, 1.0)

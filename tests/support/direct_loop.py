@@ -5,7 +5,10 @@ from typing import Any
 
 import numpy as np
 
-RIGS = {2: (("v", "h"), ("motor",), 0.5e-3), 3: (("y", "x", "z"), ("alpha", "beta"), 0.2e-3)}
+from pmlsm.rigs import RIG_2DOF, RIG_3DOF
+
+# Axes, motors and communication step (s).
+RIGS = {len(rig.axes): (rig.axis_names, rig.motor_names, rig.sample_time) for rig in (RIG_2DOF, RIG_3DOF)}
 
 Reference = Callable[[float], tuple[float, float]]   # time (s) to reference (m) and its rate (m/s)
 

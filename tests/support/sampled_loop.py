@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from maglev.catalogue import definition
 from maglev.cosim.order import Order
 from maglev.schema.run_plan import RunPlan
+from pmlsm.rigs import RIGS
 
-AXES = {"2dof": ("v", "h"), "3dof": ("y", "x", "z")}
-MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
 
@@ -27,7 +26,7 @@ def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float]], names: Se
                  times: Sequence[float], steps: Sequence[float],
                  order: Order = "sequential") -> dict[str, NDArray[np.float64]]:
     """Values of `fmu.variable` names before the first step and after each, at times t_k (s) and with steps h_k (s)."""
-    rig = plan.name.partition("-")[0]
+    rig = RIGS[plan.name.partition("-")[0]]
     blocks: dict[str, Any] = {}
     for fmu, table in plan.fmus.items():
         blocks[fmu] = definition(str(table.model)).new_block()
@@ -37,7 +36,7 @@ def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float]], names: Se
     controller, plant = blocks["controller"], blocks["plant"]
 
     def command() -> None:
-        for motor in MOTORS[rig]:
+        for motor in rig.motor_names:
             for phase in PHASES:
                 setattr(getattr(plant, motor), phase, getattr(getattr(controller, motor), phase))
 
@@ -50,7 +49,7 @@ def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float]], names: Se
             break
         for target, values in drives.items():
             set_path(controller, target.partition(".")[2], values[k])
-        for axis in AXES[rig]:
+        for axis in rig.axis_names:
             getattr(controller, axis).measured = getattr(plant, axis).encoder
         if order == "jacobi":
             command()   # what the controller has given in the step before

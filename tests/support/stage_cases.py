@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from direct_loop import RIGS
 from reference_stage import TAU, G, ReferenceStage, reference_2dof, reference_3dof, shape_functions
 from scipy.optimize import brentq
 
@@ -12,8 +13,6 @@ from plant_fmu.stage_3dof import Stage3DOF
 
 Commands = Callable[[int, np.ndarray], np.ndarray]
 
-NAMES = {2: (("v", "h"), ("motor",)), 3: (("y", "x", "z"), ("alpha", "beta"))}
-STEP = {2: 0.5e-3, 3: 0.2e-3}   # s, communication step
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ def near_equilibrium(rig: int, gap: float) -> Case:
     places = (0.004, -0.010)
 
     def commands(k: int, _: np.ndarray) -> np.ndarray:
-        t = k * STEP[rig]
+        t = k * RIGS[rig][2]
         i_q = (0.5 if rig == 2 else 1.5) * np.sin(90.0 * t + 1.0)
         return np.array([phases(i_d + sign * 0.3 * np.sin(100.0 * t), i_q, place)
                          for place, sign in zip(places[:rig - 1], (1, -1), strict=False)])
@@ -94,8 +93,8 @@ IMPACTS = [falling(2, 26e-3), falling(2, 26.017e-3), side_impact(), falling(3, 3
 def run_block(rig: int, start: Sequence[float], commands: Commands, dt: float, steps: int) -> tuple[np.ndarray, list]:
     """Positions and velocities of the block, shape (steps + 1, axes, 2), and the commands that it was given."""
     stage = Stage2DOF() if rig == 2 else Stage3DOF()
-    axes = [getattr(stage, name) for name in NAMES[rig][0]]
-    motors = [getattr(stage, name) for name in NAMES[rig][1]]
+    axes = [getattr(stage, name) for name in RIGS[rig][0]]
+    motors = [getattr(stage, name) for name in RIGS[rig][1]]
     for axis, position in zip(axes, start, strict=True):
         axis.position_start = position
     assert stage.start() == 0
@@ -111,7 +110,7 @@ def run_block(rig: int, start: Sequence[float], commands: Commands, dt: float, s
 
 def differences(case: Case) -> tuple[float, float]:
     """Largest difference of position (m) and velocity (m/s) from the reference, at every communication point."""
-    dt = STEP[case.rig]
+    dt = RIGS[case.rig][2]
     steps = round(case.stop_time / dt)
     block, given = run_block(case.rig, case.start, case.commands, dt, steps)
     states = reference(case.rig).solve(case.start, lambda k, _: given[k], dt, steps)

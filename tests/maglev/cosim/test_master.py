@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sampled_loop import AXES, MOTORS, PHASES, sampled_loop
+from sampled_loop import PHASES, sampled_loop
 
 from maglev.cosim.master import FmuSetup, Master, RunFailed
 from maglev.cosim.order import Order
 from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
+from pmlsm.rigs import RIG_3DOF
 
 
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
@@ -41,8 +42,8 @@ def three(fmus: Path) -> list[FmuSetup]:
 
 
 def loop_connections(to: str = "plant") -> list[tuple[str, str]]:
-    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in MOTORS["3dof"] for p in PHASES]
-    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in AXES["3dof"]]
+    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in RIG_3DOF.motor_names for p in PHASES]
+    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in RIG_3DOF.axis_names]
                        if to == "plant" else [])
 
 

@@ -14,12 +14,12 @@ from maglev.experiment.execution import RunResult
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
+from pmlsm.rigs import RIGS
 
 Flown = Callable[..., RunResult]
 
 CONSTANTS = {"2dof": {"C1": 13.0, "C2": 800.0, "C3": 31.5, "C4": 0.1},
              "3dof": {"C1": 0.6, "C2": 0.8, "C3": 330.0, "C4": 8.6, "C5": 0.005}}
-MOTORS = {"2dof": ("motor",), "3dof": ("alpha", "beta")}
 
 
 @cache
@@ -77,7 +77,8 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     position = asked + gap_error + np.where(moving, 3e-3, 0.0)
     i_d = currents + current_error + np.where(moving, 2.0, 0.0)
     axis = "v" if rig == "2dof" else "y"
-    return result_of(name, time, {f"{axis}.encoder": position, **{f"{motor}.i_d": i_d for motor in MOTORS[rig]}})
+    currents = {f"{motor}.i_d": i_d for motor in RIGS[rig].motor_names}
+    return result_of(name, time, {f"{axis}.encoder": position, **currents})
 
 
 def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunResult:
