@@ -13,13 +13,17 @@ class Axis:
     """Position and velocity of a mass under motor, gravity, bias, guide friction, end stops and external force.
 
     The stage computes the acceleration by the motors, which couples the axes, and hands it to `add_slope` four times
-    an integration step: the classical fourth-order Runge–Kutta method. Masses are the thesis's, everything
+    an integration step: the classical fourth-order Runge–Kutta method. Nominal masses are the thesis's, everything
     else is assumed.
+
+    The constants of the motors and the amplitude of the ripple are accelerations at the nominal mass: their forces
+    stay as they are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
     """
 
     def __init__(self, mass: float, bias: float, coulomb: float, presliding: float, viscous: float,
                  lower: float, upper: float, position_start: float):
         self.mass = mass                       # kg, parameter
+        self.nominal_mass = mass               # kg
         self.bias = bias                       # Δ, m/s², parameter
         self.position_start = position_start   # m, parameter
         self.locked = False                    # parameter: held in place by hardware
@@ -32,6 +36,7 @@ class Axis:
         self.deflection = 0.0                  # w of the guide friction, state
         self.encoder = position_start          # m, output
         self.acceleration = 0.0                # m/s², at the last integration point
+        self.mass_ratio = 1.0                  # nominal over present mass, in this integration step
         self.position_0 = 0.0                  # state at the start of the integration step
         self.velocity_0 = 0.0
         self.deflection_0 = 0.0
@@ -74,6 +79,7 @@ class Axis:
 
     def begin(self) -> None:
         """Begin an integration step."""
+        self.mass_ratio = self.nominal_mass / self.mass
         self.stop.engage(self.position)
         self.position_0 = self.position
         self.velocity_0 = self.velocity
@@ -88,7 +94,7 @@ class Axis:
         Parameters
         ----------
         motors : float
-            Acceleration by the motors and gravity, m/s².
+            Acceleration by the motors, at the present mass, and gravity, m/s².
         weight : float
             Weight of this slope in the step, s.
         ahead : float
@@ -100,7 +106,8 @@ class Axis:
         deflection = self.deflection
         external = (self.force + self.stop.force(self.position, velocity)
                     - self.friction.force(deflection, velocity))
-        acceleration = motors + self.bias + self.ripple.acceleration(self.position) + external / self.mass
+        acceleration = (motors + self.bias + self.mass_ratio * self.ripple.acceleration(self.position)
+                        + external / self.mass)
         self.acceleration = acceleration
         deflection_rate = self.friction.deflection_rate(deflection, velocity)
         self.position_sum += weight * velocity

@@ -93,8 +93,10 @@ class Stage2DOF:
         f2 *= attraction_factor(self.attraction_modulation, self.h.position)
         i_d = self.motor.i_d
         i_q = self.motor.i_q
-        v_motors = normal_acceleration(self.C2, self.C3, self.C4, f2, f3, f4, i_d, i_q * i_q + i_d * i_d)
-        h_motors = thrust_acceleration(self.C1, f1, i_q)
+        share = self.v.mass_ratio
+        v_motors = normal_acceleration(share * self.C2, share * self.C3, share * self.C4, f2, f3, f4,
+                                       i_d, i_q * i_q + i_d * i_d)
+        h_motors = thrust_acceleration(self.h.mass_ratio * self.C1, f1, i_q)
         self.v.add_slope(v_motors, weight, ahead)
         self.h.add_slope(h_motors, weight, ahead)
 

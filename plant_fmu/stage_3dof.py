@@ -114,11 +114,12 @@ class Stage3DOF:
         i_qa = self.alpha.i_q
         i_db = self.beta.i_d
         i_qb = self.beta.i_q
-        y_motors = normal_acceleration(
-            MOTORS_3DOF * self.C3, MOTORS_IN_PAIR * self.C4, MOTORS_IN_PAIR * self.C5, f2, f3, f4,
-            i_da + i_db, i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
-        x_motors = thrust_acceleration(MOTORS_IN_PAIR * self.C1, f1, i_qa)
-        z_motors = thrust_acceleration(MOTORS_IN_PAIR * self.C2, f1, i_qb)
+        all_motors = MOTORS_3DOF * self.y.mass_ratio
+        pair = MOTORS_IN_PAIR * self.y.mass_ratio
+        y_motors = normal_acceleration(all_motors * self.C3, pair * self.C4, pair * self.C5, f2, f3, f4,
+                                       i_da + i_db, i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+        x_motors = thrust_acceleration(MOTORS_IN_PAIR * self.x.mass_ratio * self.C1, f1, i_qa)
+        z_motors = thrust_acceleration(MOTORS_IN_PAIR * self.z.mass_ratio * self.C2, f1, i_qb)
         self.y.add_slope(y_motors, weight, ahead)
         self.x.add_slope(x_motors, weight, ahead)
         self.z.add_slope(z_motors, weight, ahead)

@@ -38,7 +38,8 @@ def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, .
         real_output(f"{axis}.position", "m", f"true {meaning}", 0.01, starts_from=(start,)),
         real_output(f"{axis}.velocity", "m/s", f"rate of the {meaning}", 0.1))
     parameters = (
-        parameter(f"{axis}.mass", "kg", f"mass that moves along {axis}", "stated, Table 4.1 or 5.1", 1e-3, 1e6, 1.0),
+        parameter(f"{axis}.mass", "kg", f"mass that moves along {axis}; the constants are accelerations at "
+                  f"{of.mass:g} kg", "stated, Table 4.1 or 5.1", 1e-3, 1e6, 1.0),
         parameter(f"{axis}.bias", "m/s2", "constant acceleration, such as by misaligned bearings", "assumed",
                   -1e3, 1e3, 0.1),
         parameter(f"{axis}.friction.coulomb", "N", "sliding friction of the guide; 0 = none", "assumed", 0.0, 1e4, 1.0),
@@ -57,8 +58,8 @@ def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, .
 
 def ripple_parameters(axis: str) -> tuple[Variable, ...]:
     """Parameters of the guide ripple of an axis."""
-    return (parameter(f"{axis}.ripple.amplitude", "m/s2", "amplitude of the guide's ripple; 0 = none", "assumed",
-                      0.0, 1e3, 0.1),
+    return (parameter(f"{axis}.ripple.amplitude", "m/s2", f"amplitude of the guide's ripple, at the nominal "
+                      f"{axis}.mass; 0 = none", "assumed", 0.0, 1e3, 0.1),
             parameter(f"{axis}.ripple.period", "m", "period of the guide's ripple; 0 = no ripple", "assumed",
                       0.0, 1.0, 1e-3))
 
@@ -74,7 +75,8 @@ ENCODER_RESOLUTION = parameter("encoder.resolution", "m", "resolution of the enc
 
 def constant(of: RigConstant, source: str) -> Variable:
     """Constant of the motion's equations; positive, so that every motor keeps its sign."""
-    return parameter(of.name, of.unit, f"constant of the {of.meaning}", source, 0.0, 1e6, 1.0)
+    return parameter(of.name, of.unit, f"constant of the {of.meaning}, at the nominal {of.axis}.mass", source, 0.0, 1e6,
+                     1.0)
 
 
 def stage_variables(rig: Rig, extra: tuple[Variable, ...] = ()) -> tuple[Variable, ...]:
