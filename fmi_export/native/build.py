@@ -12,12 +12,14 @@ from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
 from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, Platform, library
 from fmi_export.native.model_table import model_table
+from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
 
 LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 TABLE = "model.c"
+PREFIX = "prefix.h"
 
 
 def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str, ...]) -> dict[str, str]:
@@ -56,18 +58,20 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     """
     blocks = files_of(carried_modules(definition.block.__module__, packages), translation)
     layer = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in LAYER}
-    headers = {name: fmi_header(name) for name in FMI_HEADERS}
+    headers = {name: fmi_header(name) for name in FMI_HEADERS}   # not in the FMU: FMI leaves them to the importer (2.3)
     chosen = host_platform() if host_only else PLATFORMS
-    without_guid = {**blocks, **layer, **headers, TABLE: model_table(definition, "")}
+    prefix = prefix_header(definition.name, [text for name, text in {**blocks, **layer}.items() if name.endswith(".h")])
+    without_guid = {**blocks, **layer, PREFIX: prefix, TABLE: model_table(definition, "")}
     units = sorted(name for name in without_guid if name.endswith(".c"))
     date = build_date()
     described_as = model_description(definition, "", version, date, units).decode("utf-8")
-    parts = [described_as, *(part for item in sorted(without_guid.items()) for part in item), *sorted(chosen)]
+    parts = [described_as, *(part for item in sorted({**without_guid, **headers}.items()) for part in item),
+             *sorted(chosen)]
     guid = f"{{{digest(parts)[:32]}}}"
     sources = {**without_guid, TABLE: model_table(definition, guid)}
     contents = {f"sources/{name}": text.encode("utf-8") for name, text in sources.items()}
-    contents |= {f"binaries/{folder}/{definition.name}{each.ending}": library(sources, definition.name, each)
-                 for folder, each in chosen.items()}
+    contents |= {f"binaries/{folder}/{definition.name}{each.ending}":
+                 library({**sources, **headers}, definition.name, each) for folder, each in chosen.items()}
     contents |= described(definition, version, licence)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(headers[FMI_HEADERS[0]]).encode("utf-8")
     contents["modelDescription.xml"] = model_description(definition, guid, version, date, units)

@@ -13,8 +13,9 @@ from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
-# visible. Debug information has paths in it, which would make the bytes depend on the machine.
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s", "-shared")
+# visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s", "-shared",
+         "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
 
 
 class Platform(NamedTuple):

@@ -128,10 +128,11 @@ def run_pyccel(root: Path, paths: Iterable[str]) -> None:
 
 
 def finished_header(header: str, module: ModuleType) -> str:
-    """Header with constants for variables, and without the function that fills them."""
+    """Header with constants for variables, without the function that fills them, and with the FMU's prefix."""
     header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = {literal(getattr(module, found[2]))};",
                           header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
+    header = re.sub(r"^#define \w+_H\n", r'\g<0>\n#include "prefix.h"', header, count=1, flags=re.MULTILINE)
     return header.replace("#include <math.h>", f'#include "{PRELUDE_FILE}"')
 
 

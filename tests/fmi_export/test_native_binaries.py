@@ -6,7 +6,6 @@ import struct
 import subprocess
 import sys
 import zipfile
-from importlib.resources import files
 from pathlib import Path
 
 import fmpy
@@ -14,7 +13,16 @@ import numpy as np
 import pytest
 from fmpy.model_description import ModelDescription
 from native_binaries import ARM64_MACOS, X86_64_MACOS, X86_64_WINDOWS, mac_libraries, windows_library
-from native_builds import HERE, STRICT, built_once, compiled, require_command, require_native_tools, unpacked_sources
+from native_builds import (
+    FMI_HEADERS,
+    HERE,
+    STRICT,
+    built_once,
+    compiled,
+    require_command,
+    require_native_tools,
+    unpacked_sources,
+)
 
 from maglev.catalogue import build_native
 
@@ -129,7 +137,7 @@ def replay_built(folder: Path, target: str | None) -> Path:
     require_native_tools()
     output = folder / ("replay.exe" if target and "windows" in target else "replay")
     subprocess.run([sys.executable, "-m", "ziglang", "cc", *STRICT, *(["-target", target] if target else []),
-                    "-I", str(files("fmpy").joinpath("c-code")), str(HERE / "replay.c"), "-o", str(output)], check=True)
+                    *FMI_HEADERS, str(HERE / "replay.c"), "-o", str(output)], check=True)
     return output
 
 

@@ -20,6 +20,7 @@ BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import bui
 
 # What may differ between the two kinds.
 TOOL = {"guid", "generationTool"}
+FMI_HEADERS = {"fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"}
 CAPABILITIES = {"needsExecutionTool": ("true", "false"), "canNotUseMemoryManagementFunctions": ("true", "false")}
 
 
@@ -72,14 +73,17 @@ def test_files_inside(native_fmus: Path, name: str) -> None:
     assert texts["documentation/licenses/license.txt"].startswith("MIT License")
     assert all(word in texts["documentation/licenses/fmi.txt"] for word in ("Modelica Association", "2-Clause BSD"))
     assert not any(file.startswith("resources/") for file in files), "nothing of Python is in it"
-    # The sources are complete: all that is listed is there, all that is there is listed, all that is included is there.
+    # The sources are complete: all that is listed is there, all that is there is listed, all that is included is there,
+    # but for the headers that FMI leaves to the importer (2.3).
     sources = {Path(file).name for file in files if file.startswith("sources/")}
     root = ElementTree.fromstring(texts["modelDescription.xml"])
     listed = [element.attrib["name"] for element in root.iterfind("CoSimulation/SourceFiles/File")]
     assert listed == sorted(source for source in sources if source.endswith(".c"))
     for file, text in texts.items():
         if file.startswith("sources/"):
-            assert set(re.findall(r'^#include "(.*)"', text, re.MULTILINE)) <= sources, file
+            assert set(re.findall(r'^#include "(.*)"', text, re.MULTILINE)) <= sources | FMI_HEADERS, file
+    assert not sources & FMI_HEADERS
+    assert f"#define FMI2_FUNCTION_PREFIX {name}_\n" in texts["sources/prefix.h"]
     assert f'"{root.attrib["guid"]}"' in texts["sources/model.c"]
 
 

@@ -1,6 +1,7 @@
 """Instances of native FMUs: phases, messages, states, threads, and builds without the tools."""
 
 import ctypes
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -85,17 +86,56 @@ def test_serialized_state_that_is_not_its_own(load_native: Load) -> None:
     assert "that this FMU has written" in refusal(other, lambda: other.instance.deSerializeFMUstate(data))
 
 
-@pytest.mark.parametrize(("on", "categories", "speaks"), [
-    (True, [], True), (True, ["logAll"], True), (True, ["logStatusError"], True), (True, ["logStatusWarning"], False),
-    (False, [], False), (False, ["logStatusError"], False), (False, ["logStatusFatal"], True)])
-def test_log_categories(load_native: Load, on: bool, categories: list[str], speaks: bool) -> None:
-    fmu = started(load_native, "Plant3DOF")
+def set_logging(fmu: Fmu, on: bool, categories: list[str]) -> None:
     texts = (ctypes.c_char_p * len(categories))(*(category.encode() for category in categories))
     assert fmu.instance.dll["fmi2SetDebugLogging"](fmu.handle(), int(on),
                                                          ctypes.c_size_t(len(categories)), texts) == 0
-    with pytest.raises(Exception, match="fmi2DoStep"):
-        fmu.instance.doStep(0.0, 0.0)
-    assert bool(fmu.messages) is speaks
+
+
+@pytest.mark.parametrize(("on", "categories"), [
+    (True, []), (True, ["logStatusWarning"]), (False, []), (False, ["logStatusError"]), (False, ["logAll"])])
+def test_errors_are_said_whether_logging_is_on_or_off(load_native: Load, on: bool, categories: list[str]) -> None:
+    """FMI 2.0.5, section 2.1.3: for fmi2Error the logger was called."""
+    fmu = started(load_native, "Plant3DOF")
+    set_logging(fmu, on, categories)
+    assert refusal(fmu, lambda: fmu.instance.doStep(0.0, 0.0)).startswith("communication step = 0.0 s")
+
+
+STATUS_KINDS = {"fmi2DoStepStatus": 0, "fmi2PendingStatus": 1, "fmi2LastSuccessfulTime": 2, "fmi2Terminated": 3}
+FMI2_DISCARD = 2
+
+
+@pytest.mark.parametrize("kind", STATUS_KINDS)
+@pytest.mark.parametrize("call", ["fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus",
+                                  "fmi2GetStringStatus"])
+@pytest.mark.parametrize(("on", "categories", "speaks"), [
+    (True, [], True), (True, ["logAll"], True), (True, ["logStatusDiscard"], True), (True, ["logStatusError"], False),
+    (False, [], False), (False, ["logStatusDiscard"], False), (False, ["logStatusFatal"], True)])
+def test_status_that_cannot_be_told(load_native: Load, call: str, kind: str, on: bool, categories: list[str],
+                                    speaks: bool) -> None:
+    """FMI 2.0.5, section 4.2.3: fmi2Discard; section 2.1.3: said if debug logging is on."""
+    fmu = started(load_native, "Plant3DOF")
+    fmu.instance.doStep(0.0, 2e-4)
+    set_logging(fmu, on, categories)
+    fmu.messages.clear()
+    place = ctypes.c_double(-1.0)
+    status = fmu.instance.dll[call](fmu.handle(), STATUS_KINDS[kind], ctypes.byref(place))
+    if (call, kind) == ("fmi2GetRealStatus", "fmi2LastSuccessfulTime"):
+        assert (status, place.value) == (0, 2e-4)
+    elif (call, kind) == ("fmi2GetBooleanStatus", "fmi2Terminated"):
+        assert (status, ctypes.c_int.from_buffer(place).value) == (0, 0)
+    else:
+        assert status == FMI2_DISCARD
+        assert bool(fmu.messages) is speaks
+        assert not speaks or f"{call} of {kind}: there is no such status" in fmu.said()
+
+
+def test_fmpy_shows_why_a_start_value_is_refused(native_fmus: Path) -> None:
+    """On its command line, where logging is off by default."""
+    done = subprocess.run([sys.executable, "-m", "fmpy", "simulate", native_fmus / "Plant2DOF.fmu", "--start-values",
+                           "v.mass", "-1"], capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "[ERROR] v.mass = -1.0 kg, expected a number from 0.001" in done.stdout
 
 
 @pytest.mark.parametrize(("name", "size"), [("Plant3DOF", 2e-4), ("ScheduledRegulator3DOF", 2e-4)])

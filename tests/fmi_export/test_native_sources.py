@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from native_builds import GENERATED, STRICT, require_command, unpacked_sources
+from native_builds import FMI_HEADERS, GENERATED, STRICT, require_command, unpacked_sources
 
 from maglev.catalogue import DEFINITIONS
 
@@ -18,8 +18,8 @@ def test_sources_alone_compile_without_a_warning_and_without_global_variables(
         native_fmus: Path, tmp_path: Path, name: str) -> None:
     sources = unpacked_sources(native_fmus / f"{name}.fmu", tmp_path)
     files = sorted(path.name for path in sources.glob("*.c"))
-    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, "-pedantic", "-fPIC", "-c", *files],
-                          cwd=sources, capture_output=True, text=True)
+    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, *FMI_HEADERS, "-pedantic", "-fPIC", "-c",
+                           *files], cwd=sources, capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
     objects = sorted(path.name for path in sources.glob("*.o"))
     assert len(objects) == len(files)
@@ -34,15 +34,15 @@ def test_our_own_files_compile_without_exceptions(native_fmus: Path, tmp_path: P
     """What people have written: also nothing set but unused, nothing shadowed."""
     sources = unpacked_sources(native_fmus / "Plant3DOF.fmu", tmp_path)
     files = [*sources.glob("fmi2_*.c"), sources / "messages.c", sources / "model.c"]
-    done = subprocess.run([require_command("gcc"), *STRICT, "-pedantic", "-Wshadow", "-Wstrict-prototypes",
-                           "-Wwrite-strings", "-Wformat=2", "-Wno-format-nonliteral", "-fsyntax-only", *files],
-                          capture_output=True, text=True)
+    done = subprocess.run([require_command("gcc"), *STRICT, *FMI_HEADERS, "-pedantic", "-Wshadow",
+                           "-Wstrict-prototypes", "-Wwrite-strings", "-Wformat=2", "-Wno-format-nonliteral",
+                           "-fsyntax-only", *files], capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
 
 
 @pytest.mark.parametrize("standard", ["-std=c11", "-std=gnu17"])
 def test_newer_standards(native_fmus: Path, tmp_path: Path, standard: str) -> None:
     sources = unpacked_sources(native_fmus / "ScheduledRegulator3DOF.fmu", tmp_path)
-    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, standard, "-fsyntax-only",
+    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, *FMI_HEADERS, standard, "-fsyntax-only",
                            *sources.glob("*.c")], capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]

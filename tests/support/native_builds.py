@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import zipfile
 from collections.abc import Callable
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 # pyccel keeps the results of calls that it does not need.
 GENERATED = ("-Wno-unused-but-set-variable",)
+FMI_HEADERS = ("-I", str(files("fmpy").joinpath("c-code")))   # an FMU leaves them to its importer
 
 
 def missing_native_tools() -> list[str]:
@@ -70,8 +72,8 @@ def unpacked_sources(fmu: Path, folder: Path) -> Path:
 
 def compiled(sources: Path, output: Path, *flags: str | Path, extra: tuple[Path, ...] = ()) -> Path:
     """What gcc makes of an FMU's sources, and of `extra` C files, with flags; it must have nothing to say."""
-    files = [*sorted(sources.glob("*.c")), *extra]
-    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, *flags, "-I", sources, *files, "-o", output,
-                           "-lm"], capture_output=True, text=True)
+    units = [*sorted(sources.glob("*.c")), *extra]
+    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, *FMI_HEADERS, *flags, "-I", sources,
+                           *units, "-o", output, "-lm"], capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
     return output

@@ -45,11 +45,21 @@ fmi2Status fmi2CancelStep(fmi2Component c)
     return absent(c, "fmi2CancelStep");
 }
 
+/* What cannot be told of a step (FMI 2.0.5, section 4.2.3): each is done when fmi2DoStep returns. */
+static fmi2Status untold(const struct Instance *instance, const char *call, fmi2StatusKind kind, const void *value)
+{
+    static const char *const KINDS[] = {"fmi2DoStepStatus", "fmi2PendingStatus", "fmi2LastSuccessfulTime",
+                                        "fmi2Terminated"};
+    if (!value) {
+        return refuse(instance, "%s with a null pointer, expected a place for the value", call);
+    }
+    return discard(instance, "%s of %s: there is no such status, no step of this FMU is ever pending", call,
+                   (unsigned)kind < sizeof KINDS / sizeof *KINDS ? KINDS[kind] : "an unknown kind");
+}
+
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
 {
-    (void)s;
-    (void)value;
-    return absent(c, "fmi2GetStatus");
+    return untold(c, "fmi2GetStatus", s, value);
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
@@ -59,14 +69,12 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
         *value = instance->progress.next_time;
         return fmi2OK;
     }
-    return absent(instance, "fmi2GetRealStatus");
+    return untold(instance, "fmi2GetRealStatus", s, value);
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value)
 {
-    (void)s;
-    (void)value;
-    return absent(c, "fmi2GetIntegerStatus");
+    return untold(c, "fmi2GetIntegerStatus", s, value);
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
@@ -76,12 +84,10 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
         *value = fmi2False;   /* this FMU never asks for the end of the simulation */
         return fmi2OK;
     }
-    return absent(instance, "fmi2GetBooleanStatus");
+    return untold(instance, "fmi2GetBooleanStatus", s, value);
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value)
 {
-    (void)s;
-    (void)value;
-    return absent(c, "fmi2GetStringStatus");
+    return untold(c, "fmi2GetStringStatus", s, value);
 }

@@ -56,8 +56,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     }
     const char *name = instanceName ? instanceName : "";
-    /* Until there is an instance, this one does the talking; a refusal is said whether logging is on or not. */
-    struct Instance nobody = {.callbacks = *functions, .name = (char *)name, .logging = true};
+    /* Until there is an instance, this one does the talking. */
+    struct Instance nobody = {.callbacks = *functions, .name = (char *)name};
     if (!*name) {
         refuse(&nobody, "instance name = '', expected one");
         return NULL;
@@ -108,18 +108,18 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
     if (!instance) {
         return fmi2Error;
     }
-    bool errors = nCategories == 0;
+    bool discards = nCategories == 0;
     for (size_t i = 0; i < nCategories; ++i) {
         const char *category = categories && categories[i] ? categories[i] : "(none)";
-        if (strcmp(category, "logAll") == 0 || strcmp(category, ERROR_CATEGORY) == 0) {
-            errors = true;
-        } else if (strcmp(category, "logStatusWarning") != 0 && strcmp(category, "logStatusDiscard") != 0
+        if (strcmp(category, "logAll") == 0 || strcmp(category, "logStatusDiscard") == 0) {
+            discards = true;
+        } else if (strcmp(category, "logStatusWarning") != 0 && strcmp(category, "logStatusError") != 0
                    && strcmp(category, "logStatusFatal") != 0) {
             return refuse(instance, "log category = %s, expected one of the model description", category);
         }
     }
-    /* Errors are all that is ever said. On is: errors, if they are among the categories; off leaves other ones alone. */
-    instance->logging = loggingOn ? errors : instance->logging && !errors;
+    /* Errors are said in any case. On is: what is named is said; off: what is not named stays as it was. */
+    instance->logging = loggingOn ? discards : instance->logging && !discards;
     return fmi2OK;
 }
 

@@ -3,6 +3,8 @@
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
+#include "prefix.h"
+
 #include "fmi2Functions.h"
 #include "model.h"
 
@@ -28,12 +30,11 @@ struct Progress {
 struct Instance {
     fmi2CallbackFunctions callbacks;
     char *name;
-    bool logging;        /* of errors: nothing else is ever said */
+    bool logging;        /* of what is discarded; errors are always said */
     struct Progress progress;
     void *block;
 };
 
-#define ERROR_CATEGORY "logStatusError"
 
 /* Memory by the importer's functions, or the C library's if it gives none; zeroed. */
 void *allocate(const fmi2CallbackFunctions *callbacks, size_t size);
@@ -44,6 +45,9 @@ void refresh(struct Instance *instance);
 
 /* Log a message, formatted as by printf, and return fmi2Error; here and below, without an instance nothing is logged. */
 fmi2Status refuse(const struct Instance *instance, const char *format, ...);
+
+/* The same for what the FMU cannot tell: fmi2Discard, logged only if the importer has asked for that. */
+fmi2Status discard(const struct Instance *instance, const char *format, ...);
 
 /* Whether a call is allowed in the instance's phase; logs it if it is not. */
 bool allowed(const struct Instance *instance, const char *call, int phases);

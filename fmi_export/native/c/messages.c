@@ -10,20 +10,36 @@
 
 enum { LONGEST_MESSAGE = 2000 };
 
-fmi2Status refuse(const struct Instance *instance, const char *format, ...)
+static void say(const struct Instance *instance, fmi2Status status, const char *category, const char *format,
+                va_list arguments)
 {
     char message[LONGEST_MESSAGE];
-    va_list arguments;
-    if (!instance || !instance->logging || !instance->callbacks.logger) {
-        return fmi2Error;
-    }
-    va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
     /* The message is no format: it may have a per cent sign in it. */
-    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error, ERROR_CATEGORY,
-                               "%s", message);
+    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status, category, "%s",
+                               message);
+}
+
+fmi2Status refuse(const struct Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    if (instance && instance->callbacks.logger) {
+        va_start(arguments, format);
+        say(instance, fmi2Error, "logStatusError", format, arguments);
+        va_end(arguments);
+    }
     return fmi2Error;
+}
+
+fmi2Status discard(const struct Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    if (instance && instance->callbacks.logger && instance->logging) {
+        va_start(arguments, format);
+        say(instance, fmi2Discard, "logStatusDiscard", format, arguments);
+        va_end(arguments);
+    }
+    return instance ? fmi2Discard : fmi2Error;
 }
 
 static const char *phase_name(enum Phase phase)

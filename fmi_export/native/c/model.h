@@ -3,6 +3,8 @@
 #ifndef MODEL_H
 #define MODEL_H
 
+#include "prefix.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

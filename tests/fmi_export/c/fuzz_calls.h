@@ -225,17 +225,17 @@ static void talk(struct Slave *slave)
                                             "logStatusFatal", "logEvents", "", NULL};
     fmi2String chosen[3];
     unsigned before, choice = byte(), count = choice % 4;
-    bool errors = count == 0, known = true;
+    bool discards = count == 0, known = true;
     for (unsigned i = 0; i < count; ++i) {
         unsigned which = byte() % 8;
         chosen[i] = CATEGORIES[which];
-        errors = errors || which < 2;
+        discards = discards || which == 0 || which == 3;
         known = known && which < 5;
     }
     bool on = choice >= 64;
     if (CALL(slave, EVERY, fmi2SetDebugLogging(slave->component, on, count, chosen))) {
         REQUIRE(known);
-        slave->logging = on ? errors : slave->logging && !errors;
+        slave->logging = on ? discards : slave->logging && !discards;
     }
 }
 
@@ -268,11 +268,12 @@ static void what_it_cannot_do(struct Slave *slave)
     CALL(slave, 0, fmi2SetRealInputDerivatives(slave->component, &reference, 1, &order, &value));
     CALL(slave, 0, fmi2GetRealOutputDerivatives(slave->component, &reference, 1, &order, &value));
     CALL(slave, 0, fmi2CancelStep(slave->component));
-    CALL(slave, 0, fmi2GetStatus(slave->component, kind, &status));
-    CALL(slave, kind == fmi2LastSuccessfulTime ? EVERY : 0, fmi2GetRealStatus(slave->component, kind, &value));
-    CALL(slave, 0, fmi2GetIntegerStatus(slave->component, kind, &integer));
-    CALL(slave, kind == fmi2Terminated ? EVERY : 0, fmi2GetBooleanStatus(slave->component, kind, &truth));
-    CALL(slave, 0, fmi2GetStringStatus(slave->component, kind, &text));
+    ASK(slave, false, fmi2GetStatus(slave->component, kind, &status));
+    ASK(slave, kind == fmi2LastSuccessfulTime, fmi2GetRealStatus(slave->component, kind, &value));
+    ASK(slave, false, fmi2GetIntegerStatus(slave->component, kind, &integer));
+    ASK(slave, kind == fmi2Terminated, fmi2GetBooleanStatus(slave->component, kind, &truth));
+    ASK(slave, false, fmi2GetStringStatus(slave->component, kind, &text));
+    CALL(slave, 0, fmi2GetRealStatus(slave->component, kind, NULL));
 }
 
 static void forget_instance(struct Slave *slave)
