@@ -13,6 +13,19 @@ text-align: left; vertical-align: top; } .eq { margin: .6em 2em; font-family: "L
 @media (prefers-color-scheme: dark) { body { background: #181818; color: #ddd; } a { color: #8cf; } }
 """
 
+# Of an FMU on pythonfmu: what FMI asks to document (2.0.5, section 2.3).
+EXTERNAL_DEPENDENCIES = """\
+This FMU runs in a Python interpreter inside the importing process; needsExecutionTool stands for that. It needs
+
+- Python 3.11 or newer, 64 bit, its standard library alone: no other packages.
+- Linux on x86-64 with the GNU C library 2.32 or newer and libstdc++. A program that is no Python interpreter has to
+  load the Python library before the FMU, for instance with LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.11.so.
+- Or Windows on x86-64 with python3.dll in the search path and the Visual C++ runtime (MSVCP140.dll, VCRUNTIME140.dll,
+  VCRUNTIME140_1.dll).
+
+The native FMU of the same name needs none of this.
+"""
+
 
 def documentation(definition: FmuDefinition, version: str) -> str:
     """HTML page with the block's equations, limits and variables."""

@@ -4,13 +4,20 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from pythonfmu.fmi2slave import Fmi2Slave
-
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.units import DISPLAY_UNITS, UNITS
 
 AUTHOR = "Maglev FMUs contributors"
 LICENCE = "MIT"
+
+# With the names that FMI proposes (2.0.5, section 2.2.4).
+LOG_CATEGORIES = {
+    "logStatusWarning": "Messages with status fmi2Warning; there are none",
+    "logStatusDiscard": "Messages with status fmi2Discard",
+    "logStatusError": "Messages with status fmi2Error, which are logged in any case",
+    "logStatusFatal": "Messages with status fmi2Fatal; there are none",
+    "logAll": "All messages",
+}
 
 
 def model_description(definition: FmuDefinition, guid: str, version: str, date: int,
@@ -43,7 +50,7 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     })
     simulation = SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
-        "needsExecutionTool": xml_boolean(not native),   # a Python installation
+        "needsExecutionTool": xml_boolean(not native),   # Python, which executes what the FMU carries (4.3.1)
         "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
         "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0",
@@ -59,9 +66,10 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         for name in sources:
             SubElement(files, "File", {"name": name})
     add_units(root, definition)
-    categories = SubElement(root, "LogCategories")
-    for name, description in Fmi2Slave.log_categories.items():
-        SubElement(categories, "Category", {"name": name, "description": description})
+    if native:   # pythonfmu's binary gives its messages no category
+        categories = SubElement(root, "LogCategories")
+        for name, meaning in LOG_CATEGORIES.items():
+            SubElement(categories, "Category", {"name": name, "description": meaning})
     SubElement(root, "DefaultExperiment", {
         "startTime": "0.0",
         "stopTime": repr(definition.experiment.stop_time),

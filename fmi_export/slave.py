@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from collections.abc import Callable
 from ctypes import py_object, pythonapi
 from math import inf
@@ -19,6 +20,11 @@ Slot = tuple[Any, str]   # an object of the block and the name of one of its att
 
 class Refused(ValueError):
     """A request that the FMU does not carry out; the message names the variable, its value and what was expected."""
+
+
+def one_more_reference(held: object) -> None:
+    """Take a reference to an object that is never given up here: pythonfmu's binary gives one up that it never had."""
+    pythonapi.Py_IncRef(py_object(held))
 
 
 def scalar_slots(block: Any, template: Any) -> list[Slot]:
@@ -45,6 +51,8 @@ class BlockSlave(Fmi2Slave):
 
     def __init__(self, definition: FmuDefinition, **kwargs: Any):
         super().__init__(**kwargs)
+        if self.resources in sys.path:   # pythonfmu's binary puts it there for every instance, and never takes it out
+            sys.path.remove(self.resources)
         self.definition = definition
         self.block = definition.new_block()
         self.variables = definition.variables
@@ -66,7 +74,7 @@ class BlockSlave(Fmi2Slave):
         instance is freed, which crashes a process that does so. One more reference for each makes that safe.
         """
         for held in (self, type(self), self.log_queue):
-            pythonapi.Py_IncRef(py_object(held))
+            one_more_reference(held)
         return Refused(message)
 
     # Initialization

@@ -13,7 +13,7 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmi_export.binaries import without_finalizer
+from fmi_export.binaries import corrected
 from fmi_export.errors import ExportError
 from maglev.catalogue import DEFINITIONS, build, definition
 from maglev.errors import BuildError
@@ -34,6 +34,7 @@ def test_fmpy_validates(fmus: Path, name: str) -> None:
 def test_default_experiment_runs_with_nothing_set(fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(fmus / f"{name}.fmu"))
     experiment = definition(name).experiment
+    assert experiment.stop_time / 500 == experiment.step, "many tools take that for their step"
     assert result["time"][-1] == pytest.approx(experiment.stop_time)
     # fmpy doubles the interval of a default experiment beyond 1000 steps, which a controller would refuse.
     assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
@@ -122,14 +123,14 @@ def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.Monke
         assert list(tmp_path.iterdir()) == []
 
 
-def test_linux_binary_differs_from_pythonfmus_in_one_byte(fmus: Path) -> None:
+def test_linux_binary_differs_from_pythonfmus_in_three_bytes(fmus: Path) -> None:
     original = files("pythonfmu").joinpath("resources", "binaries", "linux64", "libpythonfmu-export.so").read_bytes()
     with zipfile.ZipFile(fmus / "Plant2DOF.fmu") as archive:
         ours = archive.read("binaries/linux64/Plant2DOF.so")
     assert len(ours) == len(original)
-    assert sum(a != b for a, b in zip(ours, original, strict=True)) == 1
+    assert sum(a != b for a, b in zip(ours, original, strict=True)) == 3
     with pytest.raises(ExportError, match="its Linux binary is not known"):
-        without_finalizer(ours)
+        corrected(ours)
 
 
 @pytest.mark.usefixtures("builds")

@@ -44,6 +44,9 @@ def test_description_is_that_of_the_python_fmu(fmus: Path, native_fmus: Path, na
     files = simulation.find("SourceFiles")
     assert files is not None
     simulation.remove(files)
+    categories = native.find("LogCategories")
+    assert categories is not None and python.find("LogCategories") is None, "pythonfmu gives messages no category"
+    native.remove(categories)
     texts = [ElementTree.canonicalize(ElementTree.tostring(root), strip_text=True) for root in (python, native)]
     assert texts[0] == texts[1]
 
@@ -59,6 +62,13 @@ def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) 
     experiment = definition(name).experiment
     assert result["time"][-1] == pytest.approx(experiment.stop_time)
     assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_tool_that_steps_a_500th_of_the_stop_time(native_fmus: Path, name: str) -> None:
+    path, stop_time = str(native_fmus / f"{name}.fmu"), definition(name).experiment.stop_time
+    result = fmpy.simulate_fmu(path, step_size=stop_time / 500, output_interval=stop_time / 500)
+    assert len(result) == 501 and result["time"][-1] == pytest.approx(stop_time)
 
 
 @pytest.mark.parametrize("name", DEFINITIONS)
