@@ -23,5 +23,5 @@ def commutation(name: str, block: type, rig: Rig, motors: str, stop_time: float)
         icon=CONTROLLER_ICON)
 
 
-COMMUTATION_2DOF = commutation("Commutation2DOF", Commutation2DOF, RIG_2DOF, "2-DOF stage's motor", 0.2)
+COMMUTATION_2DOF = commutation("Commutation2DOF", Commutation2DOF, RIG_2DOF, "2-DOF stage's motor", 0.25)
 COMMUTATION_3DOF = commutation("Commutation3DOF", Commutation3DOF, RIG_3DOF, "3-DOF stage's motor pairs", 0.1)

@@ -41,6 +41,6 @@ def pid(name: str, block: type, rig: Rig, stage: str, limit_source: str, stop_ti
         icon=CONTROLLER_ICON)
 
 
-PID_2DOF = pid("PID2DOF", PID2DOF, RIG_2DOF, "2-DOF stage", "assumed, as for the other controllers of this stage", 0.2)
+PID_2DOF = pid("PID2DOF", PID2DOF, RIG_2DOF, "2-DOF stage", "assumed, as for the other controllers of this stage", 0.25)
 PID_3DOF = pid("PID3DOF", PID3DOF, RIG_3DOF, "3-DOF stage",
                "assumed: the thesis limits commands with the antiwindup only", 0.1)

@@ -13,7 +13,7 @@ ESTIMATOR_2DOF = FmuDefinition(
     variables=estimator_variables(RIG_2DOF, "assumed: half of Table 4.3, so that it has to be left",
                                   (1e-4, 1e-6, 1e-4, 1e-2)),
     refusals={STEP_MISFIT: REFUSED_STEP},
-    experiment=Experiment(stop_time=0.2, step=RIG_2DOF.sample_time),
+    experiment=Experiment(stop_time=0.25, step=RIG_2DOF.sample_time),
     variable_step=False,
     documentation=(("estimator_fmu", "estimator.html"), ("estimator_fmu", "rows_2dof.html"),
                    ("estimator_fmu", "matched_filter.html"), ("pmlsm", "motor.html")),

@@ -10,28 +10,44 @@ from pathlib import Path
 
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
-from fmi_export.documentation import documentation
+from fmi_export.documentation import EXTERNAL_DEPENDENCIES, documentation
 from fmi_export.errors import ExportError
 from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
 from fmi_export.sources import carried_modules, renamed
+from fmi_export.terminals import terminals
 from fmi_export.whole_file import whole_file
 
 DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
 LATEST_IN_ZIP = 4354819200     # 2108-01-01, the first that it cannot
 
-SLAVE = '''"""Entry module of {name}, found by pythonfmu's binary through slavemodule.txt."""
+SLAVE = '''"""The slave of {name}, in a module that is imported once."""
 
-from {code}.fmi_export.slave import BlockSlave as Fmi2Slave
+from {code}.fmi_export.slave import BlockSlave, one_more_reference
 from {code}.{definition_module} import {definition_name}
 
 
-class {name}(Fmi2Slave):
+class {name}(BlockSlave):
     """{description}"""
 
     def __init__(self, **kwargs):
         super().__init__({definition_name}, **kwargs)
+
+
+def begin(names):
+    """Called by the entry module for every instance, with its names, for which the binary gives up a reference."""
+    one_more_reference(names)
+'''
+
+ENTRY = '''"""Entry module of {name}: pythonfmu's binary finds it by slavemodule.txt and executes it for every instance.
+
+What is defined in it stays for as long as the process lives, once for each instance; so nothing is.
+"""
+
+from {code}.slave import {name}, begin  # noqa: F401
+
+begin(globals())
 '''
 
 
@@ -85,18 +101,21 @@ def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version
                  packages: tuple[str, ...]) -> dict[str, bytes]:
     """Every file of the FMU by its name in the archive."""
     texts = carried_modules(module, packages) | carried_modules("fmi_export.slave", packages)
-    fingerprint = digest([definition.name, version, *(part for item in sorted(texts.items()) for part in item)])
+    parts = (part for item in sorted(texts.items()) for part in item)
+    fingerprint = digest([definition.name, version, SLAVE, ENTRY, *parts])
     entry = f"{definition.name.lower()}_{fingerprint[:12]}"
     code = f"{entry}_code"
     contents = {f"resources/{code}/{name.replace('.', '/')}.py": renamed(text, packages, code).encode("utf-8")
                 for name, text in texts.items()}
-    contents[f"resources/{entry}.py"] = SLAVE.format(
+    contents[f"resources/{code}/slave.py"] = SLAVE.format(
         name=definition.name, code=code, definition_module=module, definition_name=attribute,
         description=definition.description).encode("utf-8")
+    contents[f"resources/{entry}.py"] = ENTRY.format(name=definition.name, code=code).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)
     contents |= described(definition, version, licence)
     contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
+    contents["documentation/externalDependencies.txt"] = EXTERNAL_DEPENDENCIES.encode("utf-8")
     date = build_date()
     without_guid = model_description(definition, "", version, date)
     guid = digest([fingerprint, without_guid.decode("utf-8")])[:32]
@@ -105,10 +124,14 @@ def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version
 
 
 def described(definition: FmuDefinition, version: str, licence: str) -> dict[str, bytes]:
-    """What every FMU has for people: icon, documentation, licence."""
-    return {"model.png": png_icon(definition.icon),
-            "documentation/index.html": documentation(definition, version).encode("utf-8"),
-            "documentation/licenses/license.txt": licence.encode("utf-8")}
+    """What every FMU has beside its model description: icon, documentation, licence, terminals if it has any."""
+    contents = {"model.png": png_icon(definition.icon),
+                "documentation/index.html": documentation(definition, version).encode("utf-8"),
+                "documentation/licenses/license.txt": licence.encode("utf-8")}
+    described_terminals = terminals(definition)
+    if described_terminals is not None:
+        contents["terminalsAndIcons/terminalsAndIcons.xml"] = described_terminals
+    return contents
 
 
 def digest(parts: list[str]) -> str:

@@ -35,7 +35,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Default experiment: stop time and communication step, s."""
+    """Default experiment: stop time and communication step, s; many tools step a 500th of the stop time instead."""
 
     stop_time: float
     step: float

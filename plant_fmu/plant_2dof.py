@@ -12,7 +12,7 @@ PLANT_2DOF = FmuDefinition(
     description="2-DOF stage levitated and driven by one iron-cored linear synchronous motor, with its amplifiers",
     variables=stage_variables(RIG_2DOF),
     refusals=stage_refusals(RIG_2DOF, (V_BEYOND_STOP, H_BEYOND_STOP), RUN_AWAY, STEP_TOO_LONG),
-    experiment=Experiment(stop_time=0.2, step=RIG_2DOF.sample_time),
+    experiment=Experiment(stop_time=0.25, step=RIG_2DOF.sample_time),
     variable_step=True,
     documentation=(("pmlsm", "motor.html"), ("plant_fmu", "stage_2dof.html"), ("plant_fmu", "effects.html")),
     icon=PLANT_ICON)

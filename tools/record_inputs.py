@@ -5,6 +5,9 @@
 Needs the built FMUs in the folder fmus. For plants and controllers the start of the set-point experiments is recorded,
 with the first step moved to 0.05 s, so that the files stay small and the plants, unstable without feedback, do not run
 away from the recording. For the estimators it is the start of Procedure 4, with an excitation that is there sooner.
+
+The rows are at the communication points: these inputs are continuous, so that tools interpolate between the rows, and a
+clock that misses a point by a rounding error gets the values of its row but for a rounding error.
 """
 
 from pathlib import Path

@@ -3,10 +3,12 @@
     python tools/write_inputs.py
 
 There is a row at the start and at every step of a reference. The closed loops declare their references as sampled
-(variability discrete), and so fmpy holds a row until the time of the next and has the new values in the step that
-starts there, bit for bit those of the scenario. Two rows at one time, as a continuous input would need them, are not
-enough for that: between two rows of equal value v fmpy forms w·v + (1 − w)·v, which is a neighbour of v for 15 % of the
-samples, and one rounding error of a reference is soon worth the encoder's resolution.
+(variability discrete), and so a tool holds a row until the time of the next, and has the new values in the step that
+starts there, bit for bit those of the scenario. The time of a row is half a step before that: a clock that adds up
+misses the start of a step by a rounding error, and a row at the very start would be a step early or late. Two rows at
+one time, as a continuous input would need them, are not enough for that: between two rows of equal value v fmpy forms
+w·v + (1 − w)·v, which is a neighbour of v for 15 % of the samples, and one rounding error of a reference is soon worth
+the encoder's resolution.
 """
 
 import numpy as np
@@ -36,7 +38,9 @@ def inputs(loop: str, name: str) -> Recording:
             columns[variable.name] = np.array([signal.value(t) if signal else 0.0 for t in times])
     changed = np.any([np.diff(column) != 0.0 for column in columns.values()], axis=0)
     rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
-    return Recording(np.array(times)[rows], {key: column[rows] for key, column in columns.items()})
+    starts = np.array(times)[rows]
+    starts[1:] -= plan.step / 2.0
+    return Recording(starts, {key: column[rows] for key, column in columns.items()})
 
 
 def main() -> None:

@@ -49,7 +49,8 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     destination : Path
         Folder, made if it is not there.
     host_only : bool
-        A binary for this machine alone. FMI 2.0 has no folder for Linux on ARM: its binary is in linux64.
+        A binary for this machine alone. FMI 2.0 has no name for Linux on ARM: its binary is then in linux64, where
+        tools on such a machine look for it.
 
     Raises
     ------

@@ -26,14 +26,15 @@ class Platform(NamedTuple):
     flags: tuple[str, ...] = ()
 
 
+# Linked against the oldest C library that zig has for both processors; newer ones run it.
+LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm"))
+
 PLATFORMS = {
-    # The oldest C library that zig links against on both processors; newer ones run what was linked against it.
     "linux64": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm")),
+    "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
     "win64": Platform(("x86_64-windows-gnu",), ".dll"),
     "darwin64": Platform(("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", ("-fPIC",)),
 }
-
-LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm"))
 
 
 def require_zig() -> None:

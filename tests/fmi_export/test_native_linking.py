@@ -7,10 +7,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from maglev.build import DEFINITIONS
 from native_builds import GENERATED, HERE, STRICT, built_once, require_command, unpacked_sources
 
-from maglev.cosim.master import Master, Participant
+from maglev.catalogue import DEFINITIONS
+from maglev.cosim.master import FmuSetup, Master
 
 STEP = 2e-4   # s
 STEPS = 1000
@@ -79,8 +79,8 @@ def test_two_fmus_in_one_program(objects: Path, headers: Path, native_fmus: Path
     there = np.array([[int(each, 16) for each in line.split()] for line in done.stdout.splitlines()], dtype=np.uint64)
     connections = [*((f"plant.{a}", f"controller.{b}") for a, b in measured),
                    *((f"controller.{each}", f"plant.{each}") for each in commanded)]
-    with Master([Participant("controller", native_fmus / "Regulator3DOF.fmu"),
-                 Participant("plant", native_fmus / "Plant3DOF.fmu")], connections, STEP) as master:
+    with Master([FmuSetup("controller", native_fmus / "Regulator3DOF.fmu"),
+                 FmuSetup("plant", native_fmus / "Plant3DOF.fmu")], connections, STEP) as master:
         columns = master.run(STEPS * STEP, {}).columns
     here = np.stack([columns[f"plant.{a}"][:-1] for a, _ in measured], axis=1)
     assert there.shape == here.shape == (STEPS, 3)
