@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from native_builds import GENERATED, HERE, STRICT, built_once, require_command, unpacked_sources
 
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.master import FmuSetup, Master
 
 STEP = 2e-4   # s
 STEPS = 1000
+COMPILED = ("Plant3DOF", "Regulator3DOF", "ScheduledRegulator3DOF", "PID2DOF", "Estimator3DOF", "ClosedLoop2DOF")
 # The header of the standard prepends the prefix; that of fmpy, which makes shared libraries alone, does not.
 WITHOUT_PREFIX = "#define fmi2FullName(name) name\n"
 WITH_PREFIX = """\
@@ -36,13 +36,13 @@ def headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def objects(native_fmus: Path, headers: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the sources of every FMU, compiled for static linking."""
+    """Folder with the sources of FMUs, compiled for static linking."""
     compiler = require_command("gcc")
 
     def make(folder: Path) -> None:
-        for name in DEFINITIONS:
+        for name in COMPILED:
             sources = unpacked_sources(native_fmus / f"{name}.fmu", folder / name)
-            done = subprocess.run([compiler, *STRICT, *GENERATED, "-O2", "-I", headers, "-c",
+            done = subprocess.run([compiler, *STRICT, *GENERATED, "-O1", "-I", headers, "-c",
                                    *sorted(path.name for path in sources.glob("*.c"))],
                                   cwd=sources, capture_output=True, text=True)
             assert done.returncode == 0, done.stderr[-3000:]
@@ -50,7 +50,7 @@ def objects(native_fmus: Path, headers: Path, tmp_path_factory: pytest.TempPathF
     return built_once(tmp_path_factory, "objects", make)
 
 
-@pytest.mark.parametrize("name", DEFINITIONS)
+@pytest.mark.parametrize("name", COMPILED)
 def test_every_name_that_the_linker_sees_is_the_fmus_own(objects: Path, name: str) -> None:
     listing = subprocess.run([require_command("nm"), "--defined-only", "--extern-only", "--format=posix",
                               *sorted((objects / name / "sources").glob("*.o"))],
