@@ -82,7 +82,7 @@ def current_law(name: str, rig: Rig, block: Any, at: Equilibrium) -> tuple[Matri
 def linearisation(name: str, rig: Rig, block: Any, forces: MotorForces, gap: float) -> Linearisation:
     """Linearisation that a linear law has, or a scheduled one at a gap (m)."""
     # With one direct current in all motors.
-    constants = (forces.attraction, len(rig.motors) * forces.lift, len(rig.motors) * forces.repulsion)
+    constants = (forces.attraction, len(rig.motors) * forces.coils, len(rig.motors) * forces.iron)
     linear = Linearisation()
     if name.startswith("Scheduled"):
         schedule = GainSchedule()

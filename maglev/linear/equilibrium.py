@@ -109,7 +109,8 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float]) -> Equili
 
 def mass_factors(rig: Rig, block: Any) -> list[float]:
     """Nominal over actual mass of each axis of a plant: the constants C are accelerations at the nominal masses."""
-    return [nominal / getattr(block, axis).mass for axis, nominal in zip(rig.axes, rig.nominal_masses, strict=True)]
+    axes = [getattr(block, axis) for axis in rig.axes]
+    return [axis.nominal_mass / axis.mass for axis in axes]
 
 
 def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], biases: Sequence[float],
@@ -130,10 +131,10 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
         i_q.append(needed / (thrust * f1) if needed else 0.0)
     # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
     n = len(rig.motors)
-    a = n * forces.repulsion * f4
-    b = n * forces.lift * f3
+    a = n * forces.iron * f4
+    b = n * forces.coils * f3
     c = (forces.attraction * f2 * attraction_factor(forces.modulation, displacement)
-         + forces.repulsion * f4 * sum(q * q for q in i_q) - ripples[0] - (GRAVITY + biases[0]) / factors[0])
+         + forces.iron * f4 * sum(q * q for q in i_q) - ripples[0] - (GRAVITY + biases[0]) / factors[0])
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
         raise LinearModelError(f"{place}: no direct current holds the mover, for the coils can push it off by "

@@ -22,7 +22,6 @@ class Rig:
     vertical: str
     horizontals: tuple[str, ...]
     motors: tuple[str, ...]
-    nominal_masses: tuple[float, ...]   # kg, of `axes`; the constants C hold at these
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -40,7 +39,7 @@ class Rig:
         return tuple(f"{motor}.i_{phase}" for motor in self.motors for phase in ("a", "b", "c"))
 
 
-RIGS = {name.upper(): Rig(rig.vertical.name, rig.axis_names[1:], rig.motor_names, tuple(axis.mass for axis in rig.axes))
+RIGS = {name.upper(): Rig(rig.vertical.name, rig.axis_names[1:], rig.motor_names)
         for name, rig in DESCRIPTIONS.items()}
 
 
@@ -48,15 +47,15 @@ RIGS = {name.upper(): Rig(rig.vertical.name, rig.axis_names[1:], rig.motor_names
 class MotorForces:
     """Accelerations by the motors, gravity apart, at the nominal masses (4.3), (5.3).
 
-    vertical:    lift f3 Σ i_d − repulsion f4 Σ (i_q² + i_d²) − attraction f2 (1 − k sin²(π d/t1))
+    vertical:    coils f3 Σ i_d − iron f4 Σ (i_q² + i_d²) − attraction f2 (1 − k sin²(π d/t1))
     horizontal:  − thrust f1 i_q, one for each motor
 
     with sums over the motors and d the first horizontal displacement.
     """
 
     attraction: float                 # m/(s² T²)
-    lift: float                       # m/(s² A T)
-    repulsion: float                  # m/(s² A²)
+    coils: float                      # m/(s² A T)
+    iron: float                       # m/(s² A²)
     thrusts: tuple[float, ...]        # m/(s² A)
     modulation: float = 0.0           # k
 
@@ -93,14 +92,14 @@ class MotorForces:
         squares = sum(d * d + q * q for d, q in zip(i_d, i_q, strict=True))
         by_position = np.zeros((len(positions), len(positions)))
         by_current = np.zeros((len(positions), 2 * len(i_d)))
-        by_position[0, 0] = (self.lift * slope3 * sum(i_d) - self.repulsion * slope4 * squares
+        by_position[0, 0] = (self.coils * slope3 * sum(i_d) - self.iron * slope4 * squares
                              - self.attraction * slope2 * attraction_factor(self.modulation, displacement))
         # d/dx of −k sin²(π x/t1)
         by_position[0, 1] = self.attraction * f2 * self.modulation * pi / SLOT_PITCH * sin(
             2.0 * pi * displacement / SLOT_PITCH)
         for motor, thrust in enumerate(self.thrusts):
-            by_current[0, 2 * motor] = self.lift * f3 - 2.0 * self.repulsion * f4 * i_d[motor]
-            by_current[0, 2 * motor + 1] = -2.0 * self.repulsion * f4 * i_q[motor]
+            by_current[0, 2 * motor] = self.coils * f3 - 2.0 * self.iron * f4 * i_d[motor]
+            by_current[0, 2 * motor + 1] = -2.0 * self.iron * f4 * i_q[motor]
             by_position[1 + motor, 0] = -thrust * slope1 * i_q[motor]
             by_current[1 + motor, 2 * motor + 1] = -thrust * f1
         return by_position, by_current
