@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from maglev.experiment.processes import Watcher
 
 PIPED_WIDTH = 120   # characters, where no terminal sets the width
-MOST_NAMED = 7      # files that are named one by one
+MOST_NAMED = 10     # files that are named one by one
 MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
 
 

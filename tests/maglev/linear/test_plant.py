@@ -137,14 +137,14 @@ def angles(x: np.ndarray | tuple[float, ...]) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize(("name", "place"), PLACES)
-@pytest.mark.parametrize(("lag", "masses_by"), [(True, 1.0), (False, 1.0), (True, 0.93)])
-def test_micrometre_step_of_the_nonlinear_plant(name: str, place: tuple[float, ...], lag: bool, masses_by: float) -> None:
+@pytest.mark.parametrize(("lag", "share"), [(True, 1.0), (False, 1.0), (True, 0.93)])
+def test_micrometre_step_of_the_nonlinear_plant(name: str, place: tuple[float, ...], lag: bool, share: float) -> None:
     """1 µm off on every axis, currents as at rest, over 50 ms: within 0.1 % of the largest deviation.
 
     Half of the difference of a step up and one down: what is left of the curvature of the forces is of third order.
     """
     dt, steps = 0.2e-3, 250
-    masses = {f"{axis}.mass": masses_by * part.mass
+    masses = {f"{axis}.mass": share * part.mass
               for axis, part in zip(AXES[name], REFERENCE[name]().axes, strict=True)}
     model = linearise(name, at(name, place), currents="phases", hold=dt, amplifier=lag, parameters=masses)
     n = len(place)
