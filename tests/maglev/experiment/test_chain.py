@@ -222,7 +222,7 @@ def test_what_no_output_or_variable_has_is_refused_before_anything_runs(fmus: Pa
         prepare_all(runs, fmus, {}, [])
     assert expected in str(caught.value)
     assert str(chain) in str(caught.value)
-    monkeypatch.setattr("maglev.cli.app.execute_all", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.execute_all", lambda *_: pytest.fail("it ran"))
     assert expected in error_line(maglev("run", chain, "--fmus", fmus, "--out", tmp_path))
 
 
