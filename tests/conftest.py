@@ -1,4 +1,4 @@
-"""FMUs for the tests, built once, and the tests that need none: `pytest -m quick`."""
+"""FMUs for the tests, built once, and the quick tests, which need none: `pytest -m quick`."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -25,36 +25,36 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "quick: needs no FMU, compiler or browser (set by conftest.py)")
+    config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick what does not ask for `builds`, not even through another fixture."""
+    """Mark as quick what does not ask for `slow`, not even through another fixture."""
     for item in items:
-        if "builds" not in getattr(item, "fixturenames", ()):
+        if "slow" not in getattr(item, "fixturenames", ()):
             item.add_marker("quick")
 
 
 @pytest.fixture(scope="session")
-def builds(request: pytest.FixtureRequest) -> None:
-    """For everything that builds or runs FMUs, compiles, or starts a browser: it is not in `pytest -m quick`.
+def slow(request: pytest.FixtureRequest) -> None:
+    """For what builds or runs FMUs, compiles, starts a browser, or flies for long: it is not in `pytest -m quick`.
 
-    Tests that do so without a fixture of the kind say `@pytest.mark.usefixtures("builds")`.
+    Fixtures of the kind ask for it; tests that do so by themselves say `@pytest.mark.usefixtures("slow")`.
     """
     if request.config.option.markexpr == "quick":
-        pytest.fail("this test is marked as quick, expected \"builds\" among its fixtures: it asks for FMUs as it runs")
+        pytest.fail("this test is marked as quick and asks for FMUs as it runs, expected \"slow\" among its fixtures")
 
 
 @pytest.fixture(scope="session")
-def fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with every FMU."""
     asked: Path | None = request.config.option.fmus
     return built_once(tmp_path_factory, "fmus", lambda folder: build(NAMES, folder), asked and asked / "python")
 
 
 @pytest.fixture(scope="session")
-def native_fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def native_fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with every FMU as C, for this machine alone."""
     require_native_tools()
     asked: Path | None = request.config.option.fmus
@@ -63,7 +63,7 @@ def native_fmus(builds: None, request: pytest.FixtureRequest, tmp_path_factory: 
 
 
 @pytest.fixture(scope="session")
-def fastest_fmus(builds: None, request: pytest.FixtureRequest) -> Path:
+def fastest_fmus(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU: native ones where they can be built, for what takes long; both kinds agree bit for bit."""
     folder: Path = request.getfixturevalue("fmus" if missing_native_tools() else "native_fmus")
     return folder
@@ -93,20 +93,26 @@ def load(fmus: Path) -> Iterator[Load]:
 
 
 @pytest.fixture
+def load_fastest(fastest_fmus: Path) -> Iterator[Load]:
+    """The same for an FMU of the fastest kind that there is."""
+    yield from loader(fastest_fmus)
+
+
+@pytest.fixture
 def load_native(native_fmus: Path) -> Iterator[Load]:
     """The same for a native FMU."""
     yield from loader(native_fmus)
 
 
 @pytest.fixture(params=["load", "load_native"], ids=["python", "native"])
-def load_either(builds: None, request: pytest.FixtureRequest) -> Load:
+def load_either(slow: None, request: pytest.FixtureRequest) -> Load:
     """The same, once for each kind of FMU."""
     function: Load = request.getfixturevalue(request.param)
     return function
 
 
 @pytest.fixture(params=["fmus", "native_fmus"], ids=["python", "native"])
-def either_kind(builds: None, request: pytest.FixtureRequest) -> Path:
+def either_kind(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU, once for each kind."""
     folder: Path = request.getfixturevalue(request.param)
     return folder

@@ -81,7 +81,7 @@ def test_only_what_c_needs_no_library_for(name: str) -> None:
             assert len({name for name in names if name}) == sum(bool(name) for name in names), where
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 def test_pyccel_translates_every_block() -> None:
     """Also those that no FMU is made of yet."""
     pytest.importorskip("pyccel", reason="the extra `native` is not installed")

@@ -57,7 +57,7 @@ def install(folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def installed(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def installed(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the wheel, the sources that it was built from, and an environment with it."""
     if os.name != "posix":
         pytest.skip("the folders of the environment are those of Linux and macOS")

@@ -20,7 +20,6 @@ from maglev.schema.run_plan import RunPlan
 INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
          "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
-KINDS = {"python": "fmus", "native": "native_fmus"}
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
 
 
@@ -79,16 +78,13 @@ def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: st
         assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
 
 
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("file", FILES)
-def test_the_committed_inputs_give_the_run_of_their_scenario(file: str, kind: str, request: pytest.FixtureRequest
-                                                             ) -> None:
+def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, file: str) -> None:
     """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
-    folder: Path = request.getfixturevalue(KINDS[kind])
     loop, run = FILES[file]
     plan = load_plan(run).model_copy(update={"stop_time": 1.5})
-    expected = prepare(plan, folder, {}, []).run()
-    result = fmpy.simulate_fmu(str(folder / f"{loop}.fmu"), input=read_csv(INPUTS / file),
+    expected = prepare(plan, either_kind, {}, []).run()
+    result = fmpy.simulate_fmu(str(either_kind / f"{loop}.fmu"), input=read_csv(INPUTS / file),
                                output_interval=plan.step, stop_time=1.5)
     columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}
     assert_same(Recording(result["time"], columns), expected, 1)

@@ -12,7 +12,7 @@ Flight = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="session")
-def flight(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Flight]:
+def flight(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Flight]:
     """Function `excitation`, which keeps what it has made for all processes of a test run."""
     folder = tmp_path_factory.getbasetemp()
     shared = folder.parent if folder.name.startswith("popen-") else folder

@@ -58,7 +58,7 @@ def step(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def c_controller(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def c_controller(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The PD controller in C."""
     require_compiler()
     built: Path = script(EXAMPLES / "pd_controller_c" / "build.py").build(tmp_path_factory.mktemp("c"))
@@ -66,7 +66,7 @@ def c_controller(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="session")
-def python_controller(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def python_controller(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The PD controller in Python."""
     folder = tmp_path_factory.mktemp("python")
     subprocess.run([sys.executable, "-m", "pythonfmu", "build", "-f",

@@ -17,7 +17,7 @@ from maglev.cosim.master import FmuSetup, Master
 
 
 @pytest.fixture(scope="session")
-def fly(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fly(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The C program that flies the 3-DOF stage."""
     if not sys.platform.startswith("linux"):
         pytest.skip("the program loads with dlopen from binaries/linux64")
@@ -105,6 +105,7 @@ def test_notebook_with_plain_fmpy(fmus: Path, monkeypatch: pytest.MonkeyPatch) -
     assert flown[-1] == pytest.approx([26e-3, 5e-3, 0.0], abs=0.2e-3)
 
 
+@pytest.mark.usefixtures("slow")
 def test_notebook_with_the_front_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                                       capsys: pytest.CaptureFixture[str]) -> None:
     matplotlib = pytest.importorskip("matplotlib")

@@ -110,7 +110,7 @@ def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
         assert digests[0] == digests[1], name
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("epoch", ["0", "soon"])
 def test_source_date_epoch_that_is_odd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, epoch: str) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
@@ -133,7 +133,7 @@ def test_linux_binary_differs_from_pythonfmus_in_three_bytes(fmus: Path) -> None
         corrected(ours)
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 def test_source_date_epoch(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", BUILD, str(tmp_path)], check=True,
                    env={**os.environ, "SOURCE_DATE_EPOCH": "1000000000"})

@@ -42,7 +42,7 @@ OF_THE_LINKER = {"___dso_handle", "__mh_dylib_header"}    # zig's linker exports
 
 
 @pytest.fixture(scope="session")
-def everywhere(builds: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def everywhere(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Unpacked FMU with a binary for every system."""
     require_native_tools()
 

@@ -186,7 +186,7 @@ def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     assert f"--target {arguments[-1]}: expected all or host" in said
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 def test_compiler_that_refuses() -> None:
     pytest.importorskip("ziglang")
     with pytest.raises(ExportError, match="the C compiler refuses the sources"):

@@ -101,7 +101,7 @@ def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
         write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 def test_build_command(tmp_path: Path) -> None:
     """A system is built with its FMUs, and the same bytes again."""
     def build(folder: Path) -> dict[str, bytes]:

@@ -29,10 +29,9 @@ def plugs(fmu: Path) -> dict[str, dict[str, str]]:
             for terminal in terminals}
 
 
-@pytest.mark.parametrize("kind", ["fmus", "native_fmus"])
 @pytest.mark.parametrize("name", DEFINITIONS)
-def test_every_motor_that_is_commanded_has_one(request: pytest.FixtureRequest, kind: str, name: str) -> None:
-    found = plugs(request.getfixturevalue(kind) / f"{name}.fmu")
+def test_every_motor_that_is_commanded_has_one(either_kind: Path, name: str) -> None:
+    found = plugs(either_kind / f"{name}.fmu")
     commands = [v.name for v in definition(name).variables if re.search(r"\.i_[abc]_cmd$", v.name)]
     assert bool(found) is not name.startswith("Estimator")
     assert sorted(variable for members in found.values() for variable in members.values()) == sorted(commands)

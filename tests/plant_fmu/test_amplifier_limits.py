@@ -32,12 +32,12 @@ def delivered(plant: Fmu, time: float, step: float, start: float = 0.0) -> tuple
     return read(plant, "alpha.i_d"), read(plant, "alpha.i_q")
 
 
-def test_one_current_alone_saturates(load: Load) -> None:
+def test_one_current_alone_saturates(load_fastest: Load) -> None:
     """8 A commanded: 5 to 6.7 A at once, by the angle, and 4 to 5.3 A after seconds."""
     at_once, settled = [], []
     for displacement in np.linspace(0.0, 57.15e-3, 14):
         for axis in (0, 1):
-            plant = held(load, float(displacement))
+            plant = held(load_fastest, float(displacement))
             # The gap falls freely meanwhile, within its stops: only the currents are looked at.
             command(plant, 8.0 * (1 - axis), 8.0 * axis, float(displacement))
             at_once.append(delivered(plant, 2e-3, 2e-3)[axis])

@@ -42,7 +42,7 @@ def test_importing_is_light() -> None:
     assert done.stdout.split() == []
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("module", MODULES)
 def test_examples(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

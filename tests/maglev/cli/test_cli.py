@@ -161,7 +161,7 @@ def test_debug_shows_the_traceback(short: Path) -> None:
         maglev("run", short, "--fmus", "nowhere", "--debug")
 
 
-@pytest.mark.usefixtures("builds")
+@pytest.mark.usefixtures("slow")
 def test_build_and_list(tmp_path: Path) -> None:
     result = maglev("build", "Plant2DOF", "--fmus", tmp_path)
     assert result.exit_code == 0

@@ -10,6 +10,8 @@ from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import Recording
 from maglev.identification.rigs import regressors
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 RIGS = ["2dof", "3dof"]
 METHODS = ["reduced", "full", "fsdi"]
 THRUST = {"2dof": ["C1"], "3dof": ["C1", "C2"]}

@@ -1,10 +1,11 @@
 """The estimators against their equations in matrix form, solved by scipy, and against closed solutions."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
-from identification_data import flight
+from identification_data import Data, flight, record
 from scipy.integrate import solve_ivp
 
 from maglev.errors import IdentificationError
@@ -15,9 +16,15 @@ GAMMA, DT = 1.1, 0.5e-3
 Slope = Callable[[float, np.ndarray], np.ndarray]
 
 
+@cache
+def start() -> Data:
+    """The first seconds of an excited 2-DOF stage."""
+    return record("2dof", 6.0, DT)
+
+
 def lift_row(count: int) -> RowData:
     """Vertical row of the 2-DOF rig in flight."""
-    data = flight("2dof", "ideal")
+    data = start()
     part = slice(6000, 6000 + count)
     r = data.recording
     return regressors(RIGS["2dof"], r.positions[part], r.i_d[part], r.i_q[part], data.velocity[part])[0]
@@ -153,6 +160,7 @@ def test_tiny_start_weight_is_stable(epsilon: float) -> None:
     assert found[-1, :2] == pytest.approx(truth[:2], rel=0.05)
 
 
+@pytest.mark.usefixtures("slow")
 def test_reduced_and_full_agree_as_epsilon_falls() -> None:
     data = flight("2dof", "ideal")
     r = data.recording

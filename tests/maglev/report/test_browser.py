@@ -31,7 +31,7 @@ CONTRAST = """(selector) => {
 
 
 @pytest.fixture(scope="module")
-def browser(builds: None):
+def browser(slow: None):
     """A Chromium."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     path = next(filter(None, [os.environ.get("CHROMIUM"), *map(shutil.which, CANDIDATES)]), None)
