@@ -46,7 +46,8 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     """Numbers of claims by verdict, and of runs."""
     counts = count_verdicts(result for claims in judgements.values() for result in claims)
     cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
-                    f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS)
+                    f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS
+                    if counts[verdict] or verdict != "modified run")
     failed = sum(result.failure is not None for result in results)
     return (f'<ul class="cards">{cards}</ul>\n'
             f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>'

@@ -33,7 +33,7 @@ from maglev.report.status import events, is_listed, run_status
 FOLDER = Path(__file__).parent
 MOST_ROWS = 16000            # of a signal
 FEWEST_ROWS = 1000           # of a signal, however large the page
-LARGEST_DATA = 9_000_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
+LARGEST_DATA = 8_900_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
 SCRIPTS = ("series.js", "charts.js", "plots.js", "claims.js", "stage.js", "player.js")
 
 

@@ -271,7 +271,8 @@ def test_a_baseline_that_is_shorter_than_the_run_hands_on_nothing(fmus: Path, ch
     short = [run.model_copy(update={"stop_time": 0.004}) if run.name == "chain-first" else run for run in whole]
     update_all(short, fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
     results = checked(chain, fmus)
-    assert results["chain-first"].status == "passed"
+    assert results["chain-first"].status == "error"
+    assert "ends at t = 0.004 s, expected samples to 0.005 s" in results["chain-first"].message
     assert results["chain-first"].ends == {}
     assert results["chain-middle"].status == results["chain-last"].status == "error"
     assert "of chain-first, which did not complete" in results["chain-middle"].message
