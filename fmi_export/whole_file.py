@@ -14,17 +14,41 @@ def whole_file(path: Path) -> Iterator[Path]:
     What stood there before is intact until then, and stays if the block fails. The name of the unfinished file is
     unique: two processes that write the same file both write a whole one, and the last one stays. The folder is made if
     it is not there.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; with the name of the file that was to be.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    unfinished = Path(name)
     try:
-        yield unfinished
-        unfinished.chmod(0o666 & ~current_umask())   # temporary files are for their owner alone
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        os.close(handle)
+        unfinished = Path(name)
+        try:
+            yield unfinished
+            unfinished.chmod(0o666 & ~current_umask())   # temporary files are for their owner alone
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        # A disk that is full names no file, and the unfinished one says nothing to a person.
+        if error.filename is None or str(error.filename).endswith(".part"):
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
+
+
+@contextmanager
+def whole_files(folder: Path) -> Iterator[Path]:
+    """Give a folder inside `folder` to write files to, which take their places in it at the end of the block.
+
+    If the block fails, everything in `folder` is as it was.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".unfinished.", dir=folder) as name:
+        yield Path(name)
+        for file in sorted(Path(name).iterdir()):
+            file.replace(folder / file.name)
 
 
 def current_umask() -> int:

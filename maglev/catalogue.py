@@ -13,6 +13,7 @@ from fmi_export.errors import ExportError
 from fmi_export.native.build import build_native_fmu, translated_blocks
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
+from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError, nearest
 from maglev.experiment.processes import processors
 from maglev.schema.loading import load_plan
@@ -70,13 +71,18 @@ def build_errors() -> Iterator[None]:
 
 @build_errors()
 def build(names: Iterable[str], folder: Path) -> list[Path]:
-    """Build FMUs that run in the importer's Python, and systems of them, into a folder; returns their paths."""
+    """Build FMUs that run in the importer's Python, and systems of them, into a folder; returns their paths.
+
+    After an error the folder is as it was.
+    """
     names = list(names)
     chosen = [(definition(name), *DEFINITIONS[name]) for name in with_parts(names)]
     version, licence = project()
-    fmus = [build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=folder)
-            for item in chosen]
-    return [*fmus, *build_systems([name for name in names if name in SYSTEMS], folder, folder)]
+    with whole_files(folder) as unfinished:
+        fmus = [build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished)
+                for item in chosen]
+        made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
+    return [folder / path.name for path in made]
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
@@ -94,7 +100,8 @@ def models(plan: RunPlan) -> dict[str, str]:
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
     """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
-    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter.
+    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter; after an error the folder is
+    as it was.
     """
     names = list(names)
     chosen = [definition(name) for name in with_parts(names)]
@@ -102,10 +109,11 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False) ->
     require_zig()
     translation = translated_blocks(chosen, PACKAGES)
     # Most of the time goes to the compiler, in processes of its own.
-    with ThreadPoolExecutor(processors()) as pool:
+    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
         fmus = list(pool.map(
-            lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, folder, host_only), chosen))
-    return [*fmus, *build_systems([name for name in names if name in SYSTEMS], folder, folder)]
+            lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished, host_only), chosen))
+        made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
+    return [folder / path.name for path in made]
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:

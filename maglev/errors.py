@@ -13,10 +13,15 @@
     ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
     └── BuildError             an FMU cannot be built
 
+    KeyboardInterrupt
+    └── Interrupted            Ctrl-C or SIGTERM ended what was going on
+        └── RunInterrupted     the same in a co-simulation; what was recorded until then is in `cosim.master`
+
 Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
 """
 
 import re
+import signal
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -72,6 +77,27 @@ class BuildError(MaglevError):
     """An FMU that cannot be built."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C or SIGTERM ended what was going on; one line that says what stands.
+
+    No MaglevError: who goes on after a mistake does not want to go on after Ctrl-C.
+    """
+
+    def __init__(self, message: str = "interrupted", number: int = signal.SIGINT):
+        super().__init__(message)
+        self.number = number
+
+
+def signal_of(error: KeyboardInterrupt) -> int:
+    """Number of the signal behind an error."""
+    return error.number if isinstance(error, Interrupted) else signal.SIGINT
+
+
+def name_of(error: KeyboardInterrupt) -> str:
+    """What the signal behind an error has done."""
+    return "terminated" if signal_of(error) == signal.SIGTERM else "interrupted"
+
+
 FAILURES = (MaglevError, OSError)   # what users can put right; everything else is a bug
 
 
@@ -90,7 +116,7 @@ def nearest_file(path: Path) -> str:
     return f", nearest is {nearest(path.name, files)}" if files else ""
 
 
-def in_one_line(error: Exception) -> str:
+def in_one_line(error: BaseException) -> str:
     """Message of an error in one line."""
     return " ".join(str(error).split())
 

@@ -4,13 +4,15 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar, Unpack
 
-from maglev.api.options import FlightOptions, folder_of, replacements, starts
+from maglev.api.options import FlightOptions, folder_of, replacements, starts, timeout_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import ScenarioError
 from maglev.experiment.processes import processors
 from maglev.experiment.selection import needed, prepare_all, select
-from maglev.regression.check import CheckResult, UpdateResult, check_all, update_all
+from maglev.regression.check import check_all
 from maglev.regression.junit import write_junit
+from maglev.regression.outcome import CheckResult, UpdateResult
+from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
@@ -59,7 +61,10 @@ def check(names: Iterable[str | Path] | None = None, *, baselines: str | Path | 
 
 def update(names: Iterable[str | Path] | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[UpdateResult]:
-    """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`."""
+    """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
+
+    The baselines are written when all runs are done: after Ctrl-C, all are as they were.
+    """
     return compare(update_all, names, baselines, jobs, watch, say, options)
 
 
@@ -75,5 +80,9 @@ def compare(every: Callable[..., list[Result]], names: Iterable[str | Path] | No
     folder, replaced, values = folder_of(options), replacements(options), starts(plans, options)
     say_notes(prepare_all(plans, folder, replaced, values), say or warn)
     with (watch or unwatched)([plan.name for plan in plans]) as watcher:
-        return every(plans, folder, replaced, values, PACKAGED / "baselines" if baselines is None else Path(baselines),
-                     jobs or processors(), watcher)
+        results = every(plans, folder, replaced, values, PACKAGED / "baselines" if baselines is None
+                        else Path(baselines), jobs or processors(), watcher, timeout_of(options))
+    for result in results:
+        for note in result.notes:
+            (say or warn)(f"{result.name}: {note}")
+    return results

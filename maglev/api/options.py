@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TypedDict
 
+from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.errors import QuantityError, ScenarioError
@@ -31,6 +32,7 @@ class FlightOptions(TypedDict, total=False):
     order: Order
     fmus: str | Path
     native: bool
+    timeout: float | str
 
 
 def settings_of(settings: Settings) -> list[str]:
@@ -46,7 +48,7 @@ def settings_of(settings: Settings) -> list[str]:
 def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
     """Runs made ready; MaglevError if an option or a plan cannot be used."""
     return prepare_all(plans, folder_of(options), replacements(options), starts(plans, options),
-                       seconds(options.get("step")), options.get("order", "sequential"))
+                       seconds("step", options.get("step")), options.get("order", "sequential"), timeout_of(options))
 
 
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
@@ -87,14 +89,19 @@ def folder_of(options: FlightOptions) -> Path:
     return fmus / "native" if options.get("native") else fmus
 
 
-def seconds(step: float | str | None) -> float | None:
-    """Communication step (s), a number or text with a unit."""
-    if step is None:
+def timeout_of(options: FlightOptions) -> float:
+    """Longest time (s) that a call of an FMU which is not of this project may take."""
+    return seconds("timeout", options.get("timeout")) or TIMEOUT
+
+
+def seconds(name: str, value: float | str | None) -> float | None:
+    """An option that is a time (s), a number or text with a unit."""
+    if value is None:
         return None
     try:
-        found = parse_quantity(number_or_text(step) if isinstance(step, str) else step, "s")
+        found = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "s")
     except QuantityError as error:
-        raise ScenarioError(f"--step {step}: {error}") from error
+        raise ScenarioError(f"--{name} {value}: {error}") from error
     if found <= 0.0:
-        raise ScenarioError(f"--step {step}: expected a time above 0 s")
+        raise ScenarioError(f"--{name} {value}: expected a time above 0 s")
     return found

@@ -11,6 +11,7 @@ from typing import Unpack
 from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, Settings, experiments_of
+from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
 from maglev.errors import ScenarioError
@@ -61,8 +62,10 @@ class Results:
 def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,
         plant: str | Path | None = None, controller: str | Path | None = None, ports: str | Path | None = None,
         step: float | str | None = None, order: Order = "sequential", fmus: str | Path = "fmus", native: bool = False,
-        progress: Progress | None = None) -> Run:
-    """Fly one run, in this process, and give what was recorded and measured; no files are written.
+        timeout: float | str = TIMEOUT, progress: Progress | None = None) -> Run:
+    """Fly one run and give what was recorded and measured; no files are written.
+
+    It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
 
     Parameters
     ----------
@@ -84,6 +87,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
         Folder with the FMUs of this project, which `build` makes.
     native : bool
         The FMUs that need no Python, of the folder's folder `native`.
+    timeout : float or str
+        Longest time that a call of an FMU which is not of this project may take, s or with a unit.
     progress : callable, optional
         Told now and then of the steps done and the steps in all.
 
@@ -95,6 +100,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     ------
     MaglevError
         If something in it cannot be used; `RunFailed` if an FMU ends the run, with what was recorded until then.
+    KeyboardInterrupt
+        `RunInterrupted` after Ctrl-C, with what was recorded until then.
 
     Examples
     --------
@@ -107,14 +114,17 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     False
     """
     options: FlightOptions = {"set": set, "model": model, "plant": plant, "controller": controller, "ports": ports,
-                              "step": step, "order": order, "fmus": fmus, "native": native}
+                              "step": step, "order": order, "fmus": fmus, "native": native, "timeout": timeout}
     plan = load_plan(name)
     if plan.needs:
         raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "
                             "expected run_all, which runs these before it")
     experiment, = experiments_of([plan], options)
     say_notes([experiment], warn)
-    return Run(fly(experiment, progress), experiment.outputs())
+    result = fly(experiment, progress)
+    for note in result.notes:
+        warn(note)
+    return Run(result, experiment.outputs())
 
 
 def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "results", plot: bool = False,
@@ -137,9 +147,9 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     watch : callable, optional
         From the names of the runs to a context manager that gives what is told of their progress.
     say : callable, optional
-        Told, one sentence each, what FMUs that were put in lack; a warning if not given.
+        Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, timeout.
 
     Returns
     -------
@@ -165,6 +175,8 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     flown = fly_all(experiments, folder, jobs or processors(), watch or unwatched)
+    for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.notes):
+        (say or warn)(note)
     outcomes = outcomes_of(flown, asked)
     verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
     files = [*write_runs(flown, verdicts, folder, plot), *write_outcomes(outcomes, verdicts, folder),

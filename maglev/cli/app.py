@@ -1,7 +1,7 @@
 """The command line `maglev`: options and what is printed; what is done is in `maglev.api`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -22,12 +22,10 @@ from maglev.cli.options import (
     PortsFile,
     Settings,
     Step,
+    Timeout,
 )
-from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, say
+from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
 from maglev.errors import ScenarioError
-
-if TYPE_CHECKING:
-    from maglev.regression.check import CheckResult, UpdateResult
 
 # One paragraph for each line: the help joins the lines of a paragraph.
 app = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
@@ -45,6 +43,9 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 `maglev report` does the same, and makes one HTML page about it
 
 `maglev check` asks whether every experiment still gives what it gave
+
+Exit codes: 0 done, 1 a check deviates, 2 an error or a run that was not flown to its end, 130 after Ctrl-C, 143 after
+SIGTERM. One line says what went wrong.
 """)
 
 MOST_NAMED = 7   # variants of a scenario that are listed one by one
@@ -122,7 +123,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         plant: Plant = None, controller: Controller = None, ports: PortsFile = None, step: Step = None,
         order: Ordering = "sequential", out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
-        fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
+        fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+        jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
     **Examples:**
@@ -146,13 +148,14 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
         print_results(run_all(names or None, out=out, plot=plot, jobs=jobs, watch=progress_of, say=say, set=settings,
                               model=model, plant=plant, controller=controller, ports=ports, step=step, order=order,
-                              fmus=fmus, native=native))
+                              fmus=fmus, native=native, timeout=timeout))
 
 
 @app.command()
 def report(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
            controller: Controller = None, ports: PortsFile = None, step: Step = None, out: Out = Path("results"),
-           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
+           fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+           jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
@@ -169,7 +172,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
 
         print_results(run_all(names or None, out=out, page=True, jobs=jobs, watch=progress_of, say=say, set=settings,
                               model=model, plant=plant, controller=controller, ports=ports, step=step, fmus=fmus,
-                              native=native))
+                              native=native, timeout=timeout))
 
 
 @app.command()
@@ -180,7 +183,8 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
                                                          show_default="the package's")] = None,
           junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
           = None,
-          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Jobs = None, debug: Debug = False) -> None:
+          fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+          jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and compare with their baselines.
 
     A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
@@ -198,19 +202,20 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
         from maglev.api.options import FlightOptions
-        from maglev.regression.check import describe, exit_code
+        from maglev.regression.junit import write_junit
+        from maglev.regression.outcome import exit_code
 
         options: FlightOptions = {"set": settings, "model": model, "plant": plant, "controller": controller,
-                                  "ports": ports, "fmus": fmus, "native": native}
-        results: list[CheckResult] | list[UpdateResult]
+                                  "ports": ports, "fmus": fmus, "native": native, "timeout": timeout}
         if update:
-            results = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
-        else:
-            results = check_runs(names or None, baselines=baselines, junit=junit, jobs=jobs, watch=progress_of, say=say,
-                                 **options)
-        for result in results:
-            typer.echo(describe(result))
-        raise typer.Exit(exit_code(results))
+            updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+            print_outcomes(updated)
+            raise typer.Exit(exit_code(updated))
+        checked = check_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+        print_outcomes(checked)
+        if junit is not None:   # where it cannot be written, the results have been told
+            write_junit(junit, checked)
+        raise typer.Exit(exit_code(checked))
 
 
 app.command()(identify)

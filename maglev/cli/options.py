@@ -35,6 +35,8 @@ Controller = Annotated[Path | None, typer.Option(help="Another controller FMU, w
 PortsFile = Annotated[Path | None, typer.Option("--map", metavar="TOML", help="What the other FMUs call their ports, "
                                                 "their units and steps (docs/importing.md).", show_default=False)]
 Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.", show_default=False)]
+Timeout = Annotated[str, typer.Option(help="Longest time that a call of an FMU which is not of this project may take, "
+                                      "in s or with a unit.")]
 Ordering = Annotated[Order, typer.Option(
     "--order", help="Order of the FMUs in a step: one after the other (sequential), or all with what the step before "
     "gave (jacobi), which delays the loop by a step.")]

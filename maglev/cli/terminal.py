@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from maglev.errors import FAILURES, in_one_line
+from maglev.cosim.interrupts import termination_like_interrupt
+from maglev.errors import FAILURES, in_one_line, name_of, signal_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from maglev.api.running import Results
     from maglev.experiment.processes import Watcher
+    from maglev.regression.outcome import CheckResult, UpdateResult
 
 PIPED_WIDTH = 120   # characters, where no terminal sets the width
 MOST_NAMED = 10     # files that are named one by one
@@ -23,12 +25,18 @@ MOST_SHOWN = 3      # procedures whose findings are printed; there are files of 
 
 @contextmanager
 def one_line_errors(debug: bool) -> Iterator[None]:
-    """Print what users can put right as one line, and exit with 2."""
+    """Print what users can put right as one line, and exit with 2; after Ctrl-C with 130, after SIGTERM with 143."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
     try:
-        yield
+        with termination_like_interrupt():
+            yield
+    except KeyboardInterrupt as error:
+        if debug:
+            raise
+        say(in_one_line(error) or name_of(error))
+        raise typer.Exit(128 + signal_of(error)) from None
     except FAILURES as error:
         if debug:
             raise
@@ -95,3 +103,11 @@ def print_results(results: "Results") -> None:
         say(f"{run.plan.name}: {run.failure}")
     if failed:
         raise typer.Exit(2)
+
+
+def print_outcomes(results: "Sequence[CheckResult | UpdateResult]") -> None:
+    """Print a line for each run that was checked, or whose baseline was updated."""
+    from maglev.regression.outcome import describe
+
+    for result in results:
+        typer.echo(describe(result))

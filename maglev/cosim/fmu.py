@@ -2,7 +2,6 @@
 
 import ctypes
 import os
-import re
 import shutil
 import tempfile
 import zipfile
@@ -25,14 +24,12 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
 from maglev.errors import FmuError, nearest
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
-
-# How pythonfmu's binary reports an exception; its text is what a person wants to read.
-PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
 
 COUNT = count(1)   # makes instance names unique
 
@@ -93,9 +90,9 @@ def take_message(_environment: object, instance: bytes, status: int, _category: 
     fmpy's proxy, which formats messages, passes those of all FMUs to one function: the instance name tells them apart.
     """
     fmu = LOADED.get(instance)
-    if fmu is not None and status > 0:
+    if fmu is not None and status != 0:
         fmu.fatal = fmu.fatal or status == FATAL
-        fmu.messages.append(message.decode("utf-8", "replace").strip())
+        fmu.messages.add((message or b"").decode("utf-8", "replace"))
 
 
 LOGGER = fmi2CallbackLoggerTYPE(take_message)
@@ -113,7 +110,7 @@ class Fmu:
         self.description = description
         self.scales = scales or {}
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
-        self.messages: list[str] = []
+        self.messages = Messages()
         self.fatal = False
         self.folder = unpacking_folder()
         self.instance: FMU2Slave | None = None
@@ -147,6 +144,8 @@ class Fmu:
             self.set_functions[kind] = instance.dll[f"fmi2Set{kind}"]
             self.get_functions[kind] = instance.dll[f"fmi2Get{kind}"]
         self.do_step = instance.dll["fmi2DoStep"]
+        for function in (*self.set_functions.values(), *self.get_functions.values(), self.do_step):
+            function.restype = c_uint32   # a status below zero, which FMI does not know, is then beyond a warning
 
     def __enter__(self) -> "Fmu":
         return self
@@ -167,12 +166,16 @@ class Fmu:
 
     def said(self) -> str:
         """What the FMU has said, and forget it."""
-        text = "; ".join(PYTHON_EXCEPTION.sub(r"\2", " ".join(message.split())) for message in self.messages)
-        self.messages.clear()
-        return text
+        return self.messages.take()
+
+    def note(self) -> str:
+        """Sentence about what the FMU has said in a run that went on; empty if nothing."""
+        summary = self.messages.summary()
+        return f"{self.name} ({self.path.name}) says: {summary}" if summary else ""
 
     def failed(self, call: str, status: int) -> FmuError:
-        """Error for a call that returned a status beyond a warning."""
+        """Error for a call that returned a status beyond a warning, or one below zero."""
+        status = c_int(status).value
         self.fatal = self.fatal or status == FATAL
         return FmuError(f"{self.name} ({self.path.name}) refused {call} with status {status}: "
                         f"{self.said() or 'it gave no message'}")
@@ -194,16 +197,21 @@ class Fmu:
                 value = self.scales[name].to_own(start[name]) if name in self.scales else start[name]
                 buffer.values[i] = type(buffer.values[i])(value)
         try:
-            instance.setupExperiment(startTime=start_time, stopTime=stop_time)
+            self.accepted("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))
             for buffer in buffers:
                 self.set(buffer)
-            instance.enterInitializationMode()
-            instance.exitInitializationMode()
+            self.accepted("fmi2EnterInitializationMode", instance.enterInitializationMode())
+            self.accepted("fmi2ExitInitializationMode", instance.exitInitializationMode())
         except FmuError:
             raise
         except Exception as error:
             raise FmuError(f"{self.name} ({self.path.name}) refused its initialization: "
                            f"{self.said() or error}") from error
+
+    def accepted(self, call: str, status: int) -> None:
+        """Refuse a status below zero; fmpy refuses those beyond a warning."""
+        if status < 0:
+            raise self.failed(call, status)
 
     def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
         """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""

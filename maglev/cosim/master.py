@@ -4,6 +4,7 @@ At t_k = k h every FMU, in its order, gets its inputs, steps to t_k + h and give
 already see. With the controller first and the plant second this is the sampled loop with a zero-order hold.
 """
 
+import signal
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -14,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import Phase, StepFailed, step_over
-from maglev.cosim.wiring import Rate, Track, wire
-from maglev.errors import FmuError, MaglevError
+from maglev.cosim.wiring import Rate, Track, Wiring, wire
+from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 
 MOST_STEPS = 1e8       # communication steps of a run
 MOST_MEMORY = 4e9      # bytes of a recording
@@ -47,10 +49,13 @@ class Recording:
         Communication points, s.
     columns : mapping of str to ndarray, shape (n,)
         By name, `fmu.variable`; Booleans as 0 and 1.
+    notes : tuple of str
+        Sentences about what FMUs said that went on, and about what went wrong after the end.
     """
 
     time: npt.NDArray[np.float64]
     columns: Mapping[str, npt.NDArray[Any]]
+    notes: tuple[str, ...] = ()
 
 
 class RunFailed(MaglevError):
@@ -59,6 +64,29 @@ class RunFailed(MaglevError):
     def __init__(self, message: str, recording: Recording):
         super().__init__(message)
         self.recording = recording
+
+
+class RunInterrupted(Interrupted):
+    """A co-simulation that Ctrl-C or SIGTERM ended; `recording` has what was recorded until then."""
+
+    def __init__(self, message: str, recording: Recording, number: int = signal.SIGINT):
+        super().__init__(message, number)
+        self.recording = recording
+
+
+class Observer:
+    """Whoever wants to know how a co-simulation goes on; this one does not."""
+
+    def stage(self, fmu: str, doing: str) -> None:
+        """Before the stepping: what is done with an FMU now."""
+
+    def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
+        """Array of zeros to record to."""
+        return np.zeros(shape, kind)
+
+    def wired(self, wiring: Wiring) -> Wiring:
+        """Calls as they are to be made."""
+        return wiring
 
 
 class Master:
@@ -74,6 +102,7 @@ class Master:
         Communication step h, s.
     order : str
         "sequential" or "jacobi", see `wire`.
+    observer : Observer, optional
 
     Raises
     ------
@@ -82,21 +111,24 @@ class Master:
     """
 
     def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float,
-                 order: Order = "sequential"):
+                 order: Order = "sequential", observer: Observer | None = None):
         if not 0.0 < step < float("inf"):
             raise FmuError(f"communication step = {step} s, expected a positive, finite step")
         self.step = step
         self.order = order
         self.setups = setups
         self.connections = connections
+        self.observer = observer or Observer()
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
-            for setup, description in described:
-                scales = {} if setup.ports is None else apply(setup.ports, description)
-                fmu = Fmu(setup.name, setup.path, description, scales)
-                self.fmus[setup.name] = self.stack.enter_context(fmu)
+            with held_interrupts():
+                for setup, description in described:
+                    scales = {} if setup.ports is None else apply(setup.ports, description)
+                    self.observer.stage(setup.name, "loading")
+                    fmu = Fmu(setup.name, setup.path, description, scales)
+                    self.fmus[setup.name] = self.stack.enter_context(fmu)
         except BaseException:
             self.stack.close()
             raise
@@ -105,7 +137,8 @@ class Master:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.stack.close()
+        with held_interrupts():
+            self.stack.close()
 
     def run(self, stop_time: float, drives: Mapping[str, Sequence[float]] | None = None,
             progress: Progress | None = None) -> Recording:
@@ -126,18 +159,26 @@ class Master:
             If the wiring or a start value is wrong.
         RunFailed
             If an FMU refuses a step; the recording until then is in the error.
+        RunInterrupted
+            After Ctrl-C or SIGTERM, likewise.
         """
+        with held_interrupts() as let_through:
+            return self.flown(stop_time, drives or {}, progress, let_through)
+
+    def flown(self, stop_time: float, drives: Mapping[str, Sequence[float]], progress: Progress | None,
+              let_through: Callable[[], None]) -> Recording:
+        """Recording of a run, which lets interruptions through between two calls; otherwise as of `run`."""
         steps = whole_steps(stop_time, self.step)
-        drives = drives or {}
         for target, values in drives.items():
             if len(values) != steps + 1:
                 raise FmuError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
                                "one for each communication point")
         rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
-        initial, phases, tracks = wire(self.fmus, self.connections, drives, steps + 1, self.step, self.order,
-                                       rates)
+        initial, phases, tracks = self.observer.wired(wire(
+            self.fmus, self.connections, drives, steps + 1, self.step, self.order, rates, self.observer.allocate))
         for setup in self.setups:
+            self.observer.stage(setup.name, "its initialization")
             self.fmus[setup.name].initialise(setup.start, 0.0, stop_time)
         done = 0
         try:
@@ -145,20 +186,22 @@ class Master:
                 call.at(0)
             bound = [Phase(calls) for calls in phases]
             while done < steps:
+                let_through()
                 last = min(done + PROGRESS_STEPS, steps)
                 step_over(bound, done, last)
                 done = last
                 if progress is not None:
                     progress(done, steps)
-        except (FmuError, StepFailed) as error:
+        except (FmuError, StepFailed, KeyboardInterrupt) as error:
+            reason: BaseException = error
             if isinstance(error, StepFailed):
-                done = error.step
-            raise RunFailed(f"at t = {done * self.step:.9g} s: {error}",
-                            recording(tracks, self.step, done + 1)) from error
-        except KeyboardInterrupt as error:   # between steps
-            raise RunFailed(f"at t = {done * self.step:.9g} s: interrupted",
-                            recording(tracks, self.step, done + 1)) from error
-        return recording(tracks, self.step, steps + 1)
+                done, reason = error.step, error.reason
+            raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from error
+        return recording(tracks, self.step, steps + 1, self.notes())
+
+    def notes(self) -> tuple[str, ...]:
+        """What the FMUs said, one sentence each."""
+        return tuple(filter(None, (fmu.note() for fmu in self.fmus.values())))
 
     def require_memory(self, stop_time: float) -> None:
         """Refuse a run to a stop time (s) whose recording would not fit."""
@@ -194,7 +237,14 @@ def rate(name: str, own: float, step: float, steps: int) -> Rate:
     return found
 
 
-def recording(tracks: Sequence[Track], step: float, rows: int) -> Recording:
+def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
+    """Error for a run that ended early at a time (s)."""
+    if isinstance(reason, KeyboardInterrupt):
+        return RunInterrupted(f"at t = {time:.9g} s: {name_of(reason)}", recording, signal_of(reason))
+    return RunFailed(f"at t = {time:.9g} s: {reason}", recording)
+
+
+def recording(tracks: Sequence[Track], step: float, rows: int, notes: tuple[str, ...] = ()) -> Recording:
     """Recording of the first rows of the tracks."""
     columns = {name: track.array[:rows, i] for track in tracks for i, name in enumerate(track.names)}
-    return Recording(step * np.arange(rows, dtype=np.float64), columns)
+    return Recording(step * np.arange(rows, dtype=np.float64), columns, notes)

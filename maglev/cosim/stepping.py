@@ -20,9 +20,10 @@ SLOT = 8   # bytes of a moving argument: an address, a row number, or a time
 class StepFailed(Exception):
     """A step that an FMU refused or the user interrupted, and its number."""
 
-    def __init__(self, step: int, message: object):
-        super().__init__(str(message))
+    def __init__(self, step: int, reason: BaseException):
+        super().__init__(str(reason))
         self.step = step
+        self.reason = reason
 
 
 class Phase:
@@ -70,5 +71,5 @@ def step_over(phases: Sequence[Phase], first: int, last: int) -> None:
                     call = next(call for call, bound in zip(phase.calls, phase.prepared, strict=True)
                                 if bound[1] is arguments)
                     raise StepFailed(first + row, call.failed(status))
-    except KeyboardInterrupt:
-        raise StepFailed(first + row, "interrupted") from None
+    except KeyboardInterrupt as error:
+        raise StepFailed(first + row, error) from None

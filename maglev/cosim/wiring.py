@@ -5,12 +5,13 @@ or signal that feeds it. So a step copies nothing and looks nothing up. Only an 
 its own, and calls that convert between these and the rows.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from math import lcm
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.cosim.fmu import WARNING, Fmu
@@ -20,13 +21,15 @@ from maglev.errors import FmuError
 
 KINDS = ("Real", "Integer", "Boolean")
 
+Allocate = Callable[[tuple[int, int], type], npt.NDArray[Any]]   # from shape and type to an array of zeros
+
 
 class Track:
     """Values of variables of one FMI type at every communication point, row by row, where the FMUs read and write."""
 
-    def __init__(self, names: list[str], kind: str, rows: int):
+    def __init__(self, names: list[str], kind: str, rows: int, allocate: Allocate = np.zeros):
         self.names = names
-        self.array = np.zeros((rows, len(names)), dtype=np.float64 if kind == "Real" else np.int32)
+        self.array = allocate((rows, len(names)), np.float64 if kind == "Real" else np.int32)
         self.address = self.array.ctypes.data
         self.item = self.array.itemsize
         self.stride = self.item * len(names)   # bytes from one row to the next
@@ -86,7 +89,7 @@ class Place(NamedTuple):
 
 def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
          drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential",
-         rates: Mapping[str, Rate] | None = None) -> Wiring:
+         rates: Mapping[str, Rate] | None = None, allocate: Allocate = np.zeros) -> Wiring:
     """Prepare a co-simulation of the FMUs in their order, with a communication step (s).
 
     Parameters
@@ -107,6 +110,8 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         Steps of FMUs whose steps are not the communication steps, by name. Of several communication steps, the first
         FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
         holds, and they give at their end what they have come to.
+    allocate : callable, optional
+        Makes the arrays that are recorded to.
 
     Raises
     ------
@@ -120,13 +125,13 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     gets: list[list[Call]] = []
     for number, (name, fmu) in enumerate(fmus.items()):
         gets.append([])
-        for track, variables in output_tracks(name, fmu, sources, rows):
+        for track, variables in output_tracks(name, fmu, sources, rows, allocate):
             places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
             gets[-1] += value_calls(fmu, "Get", variables, track, 0, 1)
     for name in fmus:
         driven = [target for target in drives if target.partition(".")[0] == name]
         if driven:
-            track = Track(driven, "Real", rows)
+            track = Track(driven, "Real", rows, allocate)
             track.array[:] = np.array([drives[target] for target in driven]).T
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
@@ -168,8 +173,8 @@ def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     return sources
 
 
-def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str],
-                  rows: int) -> Iterator[tuple[Track, list[ScalarVariable]]]:
+def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str], rows: int,
+                  allocate: Allocate) -> Iterator[tuple[Track, list[ScalarVariable]]]:
     """Tracks of an FMU's outputs, one for each FMI type that occurs."""
     wanted = list(sources.values())
     for kind in KINDS:
@@ -178,7 +183,7 @@ def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str],
         # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
         variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
         if variables:
-            yield Track([f"{name}.{v.name}" for v in variables], kind, rows), variables
+            yield Track([f"{name}.{v.name}" for v in variables], kind, rows, allocate), variables
 
 
 def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],

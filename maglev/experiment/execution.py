@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmi_export.whole_file import write_whole
-from maglev.cosim.master import Progress, Recording, RunFailed
+from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
@@ -45,6 +45,8 @@ class RunResult:
         Every Real parameter that the run started with; empty if it did not complete.
     provenance : Provenance or None
         What it rests on; None if it was refused before anything was looked at.
+    notes : tuple of str
+        As of `Recording`.
     """
 
     plan: RunPlan
@@ -55,6 +57,7 @@ class RunResult:
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     provenance: Provenance | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def modified(self) -> bool:
@@ -74,6 +77,8 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     ------
     RunFailed
         If an FMU ends the run; what was recorded until then is in `NAME.partial.csv`.
+    RunInterrupted
+        After Ctrl-C or SIGTERM, likewise.
     MaglevError, OSError
         If it cannot run, be measured or be written.
     """
@@ -81,8 +86,12 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     try:
         recording = experiment.run(progress)
     except RunFailed as error:
-        write_csv(files.partial, error.recording, every)
-        raise RunFailed(f"{error}; what was recorded until then is in {files.partial}", error.recording) from error
+        raise RunFailed(f"{error}; {kept(files, error.recording, every)}", error.recording) from error
+    except RunInterrupted as error:
+        message = f"{error}; {kept(files, error.recording, every)}"
+        files.set_aside()   # what an earlier run has left must not pass for what this one gave
+        raise RunInterrupted(message, error.recording, error.number) from error
+    files.forget_reports()   # they are about an earlier run
     write_csv(files.csv, recording, every)
     result = measured(experiment, recording)
     write_whole(files.json, json_text(result))
@@ -90,12 +99,21 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     return result
 
 
+def kept(files: ResultFiles, recording: Recording, every: int) -> str:
+    """Write what was recorded of a run that ended early; says where it is, or why it is not."""
+    try:
+        write_csv(files.partial, recording, every)
+    except OSError as error:
+        return f"what was recorded until then cannot be written: {in_one_line(error)}"
+    return f"what was recorded until then is in {files.partial}"
+
+
 def measured(experiment: Experiment, recording: Recording) -> RunResult:
     """Result of a run that was recorded to its end: every output interval of it, and what was measured on all of it."""
     metrics = evaluate(experiment.plan, recording.time, recording.columns)
     thin = thinned(recording, experiment.output_every())
     return RunResult(experiment.plan, thin.time, thin.columns, metrics, ends=ends_of(recording),
-                     parameters=experiment.parameters(), provenance=experiment.provenance())
+                     parameters=experiment.parameters(), provenance=experiment.provenance(), notes=recording.notes)
 
 
 def json_text(result: RunResult) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fmpy.model_description import ModelDescription
 
+from maglev.cosim.apart.run import TIMEOUT, run_apart
 from maglev.cosim.fmu import OWN_TOOL, read_description
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
 from maglev.cosim.order import Order
@@ -41,6 +42,8 @@ class Experiment:
         Values that differ from the plan's.
     put_in : tuple of str
         Names of the FMUs that take the place of the plan's.
+    timeout : float
+        Longest time that a call of an FMU which is not of this project may take, s.
     """
 
     plan: RunPlan
@@ -52,6 +55,7 @@ class Experiment:
     notes: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
     put_in: tuple[str, ...] = ()
+    timeout: float = TIMEOUT
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
@@ -117,15 +121,18 @@ class Experiment:
         return next((variable.unit or "" for variable in variables if variable.name == own), "")
 
     def run(self, progress: Progress | None = None) -> Recording:
-        """Run the co-simulation."""
+        """Run the co-simulation; in a process of its own if an FMU is not of this project."""
         descriptions = self.check()
         setups = [FmuSetup(name, path, {variable: start.value for variable, start
                                                  in self.plan.fmus[name].start.items()}, self.ports.get(name))
                         for name, path in self.files.items()]
-        connections = list(self.plan.wires.values())
+        connections, drives = list(self.plan.wires.values()), self.drives(descriptions)
+        if any(is_foreign(name, path) for name, path in self.files.items()):
+            return run_apart(setups, connections, self.step, self.order, self.plan.stop_time, drives, progress,
+                             self.timeout)
         with Master(setups, connections, self.step, self.order) as master:
             master.require_memory(self.plan.stop_time)
-            return master.run(self.plan.stop_time, self.drives(descriptions), progress)
+            return master.run(self.plan.stop_time, drives, progress)
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""
@@ -133,7 +140,7 @@ class Experiment:
 
 
 def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Iterable[str],
-            step: float | None = None, order: Order = "sequential") -> Experiment:
+            step: float | None = None, order: Order = "sequential", timeout: float = TIMEOUT) -> Experiment:
     """Experiment of a run.
 
     Parameters
@@ -149,6 +156,8 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         Communication step that takes the place of the plan's, s.
     order : str
         "sequential" or "jacobi", see `wire`.
+    timeout : float
+        As of `Experiment`, s.
 
     Raises
     ------
@@ -197,7 +206,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     changes = changes_of(experiment, plan, asked)
     if changes or put_in:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
-    return replace(experiment, changes=changes, put_in=put_in)
+    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout)
 
 
 def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> tuple[str, ...]:

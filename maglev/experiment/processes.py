@@ -1,14 +1,20 @@
 """Tasks side by side, each in a process of its own: one that fails or dies leaves the others alone."""
 
-import multiprocessing
 import os
 import signal
+import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
+from maglev.cosim.apart.child import PATIENCE, end, end_with_parent, how_it_ended, start
+from maglev.cosim.interrupts import held_interrupts, terminate
 from maglev.cosim.master import Progress
+from maglev.errors import in_one_line, name_of, signal_of
 
 T = TypeVar("T")
 
@@ -17,11 +23,26 @@ Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps 
 
 
 class Report(NamedTuple, Generic[T]):
-    """What a process says of its task: steps done and in all; at the end in `result` the result, alone in a tuple."""
+    """What a process says of its task: steps done and in all; at the end in `result` the result, alone in a tuple.
+
+    A task that was asked to end says in `interrupted` what stands.
+    """
 
     done: int
     steps: int
     result: tuple[T] | None = None
+    interrupted: str = ""
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C or SIGTERM ended tasks: the results of those that were done, and what others left, by name."""
+
+    def __init__(self, number: int, what: str, results: Mapping[str, Any], left: Mapping[str, str]):
+        super().__init__(what)
+        self.number = number
+        self.what = what
+        self.results = results
+        self.left = left
 
 
 def processors() -> int:
@@ -48,49 +69,94 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     -------
     dict of str to result
         In the order of the tasks.
+
+    Raises
+    ------
+    Stopped
+        After Ctrl-C or SIGTERM; the tasks that were under way have ended.
     """
-    # Each process starts anew: a fork would share the FMUs' libraries, and threads that are in the middle of something.
-    context = multiprocessing.get_context("spawn")
     waiting = deque(tasks)
-    running: dict[Connection, tuple[str, Any]] = {}
+    running: dict[Connection, tuple[str, BaseProcess]] = {}
     results: dict[str, T] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 name = waiting.popleft()
-                ours, theirs = context.Pipe(duplex=False)
-                process = context.Process(target=work, args=(tasks[name], theirs), daemon=True)
-                process.start()
+                ours, theirs = Pipe(duplex=False)
+                running[ours] = (name, start(work, tasks[name], theirs))
                 theirs.close()
-                running[ours] = (name, process)
             for ready in wait(list(running)):
                 pipe = cast(Connection, ready)
                 name, process = running[pipe]
-                try:
-                    report: Report[T] = pipe.recv()
-                except EOFError:
+                report = received(pipe)
+                if report is None:
                     process.join()
-                    report = Report(1, 1, (died(name, f"the process died with exit code {process.exitcode}, "
-                                                      "expected 0"),))
+                    report = Report(1, 1, (died(name, f"the process died with {how_it_ended(process)}, expected exit "
+                                                      "code 0"),))
+                elif report.interrupted:
+                    report = Report(1, 1, (died(name, report.interrupted),))
                 watch(name, report.done, report.steps)
                 if report.result is not None:
                     results[name] = report.result[0]
                     del running[pipe]
                     pipe.close()
                     process.join()
+    except KeyboardInterrupt as error:
+        left = asked_to_end(running, results)
+        raise Stopped(signal_of(error), name_of(error), results, left) from None
     finally:
         for _, process in running.values():
-            process.terminate()
+            end(process)
     return {name: results[name] for name in tasks}
+
+
+def received(pipe: Connection) -> Report[Any] | None:
+    """Next report; None after the last one."""
+    try:
+        return cast(Report[Any], pipe.recv())
+    except (EOFError, OSError):
+        return None
+
+
+def asked_to_end(running: Mapping[Connection, tuple[str, BaseProcess]], results: dict[str, Any]) -> dict[str, str]:
+    """Ask processes to end, wait a while for it, keep late results, and return what others say that they leave."""
+    for _, process in running.values():
+        process.terminate()
+    left = {}
+    until = time.monotonic() + PATIENCE
+    waiting = dict(running)
+    while waiting and (ready := wait(list(waiting), until - time.monotonic())):
+        for pipe in cast(Iterable[Connection], ready):
+            name, _ = waiting[pipe]
+            report = received(pipe)
+            if report is None:
+                del waiting[pipe]
+            elif report.interrupted:
+                left[name] = report.interrupted
+            elif report.result is not None:
+                results[name] = report.result[0]
+    return left
 
 
 def work(task: Task[T], reports: Connection) -> None:
     """Do a task in this process, and send reports."""
-    # Ctrl-C reaches every process of a terminal; the first one ends the others.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, terminate)
+    end_with_parent(end_in_order)
 
     def progress(done: int, steps: int) -> None:
         if done < steps:   # the last report has the result
             reports.send(Report(done, steps))
 
-    reports.send(Report(1, 1, (task(progress),)))
+    with suppress(BrokenPipeError):   # the parent is gone: nobody wants to know
+        try:
+            last: Report[T] = Report(1, 1, (task(progress),))
+        except KeyboardInterrupt as error:
+            last = Report(1, 1, interrupted=in_one_line(error))
+        with held_interrupts():   # half a report could not be read
+            reports.send(last)
+
+
+def end_in_order() -> None:
+    """End the task of this process, such that it removes what it has unpacked; give it a while."""
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(PATIENCE)

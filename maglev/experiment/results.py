@@ -40,6 +40,11 @@ class ResultFiles:
         if self.csv.is_file():
             self.csv.replace(self.previous)
         self.json.unlink(missing_ok=True)
+        self.forget_reports()
+
+    def forget_reports(self) -> None:
+        """Remove text and picture, which are made of the results of all runs later."""
+        (self.folder / f"{self.name}.txt").unlink(missing_ok=True)
         (self.folder / f"{self.name}.png").unlink(missing_ok=True)
 
     def forget_failures(self) -> None:

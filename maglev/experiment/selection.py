@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.order import Order
 from maglev.errors import ScenarioError, key_path, nearest
 from maglev.experiment.preparation import Experiment, prepare
@@ -72,12 +73,13 @@ def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
 
 
 def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-                step: float | None = None, order: Order = "sequential") -> list[Experiment]:
+                step: float | None = None, order: Order = "sequential",
+                timeout: float = TIMEOUT) -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`.
 
     Also refused is a run that starts from an output which the other run, among the given ones, does not have.
     """
-    experiments = [prepare(run, fmus, replaced, settings, step, order) for run in runs]
+    experiments = [prepare(run, fmus, replaced, settings, step, order, timeout) for run in runs]
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
         if experiment.plan.needs:

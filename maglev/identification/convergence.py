@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmi_export.whole_file import write_whole
+from fmi_export.whole_file import whole_file, write_whole
 from maglev.identification.identify import Identification
 from maglev.identification.rigs import Array
 
@@ -67,7 +67,8 @@ def write_png(path: Path, found: Identification) -> None:
     panels[-1].set_ylabel("excitation")
     panels[-1].legend(loc="upper left", fontsize="small", ncols=3)
     panels[-1].set_xlabel("time (s)")
-    figure.savefig(path, dpi=110)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished, dpi=110, format="png")
 
 
 def write_html(path: Path, found: Identification) -> None:
@@ -84,7 +85,8 @@ def write_html(path: Path, found: Identification) -> None:
         figure.update_yaxes(title_text=name if k < len(names) else "excitation", row=row, col=1)
     figure.update_xaxes(title_text="time (s)", row=len(names) + 1, col=1)
     figure.update_layout(title=title(found), height=200 * (len(names) + 1))
-    figure.write_html(str(path), include_plotlyjs=True)
+    with whole_file(path) as unfinished:
+        figure.write_html(str(unfinished), include_plotlyjs=True)
 
 
 def title(found: Identification) -> str:

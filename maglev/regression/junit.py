@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from fmi_export.whole_file import whole_file
 
 if TYPE_CHECKING:
-    from maglev.regression.check import CheckResult
+    from maglev.regression.outcome import CheckResult
 
 # Everything but the characters of XML 1.0, section 2.2: no parser accepts the rest, escaped or not.
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.schema.run_plan import RunPlan
@@ -25,8 +26,8 @@ def require_matplotlib() -> None:
 
 def plot(path: Path, plan: RunPlan, recording: Recording) -> None:
     """Write a PNG of a recording."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure_of(plan, recording).savefig(path, dpi=110)
+    with whole_file(path) as unfinished:
+        figure_of(plan, recording).savefig(unfinished, dpi=110, format="png")
 
 
 def figure_of(plan: RunPlan, recording: Recording) -> "Figure":

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sampled_loop import PHASES, sampled_loop
 
-from maglev.cosim.master import FmuSetup, Master, RunFailed
+from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
 from maglev.cosim.order import Order
 from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
@@ -97,7 +97,7 @@ def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
 
     with Master(three(fmus)[:2], loop_connections(), 2e-4) as master:
         master.fmus["controller"].do_step = interrupt
-        with pytest.raises(RunFailed, match=r"at t = 0\.0246 s: interrupted") as failure:
+        with pytest.raises(RunInterrupted, match=r"at t = 0\.0246 s: interrupted") as failure:
             master.run(0.1)
     assert len(failure.value.recording.time) == 124
     assert failure.value.recording.columns["plant.y.position"][-1] != 0.0

@@ -14,7 +14,9 @@ from maglev.errors import ScenarioError
 from maglev.experiment.chain import Ends, in_order, started
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import needed, prepare_all, select
-from maglev.regression.check import CheckResult, check_all, update_all
+from maglev.regression.check import check_all
+from maglev.regression.outcome import CheckResult
+from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.run_plan import RunOutput, RunPlan

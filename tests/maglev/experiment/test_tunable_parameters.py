@@ -69,7 +69,8 @@ def test_mass_of_an_axis_with_its_unit(either_kind: Path, tmp_path: Path) -> Non
     """C1 is the acceleration at the nominal mass: the same current pushes a thousandth of the mass a thousand times."""
     text = STEP.format(name="h.mass", times="[0]", values='["{}"]')
     light, heavy = (accelerations(drive(tmp_path, text.format(mass)), either_kind) for mass in ("1 kg", "1000 kg"))
-    assert light[0] == pytest.approx(1000.0 * heavy[0], rel=1e-9)
+    # The lighter mover leaves the place that the currents are commutated for a little within the sample.
+    assert light[0] == pytest.approx(1000.0 * heavy[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(("name", "values", "expected"), [

@@ -14,8 +14,10 @@ from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import BaselineError
 from maglev.experiment.preparation import Experiment
 from maglev.regression.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
-from maglev.regression.check import CheckResult, check_run, describe, exit_code, update_run
+from maglev.regression.check import check_run
 from maglev.regression.deviation import Deviation, first_deviation, worst
+from maglev.regression.outcome import CheckResult, describe, exit_code
+from maglev.regression.update import update_run
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import TempPathFactory
 
-from maglev.regression.check import CheckResult
 from maglev.regression.junit import write_junit
+from maglev.regression.outcome import CheckResult
 
 
 def result(name: str, status: Literal["passed", "deviated", "error"], message: str = "") -> CheckResult:

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from maglev.regression.baseline import baseline_files
-from maglev.regression.check import CheckResult, check_run, describe
+from maglev.regression.check import check_run
+from maglev.regression.outcome import CheckResult, describe
 from maglev.schema.layers import PACKAGED, packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan

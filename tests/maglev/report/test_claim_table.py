@@ -12,12 +12,12 @@ def test_the_summary_counts_verdicts_and_runs():
     claims = [judged(verdict) for k, verdict in enumerate(VERDICTS) for _ in range(k + 1)]
     page = page_of([recorded(SETPOINTS), failed(packaged("3dof-setpoints"), "why")], {"2dof-setpoints": claims})
     (cards,) = page.of_class("cards")
-    assert cards.text == "1 ✓ reproduced2 ≈ within 10 %3 ✗ not reproduced4 ? not testable5 – not run"
+    assert cards.text == "1 ✓ reproduced2 ≈ within 10 %3 ✗ not reproduced4 ? not testable5 – not run6 ≠ modified run"
     assert "1 runs completed, 1 failed." in page.source.replace("<strong>", "").replace("</strong>", "")
     assert [row["data-verdict"] for row in page.all("tr") if row["data-verdict"]] == [c.verdict for c in claims]
     buttons = {button["data-verdict"]: button.text for button in page.all("button")}
     assert list(buttons) == ["", *VERDICTS]
-    assert buttons[""] == "all (15)"
+    assert buttons[""] == "all (21)"
     assert buttons["not testable"] == "? not testable (4)"
 
 

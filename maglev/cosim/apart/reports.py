@@ -1,0 +1,76 @@
+"""What is said between the two processes of a co-simulation apart."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev.cosim.master import FmuSetup
+from maglev.cosim.order import Order
+
+COUNTER = "calls"   # file with the number of calls that were begun
+TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
+
+
+class Job(NamedTuple):
+    """A run, as of `Master`, and the folder in which everything of it lies."""
+
+    setups: Sequence[FmuSetup]
+    connections: Sequence[tuple[str, str]]
+    step: float
+    order: Order
+    stop_time: float
+    drives: Mapping[str, Sequence[float]]
+    folder: Path
+
+
+class Stage(NamedTuple):
+    """Report: what is done with an FMU now, while no calls are counted."""
+
+    fmu: str
+    doing: str
+
+
+STARTING = Stage("the process of the run", "its start")
+ENDING = Stage("the process of the run", "its end")
+
+
+class Named(NamedTuple):
+    """A call as it is reported: name of the FMU and what it is."""
+
+    fmu: str
+    what: str
+
+
+class Wired(NamedTuple):
+    """Report: the calls before the first step, those of each phase, and the columns of each array."""
+
+    initial: list[Named]
+    phases: list[list[Named]]
+    columns: list[list[str]]
+
+
+class Stepped(NamedTuple):
+    """Report: progress."""
+
+    done: int
+    steps: int
+
+
+class Finished(NamedTuple):
+    """Report: the recording is complete; notes as of `Recording`."""
+
+    notes: tuple[str, ...]
+
+
+class Failed(NamedTuple):
+    """Report: an FMU refused a call, after so many rows."""
+
+    message: str
+    rows: int
+
+
+class Refused(NamedTuple):
+    """Report: what cannot be run; a bug of ours with its traceback."""
+
+    error: Exception | None
+    bug: str = ""

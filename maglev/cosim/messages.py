@@ -1,0 +1,40 @@
+"""What FMUs say through FMI's logger: kept with a bound, for an error and for a note after the run."""
+
+import re
+from collections import deque
+
+MOST_MESSAGES = 20      # of an FMU that are kept
+LONGEST_MESSAGE = 500   # characters of one of them
+
+# How pythonfmu's binary reports an exception; its text is what a person wants to read.
+PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
+
+
+class Messages:
+    """Messages of one FMU, whose status is not fmi2OK."""
+
+    def __init__(self) -> None:
+        self.latest: deque[str] = deque(maxlen=MOST_MESSAGES)   # since somebody asked
+        self.counts: dict[str, int] = {}   # of the first different ones
+        self.others = 0                    # messages beyond these
+
+    def add(self, text: str) -> None:
+        """Keep a message."""
+        text = PYTHON_EXCEPTION.sub(r"\2", " ".join(text.split()))
+        text = text if len(text) <= LONGEST_MESSAGE else text[:LONGEST_MESSAGE] + "…"
+        self.latest.append(text)
+        if text in self.counts or len(self.counts) < MOST_MESSAGES:
+            self.counts[text] = self.counts.get(text, 0) + 1
+        else:
+            self.others += 1
+
+    def take(self) -> str:
+        """The latest messages, which are not given again."""
+        text = "; ".join(self.latest)
+        self.latest.clear()
+        return text
+
+    def summary(self) -> str:
+        """What was said since the beginning, each text once with its number; empty if nothing was."""
+        texts = [text if number == 1 else f"{text} ({number} times)" for text, number in self.counts.items()]
+        return "; ".join([*texts, *([f"and {self.others} more messages"] if self.others else [])])
