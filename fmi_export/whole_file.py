@@ -1,10 +1,10 @@
 """Files that appear under their names when they are complete."""
 
-import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 
 @contextmanager
@@ -22,12 +22,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        os.close(handle)
-        unfinished = Path(name)
+        unfinished = path.with_name(f".{path.name}.{uuid4().hex}.part")
         try:
             yield unfinished
-            unfinished.chmod(0o666 & ~current_umask())   # temporary files are for their owner alone
             unfinished.replace(path)
         finally:
             unfinished.unlink(missing_ok=True)
@@ -49,13 +46,6 @@ def whole_files(folder: Path) -> Iterator[Path]:
         yield Path(name)
         for file in sorted(Path(name).iterdir()):
             file.replace(folder / file.name)
-
-
-def current_umask() -> int:
-    """File mode bits that this process withholds."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -110,8 +110,8 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False) ->
     translation = translated_blocks(chosen, PACKAGES)
     # Most of the time goes to the compiler, in processes of its own.
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
-        fmus = list(pool.map(
-            lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished, host_only), chosen))
+        fmus = list(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
+                                                           host_only), chosen))
         made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
     return [folder / path.name for path in made]
 
