@@ -39,11 +39,16 @@ def whole_file(path: Path) -> Iterator[Path]:
 def whole_files(folder: Path) -> Iterator[Path]:
     """Give a folder inside `folder` to write files to, which take their places in it at the end of the block.
 
-    If the block fails, everything in `folder` is as it was.
+    If the block fails, everything in `folder` is as it was; an OSError names the file in it that was to be.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".unfinished.", dir=folder) as name:
-        yield Path(name)
+        try:
+            yield Path(name)
+        except OSError as error:
+            if error.filename is not None and Path(error.filename).parent == Path(name):
+                raise OSError(error.errno, error.strerror, str(folder / Path(error.filename).name)) from error
+            raise
         for file in sorted(Path(name).iterdir()):
             file.replace(folder / file.name)
 

@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from maglev.cosim.apart.child import PATIENCE, end, end_with_parent, how_it_ended, start
-from maglev.cosim.interrupts import held_interrupts, terminate
+from maglev.cosim.interrupts import terminate
 from maglev.cosim.master import Progress
 from maglev.errors import in_one_line, name_of, signal_of
 
@@ -95,12 +95,12 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                                                       "code 0"),))
                 elif report.interrupted:
                     report = Report(1, 1, (died(name, report.interrupted),))
-                watch(name, report.done, report.steps)
                 if report.result is not None:
                     results[name] = report.result[0]
                     del running[pipe]
                     pipe.close()
                     process.join()
+                watch(name, report.done, report.steps)
     except KeyboardInterrupt as error:
         left = asked_to_end(running, results)
         raise Stopped(signal_of(error), name_of(error), results, left) from None
@@ -152,8 +152,8 @@ def work(task: Task[T], reports: Connection) -> None:
             last: Report[T] = Report(1, 1, (task(progress),))
         except KeyboardInterrupt as error:
             last = Report(1, 1, interrupted=in_one_line(error))
-        with held_interrupts():   # half a report could not be read
-            reports.send(last)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # half a report could not be read
+        reports.send(last)
 
 
 def end_in_order() -> None:

@@ -1,0 +1,127 @@
+"""Ctrl-C and SIGTERM: one line, exit code 130 or 143, recordings kept, no folder for temporary files left behind."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from faulty_fmus import faulty
+
+from maglev.errors import Interrupted
+from maglev.regression.update import update_all
+from maglev.schema.loading import load_plan
+
+LONG = '\nextends = "{base}"\nname = "{name}"\ntitle = "A long hold"\nstop_time = "{seconds} s"\n'
+CODES = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+
+
+class Command:
+    """`maglev` in a process group of its own, as a shell starts it."""
+
+    def __init__(self, folder: Path, *arguments: str | Path):
+        self.unpacked = folder / "unpacked"
+        self.unpacked.mkdir()
+        self.process = subprocess.Popen([sys.executable, "-m", "maglev", *arguments], text=True, stderr=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, cwd=folder, start_new_session=True,
+                                        env={**os.environ, "TMPDIR": str(self.unpacked), "PYTHONUNBUFFERED": "1"})
+
+    def wait_until(self, condition: Callable[[], object]) -> None:
+        """Wait for a condition, two minutes at most."""
+        end = time.monotonic() + 120.0
+        while not condition():
+            assert self.process.poll() is None, self.process.communicate()
+            assert time.monotonic() < end
+            time.sleep(0.02)
+
+    def ended(self, number: int) -> tuple[int, list[str]]:
+        """Exit code and lines of standard error after a signal; Ctrl-C goes to every process of a terminal."""
+        if number == signal.SIGINT:
+            os.killpg(self.process.pid, number)
+        else:
+            self.process.send_signal(number)
+        _, errors = self.process.communicate(timeout=120.0)
+        assert list(self.unpacked.iterdir()) == []
+        return self.process.returncode, errors.splitlines()
+
+
+def scenario(folder: Path, name: str, seconds: float) -> Path:
+    path = folder / f"{name}.toml"
+    path.write_text(LONG.format(base=load_plan("2dof-setpoints").path, name=name, seconds=seconds))
+    return path
+
+
+@pytest.fixture
+def long(tmp_path: Path) -> Callable[[str], Path]:
+    """Function that makes a scenario of a quarter of an hour."""
+    return lambda name: scenario(tmp_path, name, 900)
+
+
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_a_run_of_python_fmus(fmus: Path, tmp_path: Path, long: Callable[[str], Path], number: int, code: int,
+                              word: str) -> None:
+    """The FMUs run in the Python that gets the signal, and are not blamed for it."""
+    command = Command(tmp_path, "run", long("hold"), "--fmus", fmus)
+    command.wait_until(lambda: len(list(command.unpacked.glob("maglev_*/resources"))) == 2)
+    time.sleep(1.0)   # wherever the run is then
+    found, lines = command.ended(number)
+    assert (found, len(lines)) == (code, 1), lines
+    partial = Path("results") / "hold.partial.csv"
+    if "at t" in lines[0]:
+        assert lines[0].startswith("maglev: at t = ")
+        assert lines[0].endswith(f" s: {word}; what was recorded until then is in {partial}")
+        assert len((tmp_path / partial).read_text().splitlines()) > 1
+    else:
+        assert lines[0] == f"maglev: {word}"
+
+
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_runs_side_by_side(fmus: Path, tmp_path: Path, long: Callable[[str], Path], number: int, code: int,
+                           word: str) -> None:
+    names = ["one", "two", "three"]
+    command = Command(tmp_path, "run", *map(long, names), "--jobs", "2", "--fmus", fmus)
+    command.wait_until(lambda: len(list(command.unpacked.glob("maglev_*/resources"))) == 4)
+    time.sleep(2.0)
+    found, lines = command.ended(number)
+    assert (found, len(lines)) == (code, 1), lines
+    assert lines[0].startswith(f"maglev: {word}: 0 of 3 runs were done; ")
+    for name in names[:2]:
+        partial = Path("results") / f"{name}.partial.csv"
+        assert f"{name} at t = " in lines[0]
+        assert f"what was recorded until then is in {partial}" in lines[0]
+        assert len((tmp_path / partial).read_text().splitlines()) > 1
+    assert "three" not in lines[0]
+
+
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code: int, word: str) -> None:
+    ports = faulty("hang", tmp_path).with_name("sources") / "ports.toml"
+    command = Command(tmp_path, "run", "2dof-step-1-nonlinear", "--controller", "pd_controller.fmu", "--map", ports,
+                      "--fmus", fmus, "--timeout", "10 min")
+    command.wait_until(lambda: [path for path in command.unpacked.glob("*/calls")
+                                if int.from_bytes(path.read_bytes(), "little") > 1000])
+    found, lines = command.ended(number)
+    assert found == code
+    assert lines[-1] == (f"maglev: at t = 0.1 s: {word}; what was recorded until then is in "
+                         f"{Path('results') / '2dof-step-1-nonlinear.partial.csv'}")
+    assert not [line for line in lines if not line.startswith("maglev: ")]
+
+
+def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:
+    """Ctrl-C when the first of two runs is done."""
+    plans = [load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")]
+
+    def interrupt(_name: str, done: int, steps: int) -> None:
+        if done == steps:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="interrupted: 1 of 2 runs were done"):
+        update_all(plans, fmus, {}, [], tmp_path / "baselines", 1, interrupt)
+    assert not (tmp_path / "baselines").exists()
+    assert {result.status for result in update_all(plans, fmus, {}, [], tmp_path / "baselines", 2,
+                                                   lambda *_: None)} == {"new"}
+    shutil.rmtree(tmp_path / "baselines")

@@ -1,0 +1,101 @@
+"""Two commands at once, a full disk, a report that cannot be written: whole files, and messages that name them."""
+
+import errno
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import error_line, maglev
+from faulty_fmus import faulty, faulty_run
+
+from fmi_export.whole_file import whole_file, whole_files, write_whole
+from maglev.catalogue import build
+from maglev.cosim.master import RunFailed
+from maglev.csv_table import read_csv
+from maglev.experiment.execution import execute
+from maglev.schema.loading import load_plan
+
+SHORT = '\nextends = "{base}"\nname = "short"\ntitle = "A short hold"\nstop_time = "{seconds} s"\n'
+
+
+def full_disk(*_: Any, **__: Any) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) -> None:
+    """Of the same name and different length: every file is all of one of them."""
+    base = load_plan("2dof-setpoints").path
+    lengths = (1.0, 1.5)
+    commands = []
+    for seconds in lengths:
+        scenario = tmp_path / f"of_{seconds}.toml"
+        scenario.write_text(SHORT.format(base=base, seconds=seconds))
+        commands.append([sys.executable, "-m", "maglev", "run", str(scenario), "--fmus", str(fmus), "--out",
+                         str(tmp_path / "out")])
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for command in commands]
+    for each in both:
+        _, errors = each.communicate(timeout=300)
+        assert each.returncode == 0, errors
+    table = read_csv(tmp_path / "out" / "short.csv")
+    table.require_full_rows()
+    assert table.column("time")[-1] in lengths
+    assert (len(table.column("time")) - 1) * 1e-3 == pytest.approx(table.column("time")[-1])
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["claims.md", "short.csv", "short.json",
+                                                                         "short.txt"]
+
+
+def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "results.csv"
+    path.write_text("before")
+    with pytest.raises(OSError, match=r"No space left on device: .*results\.csv"), whole_file(path):
+        full_disk()
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
+                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("maglev.experiment.results.csv.writer", full_disk)
+    with pytest.raises(RunFailed) as failure:
+        execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)
+    assert str(failure.value).startswith("at t = 0.1 s: controller (pd_controller.fmu) refused fmi2DoStep with status "
+                                         "-1: it gave no message; what was recorded until then cannot be written: ")
+    assert str(failure.value).endswith(f"No space left on device: '{tmp_path / '2dof-step-1-nonlinear.partial.csv'}'")
+
+
+def test_a_build_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk is full when the second FMU is written."""
+    (tmp_path / "PID2DOF.fmu").write_text("before")
+    write, calls = zipfile.ZipFile.writestr, []
+
+    def written(self: zipfile.ZipFile, *arguments: Any, **more: Any) -> None:
+        calls.append(self.filename)
+        if len(set(calls)) == 2:
+            full_disk()
+        write(self, *arguments, **more)
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", written)
+    result = maglev("build", "PID2DOF", "Plant2DOF", "--fmus", tmp_path)
+    assert "No space left on device" in error_line(result)
+    assert error_line(result).endswith(f"'{tmp_path / 'Plant2DOF.fmu'}'")
+    assert [path.name for path in tmp_path.iterdir()] == ["PID2DOF.fmu"]
+    assert (tmp_path / "PID2DOF.fmu").read_text() == "before"
+    monkeypatch.undo()
+    assert build(["PID2DOF"], tmp_path) == [tmp_path / "PID2DOF.fmu"]
+    assert zipfile.is_zipfile(tmp_path / "PID2DOF.fmu")
+
+
+def test_files_of_a_block_that_fails_do_not_appear(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError), whole_files(tmp_path) as unfinished:
+        write_whole(unfinished / "a", "text")
+        raise ZeroDivisionError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_junit_that_cannot_be_written_hides_no_results(fmus: Path, tmp_path: Path) -> None:
+    result = maglev("check", "2dof-smooth-nonlinear", "--fmus", fmus, "--junit", tmp_path)
+    assert "2dof-smooth-nonlinear: passed" in result.stdout
+    assert str(tmp_path) in error_line(result)
