@@ -142,6 +142,6 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
     if name.startswith("Plant"):
         assert seen["at_stop"] == {False, True}
     elif name.startswith("ClosedLoop"):
-        assert True in seen["controller.saturated"] and True in seen["plant.at_stop"]
+        assert True in seen["controller.saturated"]   # which keeps most of them away from the stops
     elif not name.startswith("Estimator"):
         assert True in seen["saturated"]
