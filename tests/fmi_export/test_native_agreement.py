@@ -40,7 +40,7 @@ def pick(vs: list[ScalarVariable], most: int) -> st.SearchStrategy[Values]:
 
 def attempt(component: Fmu, call: Callable[[], Any]) -> str:
     """What an FMU says when it refuses; empty if it does not."""
-    component.messages.clear()
+    component.said()
     try:
         call()
     except FMICallException:
