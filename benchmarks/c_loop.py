@@ -12,8 +12,9 @@ from pathlib import Path
 from time import perf_counter
 
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import host_platform
+from fmi_export.native.build import PREFIX, host_platform
 from fmi_export.native.compiler import library
+from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
 from maglev.catalogue import PACKAGES
@@ -74,7 +75,9 @@ def c_loop(controller: FmuDefinition, plant: FmuDefinition, axes: Sequence[str],
     platform = next(iter(host_platform().values()))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"loop{platform.ending}"
-        path.write_bytes(library({**translated(texts), "loop.c": source}, "loop", platform))
+        blocks = translated(texts)
+        prefix = prefix_header("loop", [text for name, text in blocks.items() if name.endswith(".h")])
+        path.write_bytes(library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform))
         run = ctypes.CDLL(str(path)).run
     run.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
     record = (ctypes.c_double * (steps * len(outputs)))()
