@@ -11,8 +11,8 @@ from fmi_export.definition import Experiment, FmuDefinition
 from plant_fmu.plant_2dof import PLANT_2DOF
 from plant_fmu.plant_3dof import PLANT_3DOF
 
-# Of whole samples, whichever the stage. fmpy doubles the step until there are at most 1000: 40 ms, which divide 26 s.
-EXPERIMENT = Experiment(stop_time=26.0, step=10.0e-3)
+# Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
+EXPERIMENT = Experiment(stop_time=26.0, step=40.0e-3)
 
 
 def closed_loop(name: str, block: type, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
