@@ -85,7 +85,7 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
     """Baseline of a run: the signals of `plan.check`, one sample every `plan.check.interval`.
 
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
-    trajectory by tens of micrometres.
+    trajectory by tens of micrometres. `plan.check.through_contact` is for runs without encoder and feedback to magnify it.
 
     Parameters
     ----------
@@ -122,8 +122,10 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
 
 
 def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
-    """Number of communication points before the first one with a flag of the plan set."""
+    """Number of communication points before the first one with a flag of the plan set; all if contact does not matter."""
     end = len(recording.time)
+    if plan.check.through_contact:
+        return end
     for flag in (plan.stop_flag, plan.trip_flag):
         if flag is not None:
             rows_set = np.flatnonzero(recorded(recording, flag))

@@ -96,9 +96,13 @@ class SignalTolerance(Table):
 
 
 class CheckSettings(Table):
-    """Which signals a baseline holds, how often, and how closely a run must follow them."""
+    """Which signals a baseline holds, how often, and how closely a run must follow them.
+
+    `through_contact` says that it does not end where a stop is touched or the controller trips.
+    """
 
     interval: Annotated[Seconds, Field(gt=0.0)] = 0.05
+    through_contact: StrictBool = False
     signals: dict[str, SignalTolerance] = {}
 
 
