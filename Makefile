@@ -6,7 +6,7 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report claims check check-all check-built test quick build native lint bench accuracy clean
+.PHONY: demo report claims check check-all check-built test quick build native lint bench accuracy mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -59,6 +59,10 @@ bench: .venv/.test
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
+
+# What the check would miss: one line of the blocks changed at a time. It takes a quarter of an hour.
+mutants: .venv/.test
+	$(BIN)/python tools/mutants.py
 
 clean:
 	rm -rf .venv results fmus/*.fmu fmus/*.ssp fmus/native

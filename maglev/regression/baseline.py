@@ -85,7 +85,7 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
     """Baseline of a run: the signals of `plan.check`, one sample every `plan.check.interval`.
 
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
-    trajectory by tens of micrometres. `plan.check.through_contact` is for runs without encoder and feedback to magnify it.
+    trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
 
 
 def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
-    """Number of communication points before the first one with a flag of the plan set; all if contact does not matter."""
+    """Number of communication points before the first one with a flag of the plan set, or all: `through_contact`."""
     end = len(recording.time)
     if plan.check.through_contact:
         return end

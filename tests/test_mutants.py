@@ -1,0 +1,39 @@
+"""The mutations of tools/mutants.toml apply; `make mutants` shows that each is noticed."""
+
+import ast
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from maglev.catalogue import DEFINITIONS
+
+ROOT = Path(__file__).parents[1]
+
+
+def tool() -> ModuleType:
+    """The script, which is not in a package."""
+    spec = importlib.util.spec_from_file_location("mutants", ROOT / "tools" / "mutants.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+MUTATIONS = tool().read_mutations()
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=str)
+def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any) -> None:
+    changed = mutation.source()
+    ast.parse(changed)
+    assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse((ROOT / mutation.file).read_text(encoding="utf-8")))
+    assert set(mutation.fmus) <= set(DEFINITIONS)
+    flown = {fmu.model for plan in tool().plans_of(mutation.runs) for fmu in plan.fmus.values()}
+    assert set(mutation.fmus) <= flown
+
+
+def test_no_mutation_is_there_twice() -> None:
+    assert len({(each.file, each.old, each.new, each.fmus) for each in MUTATIONS}) == len(MUTATIONS) >= 40

@@ -1,0 +1,143 @@
+"""Change one line of the blocks at a time, and see whether `maglev check` notices.
+
+    python tools/mutants.py                  # every mutation of mutants.toml
+    python tools/mutants.py 3 17 amplifier   # those numbers, and those whose group, file or text contains a word
+
+Each mutation is made in a copy of the packages, the FMUs that it affects are built natively for this machine, and the
+runs of its group are checked against the committed baselines until one deviates. The exit code is 1 if a mutation
+survives that `mutants.toml` does not call equivalent, with a reason, or if one called so is noticed.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev.catalogue import build_native
+from maglev.regression.check import check_run
+from maglev.schema.layers import PACKAGED
+from maglev.schema.loading import load_plans
+from maglev.schema.run_plan import RunPlan
+
+ROOT = Path(__file__).parents[1]
+LIST = Path(__file__).with_suffix(".toml")
+COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "fmi_export", "maglev",
+          "scenarios")
+BUILD = """
+import sys
+from pathlib import Path
+from maglev.catalogue import build_native
+build_native(sys.argv[2:], Path(sys.argv[1]), host_only=True)
+"""
+
+
+class Mutation(NamedTuple):
+    """One line of a file of the repository changed, the FMUs to build anew, and the runs that may notice.
+
+    `equivalent` says why nothing follows from it; empty where it has to be noticed.
+    """
+
+    group: str
+    file: str
+    old: str
+    new: str
+    fmus: tuple[str, ...]
+    runs: tuple[str, ...]
+    equivalent: str
+
+    def source(self) -> str:
+        """The changed file; ValueError if the old text does not stand in it exactly once."""
+        text = (ROOT / self.file).read_text(encoding="utf-8")
+        if text.count(self.old) != 1:
+            raise ValueError(f"{self.file}: {self.old!r} occurs {text.count(self.old)} times, expected once")
+        return text.replace(self.old, self.new)
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.old.strip()}  ->  {self.new.strip() or 'nothing'}"
+
+
+def read_mutations() -> list[Mutation]:
+    """Mutations of `mutants.toml`, in its order."""
+    groups = tomllib.loads(LIST.read_text(encoding="utf-8"))["groups"]
+    return [Mutation(name, each.get("file", group.get("file")), each["old"], each["new"], tuple(group["fmus"]),
+                     tuple(each.get("runs", group["runs"])), each.get("equivalent", ""))
+            for name, group in groups.items() for each in group["mutations"]]
+
+
+def plans_of(runs: Sequence[str]) -> list[RunPlan]:
+    """Plans of runs; the name of a scenario stands for its variants."""
+    return [plan for name in runs for plan in load_plans(name)]
+
+
+def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
+    """Build the FMUs of a mutation beside links to the unchanged ones; what the compiler refuses, in a line."""
+    source, fmus = folder / "source", folder / "fmus"
+    for name in COPIED:
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "baselines"))
+    for name in ("pyproject.toml", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    (source / mutation.file).write_text(mutation.source(), encoding="utf-8")
+    fmus.mkdir()
+    for fmu in unchanged.glob("*.fmu"):
+        if fmu.stem not in mutation.fmus:
+            (fmus / fmu.name).symlink_to(fmu)
+    done = subprocess.run([sys.executable, "-c", BUILD, str(fmus), *mutation.fmus], cwd=folder, text=True,
+                          capture_output=True, env={**os.environ, "PYTHONPATH": str(source)})
+    return "" if done.returncode == 0 else (done.stderr or done.stdout).strip().splitlines()[-1]
+
+
+def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
+    """What the first run that does not pass says; empty if all pass."""
+    for plan in plans:
+        result = check_run(plan, fmus, {}, (), PACKAGED / "baselines", {})
+        if result.status != "passed":
+            return f"{plan.name} {result.message}"
+    return ""
+
+
+def chosen(mutations: Sequence[Mutation], words: Sequence[str]) -> list[tuple[int, Mutation]]:
+    """Numbered mutations, those that any of the words is for."""
+    return [(k, mutation) for k, mutation in enumerate(mutations, 1)
+            if not words or any(word == str(k) or not word.isdigit() and word in f"{mutation.group} {mutation}"
+                                for word in words)]
+
+
+def main() -> int:
+    """Try mutations, print what became of each, and count those that are not as expected."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("words", nargs="*", help="numbers, or parts of group, file or text")
+    words = parser.parse_args().words
+    mutations = chosen(read_mutations(), words)
+    wrong: list[str] = []
+    with tempfile.TemporaryDirectory(prefix="mutants-") as temporary:
+        unchanged = Path(temporary) / "unchanged"
+        plans = {run: plans_of([run]) for _, mutation in mutations for run in mutation.runs}
+        flown = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
+        build_native(flown, unchanged, host_only=True)
+        failure = noticed([plan for some in plans.values() for plan in some], unchanged)
+        if failure:
+            print(f"without a mutation: {failure}")
+            return 1
+        for number, mutation in mutations:
+            folder = Path(temporary) / str(number)
+            failure = built(mutation, folder, unchanged)
+            text = f"cannot be built: {failure}" if failure else noticed(plans_of(mutation.runs), folder / "fmus")
+            shutil.rmtree(folder)
+            expected = bool(text) != bool(mutation.equivalent) and not failure
+            verdict = "noticed" if text else "survived"
+            print(f"{number:3d} {verdict:8s} {mutation}", flush=True)
+            print(f"             {text or mutation.equivalent or 'by no run'}", flush=True)
+            if not expected:
+                wrong.append(f"{number} {verdict}: {mutation}")
+    print(f"{len(mutations)} mutations, {len(wrong)} not as expected", *wrong, sep="\n  ")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
