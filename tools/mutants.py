@@ -59,7 +59,8 @@ class Mutation(NamedTuple):
         return text.replace(self.old, self.new)
 
     def __str__(self) -> str:
-        return f"{self.file}: {self.old.strip()}  ->  {self.new.strip() or 'nothing'}"
+        old, new = " ".join(self.old.split()), " ".join(self.new.split())
+        return f"{self.file}: {old}  ->  {new or 'nothing'}"
 
 
 def read_mutations() -> list[Mutation]:

@@ -177,6 +177,13 @@ def test_ends_before_contact_or_trip(at_stop: int, tripped: int, last: int) -> N
     assert baseline.stop_time == 0.0005 * last
 
 
+def test_goes_through_contact_and_trip_where_the_scenario_says_so() -> None:
+    plan = checked(0.05, "plant.at_stop")
+    through = plan.model_copy(update={"check": plan.check.model_copy(update={"through_contact": True})})
+    baseline = from_recording(through, 0.0005, flown(350, 900))
+    assert baseline.columns["plant.at_stop"].tolist() == [0.0] * 4 + [1.0] * 7
+
+
 def test_recordings_that_make_no_baseline() -> None:
     for plan, recording, message in (
             (checked(), flown(), "check.signals: expected at least one signal"),
