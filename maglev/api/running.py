@@ -135,7 +135,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     Parameters
     ----------
     names : iterable of str or Path, optional
-        Scenarios, variants or TOML files; every scenario of the package if not given.
+        Scenarios, variants or TOML files; every experiment of the package if not given.
     out : path
         Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and claims.md.
     plot : bool
@@ -166,7 +166,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
         require_matplotlib()
     if page:
         require_plotly()
-    asked = select(names)
+    asked = [plan for plan in select(names) if names is not None or not plan.check_only]
     replaced = options.get("plant") or options.get("controller")
     # With another FMU on both sides of a comparison, the claim would be about something else.
     plans = [*asked, *([] if replaced else compared(asked))]

@@ -117,21 +117,22 @@ def claim_table(results: Sequence[ClaimResult]) -> Table | str:
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
+    totals = count_verdicts(judged for _, judged in in_order(results, verdicts, outcomes))
+    shown = [verdict for verdict in VERDICTS if totals[verdict] or verdict != "modified run"]
     table = Table(Column("run", no_wrap=True), "outcome",
-                  *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in VERDICTS),
+                  *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in shown),
                   title="Verdicts on the claims")
     for result in results:
         if is_listed(result, verdicts):
             table.add_row(escape(result.plan.name), escape(short_outcome(result)),
-                          *counted_cells(verdicts[result.plan.name]))
+                          *counted_cells(verdicts[result.plan.name], shown))
     table.add_section()
     for found in outcomes:
         table.add_row(escape(found.settings.name), counted(found.values, "value"),
-                      *counted_cells(verdicts[found.settings.name]))
+                      *counted_cells(verdicts[found.settings.name], shown))
     table.add_section()
-    totals = count_verdicts(judged for _, judged in in_order(results, verdicts, outcomes))
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    table.add_row(f"{len(results)} runs", procedures, *map(str, totals.values()))
+    table.add_row(f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown))
     return table
 
 
@@ -142,10 +143,11 @@ def in_order(results: Sequence[RunResult], verdicts: Judgements,
     return [(name, judged) for name in names for judged in verdicts[name]]
 
 
-def counted_cells(claims: Sequence[ClaimResult]) -> list[str]:
-    """Cells of the table of many runs with the numbers of claims by verdict."""
-    return [f"[{COLOURS[verdict]}]{count}[/]" if count else ""
-            for verdict, count in count_verdicts(claims).items()] if claims else ["no claims"]
+def counted_cells(claims: Sequence[ClaimResult], shown: Sequence[Verdict]) -> list[str]:
+    """Cells of the table of many runs with the numbers of claims by the verdicts that are shown."""
+    counts = count_verdicts(claims)
+    return [f"[{COLOURS[verdict]}]{counts[verdict]}[/]" if counts[verdict] else ""
+            for verdict in shown] if claims else ["no claims"]
 
 
 def counted(items: Sequence[object], noun: str) -> str:

@@ -116,6 +116,7 @@ class RunPlan(Table):
     title: str
     description: str = ""
     figures: list[str] = []
+    check_only: StrictBool = False   # no experiment: flown by name and by the check of everything
     stop_time: Annotated[Seconds, Field(gt=0.0)]
     step: Annotated[Seconds, Field(gt=0.0)]
     output_interval: Annotated[Seconds, Field(gt=0.0)]
