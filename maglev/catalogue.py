@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from importlib.metadata import distribution
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
@@ -15,9 +16,10 @@ from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError, nearest
-from maglev.experiment.processes import processors
-from maglev.schema.loading import load_plan
-from maglev.schema.run_plan import RunPlan
+from maglev.processors import processors
+
+if TYPE_CHECKING:
+    from maglev.schema.run_plan import RunPlan
 
 PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
@@ -87,11 +89,18 @@ def build(names: Iterable[str], folder: Path) -> list[Path]:
 
 def with_parts(names: Iterable[str]) -> list[str]:
     """FMUs to build: those that are named, and in place of a system, those of its scenario."""
-    chosen = [list(models(load_plan(SYSTEMS[name])).values()) if name in SYSTEMS else [name] for name in names]
+    chosen = [list(models(loop_of(name)).values()) if name in SYSTEMS else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
-def models(plan: RunPlan) -> dict[str, str]:
+def loop_of(name: str) -> "RunPlan":
+    """Plan of the run that a system is of."""
+    from maglev.schema.loading import load_plan  # to list what there is takes no pydantic
+
+    return load_plan(SYSTEMS[name])
+
+
+def models(plan: "RunPlan") -> dict[str, str]:
     """FMUs of a scenario in the order in which they step, by their names in it."""
     return {part: fmu.model or "" for part, fmu in plan.fmus.items()}
 
@@ -123,7 +132,7 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
     """
     written = []
     for name in names:
-        plan = load_plan(SYSTEMS[name])
+        plan = loop_of(name)
         parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in models(plan).items()}
         for ports in (True, False):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")

@@ -7,8 +7,8 @@ from typing import TypeVar, Unpack
 from maglev.api.options import FlightOptions, folder_of, replacements, starts, timeout_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import ScenarioError
-from maglev.experiment.processes import processors
 from maglev.experiment.selection import needed, prepare_all, select
+from maglev.processors import processors
 from maglev.regression.check import check_all
 from maglev.regression.junit import write_junit
 from maglev.regression.outcome import CheckResult, UpdateResult

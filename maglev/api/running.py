@@ -17,11 +17,12 @@ from maglev.cosim.order import Order
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult, execute_all, execute_or_fail, fly, judge_all
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.processes import Watcher, processors
+from maglev.experiment.processes import Watcher
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import Judgements
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
+from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import require_plotly, write_report
 from maglev.report.plot import plot as write_plot

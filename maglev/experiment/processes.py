@@ -45,11 +45,6 @@ class Stopped(KeyboardInterrupt):
         self.left = left
 
 
-def processors() -> int:
-    """Number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T],
                  watch: Watcher) -> dict[str, T]:
     """Do the tasks, at most `jobs` at a time.

@@ -4,7 +4,7 @@ What is in them is not looked at here: to list the runs takes no more than to re
 """
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,7 +46,8 @@ def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
 def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     """Layers of the files that a table extends, in their order, and the table itself last."""
     path, table = layer
-    bases = table.pop("extends", [])
+    bases = table.get("extends", [])
+    layer = Layer(path, {key: value for key, value in table.items() if key != "extends"})
     bases = [bases] if isinstance(bases, str) else bases
     if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
@@ -74,7 +75,14 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
 
 
 def placed(path: Path) -> dict[str, Any]:
-    """Table of one TOML file; its relative file names are made absolute."""
+    """Table of one TOML file; its relative file names are made absolute. Nothing may be changed in it."""
+    written = path.stat() if path.is_file() else None
+    return placed_once(path, *((written.st_mtime_ns, written.st_size) if written else (0, 0)))
+
+
+@lru_cache(maxsize=256)
+def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
+    """Table of a file, read once for as long as the file stays as it is: most are extended by many."""
     table = read_toml(path)
     variants = table.get("variants")
     for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
