@@ -29,7 +29,7 @@ native: .venv/.test
 
 # The tests leave their FMUs behind, for the check.
 test: .venv/.test lint
-	$(BIN)/python -m pytest -n 2 --dist loadfile --fmus .venv/fmus
+	$(BIN)/python -m pytest -n 2 --dist loadfile --fmus=.venv/fmus
 	$(MAKE) check-built
 	$(BIN)/python benchmarks/step_cost.py --gate
 

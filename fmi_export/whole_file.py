@@ -1,10 +1,10 @@
 """Files that appear under their names when they are complete."""
 
+import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from uuid import uuid4
 
 
 @contextmanager
@@ -22,7 +22,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{path.name}.{uuid4().hex}.part")
+        unfinished = path.with_name(f".{path.name}.{os.urandom(8).hex()}.part")
         try:
             yield unfinished
             unfinished.replace(path)

@@ -31,6 +31,8 @@ from maglev.report.text import claims_markdown, text_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 
+MOST_LEFT_OUT = 3   # start values that are named one by one
+
 Say = Callable[[str], None]
 Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]
 
@@ -226,11 +228,17 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     sentences = []
     for experiment in experiments:
         if experiment.left_out:
-            sentences.append(f"the FMU that was put in has no {', '.join(experiment.left_out)}: the plan's start "
-                             "values are left out")
+            sentences.append(f"the FMU that was put in has no {few(experiment.left_out)}: the plan's start values are "
+                             "left out")
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):
         say(sentence)
+
+
+def few(names: Sequence[str]) -> str:
+    """Names in a row, not too many."""
+    shown = ", ".join(names[:MOST_LEFT_OUT])
+    return shown if len(names) <= MOST_LEFT_OUT else f"{shown} and {len(names) - MOST_LEFT_OUT} others"
 
 
 def warn(sentence: str) -> None:
