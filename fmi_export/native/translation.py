@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from importlib.util import find_spec
 from math import isinf
@@ -103,16 +104,17 @@ def files_of(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str
 
 def in_order(texts: Mapping[str, str]) -> list[str]:
     """Names of modules, each after those that it imports."""
+    sorter = TopologicalSorter({name: [other for other in imported_modules(name, text) if other in texts]
+                                for name, text in texts.items()})
+    try:
+        sorter.prepare()
+    except CycleError as error:
+        raise ExportError(f"modules {', '.join(error.args[1])} import each other, expected an order") from None
     ordered: list[str] = []
-    waiting = sorted(texts)
-    while waiting:
-        ready = [name for name in waiting
-                 if all(imported in ordered or imported not in texts
-                        for imported in imported_modules(name, texts[name]))]
-        if not ready:
-            raise ExportError(f"modules {', '.join(waiting)} import each other, expected an order")
+    while sorter.is_active():
+        ready = sorted(sorter.get_ready())   # the order of a set would depend on the hash seed
         ordered += ready
-        waiting = [name for name in waiting if name not in ready]
+        sorter.done(*ready)
     return ordered
 
 
