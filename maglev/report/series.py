@@ -90,12 +90,6 @@ def encode(integers: NDArray[np.int64]) -> bytes:
     return differences.view(np.uint8).reshape(-1, 4).T.tobytes()
 
 
-def decode(data: bytes) -> NDArray[np.int64]:
-    """Read what `encode` wrote; the page does the same."""
-    planes = np.frombuffer(data, dtype=np.uint8).reshape(4, -1)
-    return np.cumsum(np.ascontiguousarray(planes.T).view("<i4")[:, 0], dtype=np.int64)
-
-
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
          tolerances: Mapping[str, float], most: int) -> dict[str, Any]:
     """Signals of a run for the page.
@@ -136,19 +130,6 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
     # No time stamp: the same results give the same page.
     packed = gzip.compress(b"".join(data), compresslevel=9, mtime=0)
     return {"time": quantum, "signals": signals, "data": base64.b64encode(packed).decode("ascii")}
-
-
-def unpack(packed: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:
-    """Times (s) and values (SI) by signal, each of shape (k,), of what `pack` made; the page does the same."""
-    data = gzip.decompress(base64.b64decode(packed["data"]))
-    unpacked = {}
-    start = 0
-    for name, signal in packed["signals"].items():
-        size = 4 * signal["rows"]
-        times = decode(data[start:start + size]) * packed["time"]
-        unpacked[name] = (times, decode(data[start + size:start + 2 * size]) * signal["quantum"])
-        start += 2 * size
-    return unpacked
 
 
 def time_quantum(time: Array, interval: float) -> float:

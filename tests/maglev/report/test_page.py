@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from packed_series import unpack
 from report_runs import Page, all_recorded, failed, judged, packaged, page_of, recorded, renamed, without_anything
 
 from maglev.errors import ScenarioError
@@ -20,7 +21,6 @@ from maglev.report.page import (
     runs_data,
     write_report,
 )
-from maglev.report.series import unpack
 
 SETPOINTS = packaged("2dof-setpoints")
 HOSTILE = '</script><script>alert("1 & 2")</script>'

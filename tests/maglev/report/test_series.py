@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from packed_series import decode, unpack
 
-from maglev.report.series import LARGEST_COUNT, QUANTA, decode, encode, pack, thin, unpack
+from maglev.report.series import LARGEST_COUNT, QUANTA, encode, pack, thin
 
 INTERVAL = 1e-3   # s
 
