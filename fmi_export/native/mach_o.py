@@ -35,11 +35,3 @@ def universal(libraries: Sequence[bytes]) -> bytes:
     for piece, library in zip(slices, libraries, strict=True):
         result += bytes(piece.offset - len(result)) + library
     return bytes(result)
-
-
-def slices_of(binary: bytes) -> list[Slice]:
-    """Libraries in a universal binary."""
-    magic, count = struct.unpack_from(">II", binary)
-    if magic != FAT_MAGIC:
-        raise ValueError(f"binary begins with {magic:#x}, expected a universal one, {FAT_MAGIC:#x}")
-    return [Slice(*struct.unpack_from(">IIIII", binary, 8 + 20 * k)) for k in range(count)]

@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from fmi_export.native.mach_o import Slice, slices_of
+from fmi_export.native.mach_o import FAT_MAGIC, Slice
 
 PE32_PLUS = 0x20B
 X86_64_WINDOWS = 0x8664
@@ -114,3 +114,11 @@ def mac_library(data: bytes) -> Binary:
 def mac_libraries(data: bytes) -> list[tuple[Slice, Binary]]:
     """The libraries of a universal binary."""
     return [(piece, mac_library(data[piece.offset:piece.offset + piece.size])) for piece in slices_of(data)]
+
+
+def slices_of(binary: bytes) -> list[Slice]:
+    """Libraries in a universal binary."""
+    magic, count = struct.unpack_from(">II", binary)
+    if magic != FAT_MAGIC:
+        raise ValueError(f"binary begins with {magic:#x}, expected a universal one, {FAT_MAGIC:#x}")
+    return [Slice(*struct.unpack_from(">IIIII", binary, 8 + 20 * k)) for k in range(count)]
