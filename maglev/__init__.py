@@ -28,6 +28,7 @@ from maglev.errors import (
 if TYPE_CHECKING:
     from maglev.api.catalogue import build, fmus, scenarios
     from maglev.api.checking import check, update
+    from maglev.api.comparing import Comparison, compare
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
     from maglev.api.running import Results, run, run_all
@@ -37,17 +38,17 @@ if TYPE_CHECKING:
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Results": "maglev.api.running", "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master",
-    "build": "maglev.api.catalogue", "check": "maglev.api.checking", "fmus": "maglev.api.catalogue",
-    "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
-    "linearise_loop": "maglev.linear.loop", "run": "maglev.api.running", "run_all": "maglev.api.running",
-    "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
+    "Comparison": "maglev.api.comparing", "Results": "maglev.api.running", "Run": "maglev.api.flown",
+    "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue", "check": "maglev.api.checking",
+    "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue", "identify": "maglev.api.identifying",
+    "linearise": "maglev.linear.linearise", "linearise_loop": "maglev.linear.loop", "run": "maglev.api.running",
+    "run_all": "maglev.api.running", "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying"}
 
 __all__ = [
-    "BaselineError", "BuildError", "CsvError", "FmuError", "IdentificationError", "LinearModelError",
+    "BaselineError", "BuildError", "Comparison", "CsvError", "FmuError", "IdentificationError", "LinearModelError",
     "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed", "ScenarioError",
-    "UnknownName", "build", "check", "fmus", "identify", "linearise", "linearise_loop", "run", "run_all",
+    "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise", "linearise_loop", "run", "run_all",
     "scenarios", "update", "write_identification"]
 
 

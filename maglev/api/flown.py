@@ -13,6 +13,7 @@ from maglev.cosim.master import Recording
 from maglev.errors import MaglevError, UnknownName, nearest
 from maglev.experiment.execution import RunResult, judge_all
 from maglev.experiment.results import write_csv
+from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult
 from maglev.schema.run_plan import RunPlan
@@ -56,6 +57,14 @@ class Run:
         """What was measured: steps, tracking errors, currents, stops, trips."""
         assert self.result.metrics is not None   # it was flown to its end
         return self.result.metrics
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The numbers of the metrics, a row for each: quantity, axis or motor, time of the step, value (SI), unit.
+
+        `pandas.DataFrame(run.measures)` is a table of them.
+        """
+        return measures(self.plan, self.metrics)
 
     @property
     def verdicts(self) -> Sequence[ClaimResult]:

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
@@ -15,11 +15,11 @@ from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
 from maglev.errors import ScenarioError
-from maglev.experiment.execution import RunResult, execute_all, execute_or_fail, fly, judge_all
+from maglev.experiment.execution import RunResult, execute_all, execute_or_fail, fly, judge_all, run_data
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
 from maglev.experiment.selection import compared, needed, select
-from maglev.judging.verdicts import Judgements
+from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processors import processors
@@ -60,6 +60,21 @@ class Results:
     outcomes: tuple[Outcome, ...]
     verdicts: Judgements
     files: tuple[Path, ...]
+
+    def as_data(self) -> dict[str, Any]:
+        """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""
+        runs = {result.plan.name: {**run_data(result), "claims": claims_data(self.verdicts[result.plan.name])}
+                for result in self.runs}
+        procedures = {found.settings.name: {"title": found.settings.title,
+                                            "claims": claims_data(self.verdicts[found.settings.name])}
+                      for found in self.outcomes}
+        return {"runs": runs, "procedures": procedures, "files": [str(path) for path in self.files]}
+
+
+def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
+    """Claims with their verdicts as JSON has them."""
+    return [{"claim": each.claim.text, "source": each.claim.source, "criterion": each.claim.criterion,
+             "measured": each.measured_text, "verdict": each.verdict, "note": each.note} for each in claims]
 
 
 def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,

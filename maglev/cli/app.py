@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from maglev.cli.compare import compare
 from maglev.cli.identify import identify
 from maglev.cli.linearise import linearise
 from maglev.cli.options import (
@@ -41,6 +42,8 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 `maglev run --all` runs every experiment of the thesis, and makes a table of verdicts
 
 `maglev report` does the same, and makes one HTML page about it
+
+`maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF` flies one experiment with each of them
 
 `maglev check` asks whether every experiment still gives what it gave
 
@@ -123,6 +126,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         plant: Plant = None, controller: Controller = None, ports: PortsFile = None, step: Step = None,
         order: Ordering = "sequential", out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
+        json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.")]
+        = False,
         fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
         jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
@@ -148,7 +153,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
         print_results(run_all(names or None, out=out, plot=plot, jobs=jobs, watch=progress_of, say=say, set=settings,
                               model=model, plant=plant, controller=controller, ports=ports, step=step, order=order,
-                              fmus=fmus, native=native, timeout=timeout))
+                              fmus=fmus, native=native, timeout=timeout), json)
 
 
 @app.command()
@@ -218,6 +223,7 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
         raise typer.Exit(exit_code(checked))
 
 
+app.command()(compare)
 app.command()(identify)
 app.command()(linearise)
 

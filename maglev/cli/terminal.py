@@ -81,11 +81,31 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         yield watch
 
 
-def print_results(results: "Results") -> None:
-    """Print the text of the only run asked for, or a table of all, and what procedures found.
+def print_results(results: "Results", as_json: bool = False) -> None:
+    """Print the text of the only run asked for, or a table of all, and what procedures found; or all of it as JSON.
 
     Exits with 2 if a run did not complete.
     """
+    if as_json:
+        print_json(results.as_data())
+    else:
+        print_tables(results)
+    failed = [run for run in results.runs if run.failure is not None]
+    for run in failed:
+        say(f"{run.plan.name}: {run.failure}")
+    if failed:
+        raise typer.Exit(2)
+
+
+def print_json(data: object) -> None:
+    """Print data as JSON that any terminal can show."""
+    import json
+
+    typer.echo(json.dumps(data, indent=1, allow_nan=False))
+
+
+def print_tables(results: "Results") -> None:
+    """Print the text of the only run asked for, or a table of all, and what procedures found."""
     from maglev.report.outcome_text import show_outcome
     from maglev.report.text import show, study_table
 
@@ -98,11 +118,6 @@ def print_results(results: "Results") -> None:
         show_outcome(console, outcome, results.verdicts[outcome.settings.name])
     few, files = len(results.files) <= MOST_NAMED, results.files
     typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")
-    failed = [run for run in results.runs if run.failure is not None]
-    for run in failed:
-        say(f"{run.plan.name}: {run.failure}")
-    if failed:
-        raise typer.Exit(2)
 
 
 def print_outcomes(results: "Sequence[CheckResult | UpdateResult]") -> None:

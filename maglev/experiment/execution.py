@@ -18,6 +18,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv
+from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
@@ -32,7 +33,8 @@ class RunResult:
     ----------
     plan : RunPlan
     time : ndarray, shape (n,)
-        Times of the rows, s: every output interval of the plan; none if the run did not complete.
+        Times of the rows, s: every output interval of the plan; of a run that did not complete none, or those until
+        then.
     columns : mapping of str to ndarray, shape (n,)
         By name, `fmu.variable`, SI; Booleans as 0 and 1.
     metrics : Metrics or None
@@ -94,7 +96,7 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
     files.forget_reports()   # they are about an earlier run
     write_csv(files.csv, recording, every)
     result = measured(experiment, recording)
-    write_whole(files.json, json_text(result))
+    write_whole(files.json, json_text(run_data(result)))
     files.forget_failures()
     return result
 
@@ -116,11 +118,16 @@ def measured(experiment: Experiment, recording: Recording) -> RunResult:
                      parameters=experiment.parameters(), provenance=experiment.provenance(), notes=recording.notes)
 
 
-def json_text(result: RunResult) -> str:
-    """What is known about a run beside its columns, as JSON; what never happened or is not finite is null."""
-    assert result.provenance is not None
-    data = {"name": result.plan.name, "title": result.plan.title, "provenance": result.provenance.as_data(),
-            "metrics": None if result.metrics is None else metrics_data(result.metrics)}
+def run_data(result: RunResult) -> dict[str, Any]:
+    """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
+    return {"name": result.plan.name, "title": result.plan.title, "failure": result.failure,
+            "provenance": None if result.provenance is None else result.provenance.as_data(),
+            "metrics": None if result.metrics is None else metrics_data(result.metrics),
+            "measures": [] if result.metrics is None else measures_data(measures(result.plan, result.metrics))}
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """JSON with a line for each entry."""
     return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

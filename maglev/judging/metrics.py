@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -64,6 +64,7 @@ class Metrics:
     tripped: float | None                 # s, first time the controller had tripped, None = never
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
     lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
+    rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
@@ -117,6 +118,7 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
                                    *peak_and_mean([column(columns, name, len(time)) for name in names.commands]))
                      for motor, names in plan.motors.items()),
         end_errors=end_errors,
+        rms_errors={axis: float(np.sqrt(np.mean((positions[axis] - references[axis]) ** 2))) for axis in plan.axes},
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None

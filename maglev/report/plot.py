@@ -1,21 +1,24 @@
 """Picture of a run: positions with their references, absolute errors, commands and phase currents."""
 
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
+from maglev.report.figures import shown_commands
 from maglev.schema.run_plan import RunPlan
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
-FAINT = {"color": "0.6", "linewidth": 0.8}
+FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
 
 
 def require_matplotlib() -> None:
@@ -26,8 +29,13 @@ def require_matplotlib() -> None:
 
 def plot(path: Path, plan: RunPlan, recording: Recording) -> None:
     """Write a PNG of a recording."""
+    write_figure(path, figure_of(plan, recording))
+
+
+def write_figure(path: Path, figure: "Figure") -> None:
+    """Write a figure as PNG."""
     with whole_file(path) as unfinished:
-        figure_of(plan, recording).savefig(unfinished, dpi=110, format="png")
+        figure.savefig(unfinished, dpi=110, format="png")
 
 
 def figure_of(plan: RunPlan, recording: Recording) -> "Figure":
@@ -44,35 +52,62 @@ def figure_of(plan: RunPlan, recording: Recording) -> "Figure":
     matplotlib.figure.Figure
         Bound to no window: save it, or show it in a notebook.
     """
+    return overlay(f"{plan.name}: {plan.title}", {"": (plan, recording)})
+
+
+def overlay(title: str, runs: Mapping[str, tuple[RunPlan, Recording]]) -> "Figure":
+    """Draw runs with the same axes over each other, by label; of a motor each run in a colour of its own.
+
+    A run alone has a colour for each of its currents, and no label.
+    """
     from matplotlib.figure import Figure  # an extra: only who plots needs it
 
-    time, columns = recording.time, recording.columns
-    rows = len(plan.axes) + len(plan.motors)
+    first = next(iter(runs.values()))[0]
+    rows = len(first.axes) + len(first.motors)
     figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
-    figure.suptitle(f"{plan.name}: {plan.title}")
+    figure.suptitle(title)
     if not rows:
         figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
         return figure
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
-    for (name, axis), (left, right) in zip(plan.axes.items(), panels, strict=False):
-        position, reference = 1e3 * columns[axis.position], 1e3 * columns[axis.reference]
-        left.plot(time, reference, **FAINT, label="reference")
-        left.plot(time, position, linewidth=1.0, label="position")
-        left.set_ylabel(f"{name} (mm)")
-        left.legend(loc="upper right", fontsize="small")
-        right.semilogy(time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8)
-        for band in plan.metrics.bands:
-            right.axhline(1e3 * band, **FAINT, linestyle="--")
-        right.set_ylabel(f"|error| of {name} (mm)")
-    for (name, motor), (left, right) in zip(plan.motors.items(), panels[len(plan.axes):], strict=True):
-        # Of the commands the direct and the quadrature current; the phases are on the right, as delivered.
-        commands = [command for command in motor.commands if "i_d" in command or "i_q" in command]
-        for panel, names, what in ((left, commands, "commands"), (right, motor.currents, "phase currents")):
-            for variable in names:
-                panel.plot(time, columns[variable], linewidth=0.8, label=variable.rpartition(".")[2])
-            panel.set_ylabel(f"{name} {what} (A)")
-            if names:
-                panel.legend(loc="upper right", fontsize="small", ncols=3)
+    for name, row in zip(first.axes, panels, strict=False):
+        draw_axis(name, row, runs)
+    for name, row in zip(first.motors, panels[len(first.axes):], strict=True):
+        draw_motor(name, row, runs)
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
     return figure
+
+
+def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, tuple[RunPlan, Recording]]) -> None:
+    """Positions of an axis with the reference on the left, absolute errors on the right."""
+    left, right = row
+    for number, (label, (plan, recording)) in enumerate(runs.items()):
+        axis = plan.axes[name]
+        position, reference = 1e3 * recording.columns[axis.position], 1e3 * recording.columns[axis.reference]
+        if number == 0:
+            left.plot(recording.time, reference, **FAINT, label="reference")
+            for band in plan.metrics.bands:
+                right.axhline(1e3 * band, **FAINT, linestyle="--")
+        left.plot(recording.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
+        right.semilogy(recording.time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8,
+                       color=f"C{number}")
+    left.set_ylabel(f"{name} (mm)")
+    left.legend(loc="upper right", fontsize="small")
+    right.set_ylabel(f"|error| of {name} (mm)")
+
+
+def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, tuple[RunPlan, Recording]]) -> None:
+    """Commands of a motor on the left, currents of its phases, as delivered, on the right."""
+    # Of the commands the direct and the quadrature current, where there are some.
+    for panel, what in zip(row, ("commands", "phase currents"), strict=True):
+        for number, (label, (plan, recording)) in enumerate(runs.items()):
+            motor = plan.motors[name]
+            shown = shown_commands(motor) if what == "commands" else motor.currents
+            for variable in shown:
+                own = {"color": f"C{number}", "label": label if variable == shown[0] else None} if label else {
+                    "label": variable.rpartition(".")[2]}
+                panel.plot(recording.time, recording.columns[variable], linewidth=0.8, **own)
+        panel.set_ylabel(f"{name} {what} (A)")
+        if panel.lines:
+            panel.legend(loc="upper right", fontsize="small", ncols=3)

@@ -1,0 +1,224 @@
+"""Runs beside each other: the same references under several controllers, or any runs that you have."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from maglev.api.flown import Run, extra
+from maglev.api.options import FlightOptions, experiments_of, folder_of
+from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.catalogue import DEFINITIONS
+from maglev.comparison.files import comparison_data, rows_of, write_comparison
+from maglev.comparison.table import Row
+from maglev.cosim.master import Recording, RunFailed
+from maglev.errors import FAILURES, ScenarioError, in_one_line
+from maglev.experiment.chain import started, waves
+from maglev.experiment.execution import RunResult, failed, fly, thinned
+from maglev.experiment.preparation import Experiment
+from maglev.experiment.selection import needed
+from maglev.report.page import require_plotly
+from maglev.report.plot import overlay, require_matplotlib
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import RunPlan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Controllers = Mapping[str, str | Path] | Iterable[str | Path]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs beside each other.
+
+    Attributes
+    ----------
+    name, title : str
+        Of the scenario, or what the runs have in common.
+    runs : mapping of str to Run
+        By label, those that were flown to their ends.
+    failures : mapping of str to str
+        Why the others were not, by label.
+    results : mapping of str to RunResult
+        All of them, in order.
+    """
+
+    name: str
+    title: str
+    runs: Mapping[str, Run]
+    failures: Mapping[str, str]
+    results: Mapping[str, RunResult]
+
+    @property
+    def rows(self) -> list[Row]:
+        """What was measured, side by side: quantity, axis or motor, time of the step, values by label, the best."""
+        return rows_of(self.results)
+
+    def as_data(self) -> dict[str, Any]:
+        """The comparison as JSON has it."""
+        return comparison_data(self.name, self.title, self.results)
+
+    def to_pandas(self) -> Any:
+        """Table with a line for each row and a column for each run, a pandas.DataFrame, SI."""
+        rows = self.rows
+        index = [(row.quantity, row.of, row.time) for row in rows]
+        pandas = extra("pandas", "data")
+        return pandas.DataFrame([dict(row.values) for row in rows], columns=list(self.runs),
+                                index=pandas.MultiIndex.from_tuples(index, names=["quantity", "of", "time"]))
+
+    def plot(self) -> "Figure":
+        """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
+        require_matplotlib()
+        flown = {label: (run.plan, Recording(run.time, run.columns)) for label, run in self.runs.items()}
+        if not flown:
+            raise ScenarioError(f"{self.name}: no run was flown to its end, expected one to draw")
+        return overlay(f"{self.name}: {self.title}", flown)
+
+    def write(self, folder: str | Path = "results", *, picture: bool = True, page: bool = True) -> list[Path]:
+        """Write columns and JSON of each run, and the comparison as JSON, text, PNG and HTML; returns the paths."""
+        if picture:
+            require_matplotlib()
+        if page:
+            require_plotly()
+        return write_comparison(Path(folder), self.name, self.title, self.results, picture=picture, page=page)
+
+
+def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
+            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Comparison:
+    """Fly a run once with each controller; or put runs side by side that were flown.
+
+    Parameters
+    ----------
+    runs : str, Path, sequence of Run or mapping of str to Run
+        A run of `scenarios()` or a TOML file to fly with each controller; or runs under the same references.
+    controllers : iterable, or mapping of str to these, optional
+        Names of FMUs of this project, "PID3DOF", or files; the label is the name, "label=file", or the mapping's key.
+    watch, say : callable, optional
+        As of `run_all`.
+    **options
+        As of `run`, without `controller`.
+
+    Returns
+    -------
+    Comparison
+        Also with runs that failed: it says why.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used, or runs have other axes or references.
+    KeyboardInterrupt
+        After Ctrl-C; no files are written.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF", "PID2DOF"])
+    >>> comparison = maglev.compare("2dof-smooth-nonlinear", ["Regulator2DOF", "PID2DOF"])
+    >>> [row.best for row in comparison.rows if row.quantity == "rms error" and row.of == "v"]
+    [('Regulator2DOF',)]
+    """
+    if not isinstance(runs, str | Path):
+        if controllers is not None or options:
+            raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to fly with it, "
+                                "got runs that were flown")
+        return of_flown_runs(runs)
+    plan = load_plan(runs)
+    chosen = labelled(controllers or ())
+    if not chosen:
+        raise ScenarioError("controllers: none is named, expected those to compare, such as 'PID3DOF' or a file")
+    before = needed([plan])
+    first = experiments_of(before, options) if before else []
+    experiments = {label: put_in(plan, label, controller, options) for label, controller in chosen.items()}
+    for experiment in experiments.values():
+        experiment.check()   # what it refuses shows before the others fly
+    say_notes([*first, *experiments.values()], say or warn)
+    results = fly_each({**{each.plan.name: each for each in first},
+                        **{each.plan.name: each for each in experiments.values()}}, watch or unwatched)
+    for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.notes):
+        (say or warn)(note)
+    found = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
+    return Comparison(plan.name, f"{len(found)} controllers in the place of that of “{plan.title}”",
+                      {label: Run(result, experiments[label].outputs()) for label, result in found.items()
+                       if result.failure is None},
+                      {label: result.failure for label, result in found.items() if result.failure is not None}, found)
+
+
+def labelled(controllers: Controllers) -> dict[str, str | Path]:
+    """Controllers by label; of two with one name, the second is "NAME-2"."""
+    if isinstance(controllers, Mapping):
+        pairs = list(controllers.items())
+    else:
+        pairs = []
+        for each in [controllers] if isinstance(controllers, str | Path) else controllers:
+            label, equals, path = str(each).partition("=")
+            pairs.append((label, path) if equals else (Path(label).stem, each))
+    found: dict[str, str | Path] = {}
+    for label, controller in pairs:
+        if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
+            raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
+                                "file's name")
+        number = 2
+        unique = label
+        while unique in found:
+            unique, number = f"{label}-{number}", number + 1
+        found[unique] = controller
+    return found
+
+
+def put_in(plan: RunPlan, label: str, controller: str | Path, options: FlightOptions) -> Experiment:
+    """The run with a controller, under a name of its own; the plan's own controller leaves the run as it is.
+
+    A map of ports is for the plant and for controllers that are files: this project's need none.
+    """
+    own = plan.fmus.get("controller")
+    ours = str(controller) in DEFINITIONS
+    chosen: FlightOptions = {**options}
+    if ours and options.get("plant") is None:
+        chosen.pop("ports", None)
+    if own is None or own.model != str(controller):
+        chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else Path(controller)
+    experiment, = experiments_of([plan], chosen)
+    return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
+
+
+def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:
+    """Fly runs here, one after the other, those that others start from first; one that fails leaves the others."""
+    results: dict[str, RunResult] = {}
+    with watch(list(experiments)) as watcher:
+        for wave in waves({name: each.plan.needs for name, each in experiments.items()}):
+            for name in wave:
+                experiment = experiments[name]
+                try:
+                    ends = {other: results[other].ends for other in experiment.plan.needs}
+                    results[name] = fly(replace(experiment, plan=started(experiment.plan, ends)),
+                                        partial(watcher, name))
+                except RunFailed as error:   # what was recorded until then can be drawn
+                    recording = thinned(error.recording, experiment.output_every())
+                    results[name] = replace(failed(experiment, in_one_line(error)), time=recording.time,
+                                            columns=recording.columns)
+                except FAILURES as error:
+                    results[name] = failed(experiment, in_one_line(error))
+    return results
+
+
+def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
+    """Comparison of runs that were flown; ScenarioError if they have other axes or references."""
+    labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))
+    if not labels:
+        raise ScenarioError("runs: there is none, expected two or more")
+    (first, one), *others = labels.items()
+    for label, other in others:
+        same = list(one.plan.axes) == list(other.plan.axes) and np.array_equal(one.time, other.time) and all(
+            np.array_equal(one[axis.reference], other[other.plan.axes[name].reference])
+            for name, axis in one.plan.axes.items())
+        if not same:
+            raise ScenarioError(f"{label} and {first} have other axes, times or references, expected runs under the "
+                                "same references")
+    results = {label: replace(run.result, plan=run.plan.model_copy(update={"name": f"{one.name}@{label}"}))
+               for label, run in labels.items()}
+    return Comparison(one.name, f"{len(labels)} runs of “{one.plan.title}”", dict(labels), {}, results)

@@ -1,0 +1,52 @@
+"""The command `maglev compare`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maglev.cli.options import Debug, Fmus, Native, Ordering, Out, Plant, PortsFile, Settings, Step, Timeout, run_names
+from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
+
+
+def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or a "
+                                                "TOML file.", autocompletion=run_names)],
+            controllers: Annotated[list[str], typer.Option(
+                "--controller", metavar="[LABEL=]CONTROLLER", help="A controller: an FMU of this project by its name, "
+                "or a file. To be repeated.")],
+            settings: Settings = None, plant: Plant = None, ports: PortsFile = None, step: Step = None,
+            order: Ordering = "sequential", out: Out = Path("results"),
+            json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
+            fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", debug: Debug = False) -> None:
+    """Fly a scenario once with each controller, under the same references, and put the runs side by side.
+
+    Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, and `.png` and `.html` where
+    matplotlib and plotly are installed. Nothing of another run is overwritten.
+
+    **Examples:**
+
+    `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF`
+
+    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller mine=build/MyController.fmu --native`
+    """
+    with one_line_errors(debug):
+        from importlib.util import find_spec
+
+        from maglev.api.comparing import compare as compare_runs
+        from maglev.comparison.files import show_comparison
+
+        found = compare_runs(name, controllers, watch=progress_of, say=say, set=settings, plant=plant, ports=ports,
+                             step=step, order=order, fmus=fmus, native=native, timeout=timeout)
+        picture, page = (find_spec(module) is not None for module in ("matplotlib", "plotly"))
+        files = found.write(out, picture=picture, page=page)
+        if json:
+            print_json(found.as_data())
+        else:
+            show_comparison(report_console(), found.name, found.title, found.results)
+            typer.echo(f"results: {', '.join(map(str, files))}")
+            if not (picture and page):
+                say("pictures and a page need matplotlib and plotly: pip install 'maglev-fmus[report]'")
+        for label, failure in found.failures.items():
+            say(f"{label}: {failure}")
+        if found.failures:
+            raise typer.Exit(2)

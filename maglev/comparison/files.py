@@ -1,0 +1,97 @@
+"""Files about runs beside each other: columns of each run, one JSON, one text, a picture and a page."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Column, Table
+from rich.text import Text
+
+from fmi_export.whole_file import write_whole
+from maglev.comparison.page import comparison_page
+from maglev.comparison.table import Row, side_by_side, summary
+from maglev.cosim.master import Recording
+from maglev.experiment.execution import RunResult, json_text, run_data
+from maglev.experiment.results import ResultFiles, write_csv
+from maglev.judging.measures import measures
+from maglev.report.plot import overlay, write_figure
+from maglev.report.status import events, run_status
+from maglev.report.text import as_text, heading, held
+
+BEST = "*"   # behind the best value of a row, where there is no colour
+
+Runs = Mapping[str, RunResult]   # by label, also those that failed
+
+
+def rows_of(runs: Runs) -> list[Row]:
+    """What was measured on the runs that were flown to their ends, side by side."""
+    return side_by_side({label: measures(run.plan, run.metrics) for label, run in runs.items()
+                         if run.metrics is not None})
+
+
+def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
+    """Write what there is about runs beside each other into a folder; returns the paths.
+
+    `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
+    `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for run in runs.values():
+        files = ResultFiles(folder, run.plan.name)
+        if run.metrics is None:
+            files.set_aside()
+            if len(run.time):
+                write_csv(files.partial, Recording(run.time, run.columns))
+                written.append(files.partial)
+            continue
+        write_csv(files.csv, Recording(run.time, run.columns))
+        write_whole(files.json, json_text(run_data(run)))
+        files.forget_failures()
+        written += [files.csv, files.json]
+    about = {"json": json_text(comparison_data(name, title, runs)),
+             "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
+    if page:
+        about["html"] = comparison_page(name, title, runs, rows_of(runs))
+    for ending, text in about.items():
+        written.append(folder / f"{name}.compare.{ending}")
+        write_whole(written[-1], text)
+    flown = {label: (run.plan, Recording(run.time, run.columns)) for label, run in runs.items() if len(run.time)}
+    if picture and flown:
+        written.append(folder / f"{name}.compare.png")
+        write_figure(written[-1], overlay(f"{name}: {title}", flown))
+    return written
+
+
+def comparison_data(name: str, title: str, runs: Runs) -> dict[str, Any]:
+    """A comparison as JSON has it, SI: each run, and the rows of the table; null for what never came to an end."""
+    return {"name": name, "title": title,
+            "runs": {label: run_data(run) for label, run in runs.items()},
+            "rows": [{"quantity": row.quantity, "of": row.of, "time": row.time, "unit": row.unit,
+                      "values": {label: value if value < float("inf") else None for label, value in row.values.items()},
+                      "best": list(row.best)} for row in rows_of(runs)]}
+
+
+def show_comparison(console: Console, name: str, title: str, runs: Runs, every_step: bool = False) -> None:
+    """Print how each run ended, and the table side by side: the worst of all steps, or every step."""
+    console.print(heading(name, title))
+    for label, run in runs.items():
+        console.print(Text.assemble((label, "bold"), f": {ending(run)}"))
+    rows = rows_of(runs)
+    if not rows:
+        return
+    table = Table(Column("quantity"), Column("of"), *(Column(label, justify="right") for label in runs),
+                  title=f"Less is better; the best of a row has a {BEST}")
+    for row in rows if every_step else summary(rows):
+        table.add_row(row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best
+                                          else Text(row.text(label)) for label in runs))
+    console.print(table)
+
+
+def ending(run: RunResult) -> str:
+    """How a run ended, in a line."""
+    if run.metrics is None:
+        return ", ".join(run_status(run))
+    disturbed = [f"{event.words} at {event.time:.3f} s" for event in events(run.metrics)]
+    return ", ".join([held(run.metrics), *disturbed])

@@ -1,0 +1,57 @@
+"""The page of a comparison: the table side by side, and the runs drawn over each other."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+
+from maglev.comparison.table import Row, summary
+from maglev.experiment.execution import RunResult
+from maglev.report.figures import AXIS_PANELS, EVERY, MOTOR_PANELS, Figure, with_data
+from maglev.report.page import figure_data, json_in_html, plotly_script, read, require_plotly, runs_data
+from maglev.report.status import run_status
+
+PAGE = Path(__file__).parent / "comparison.html"
+SCRIPTS = ("series.js", "charts.js", "plots.js")
+PIXELS = 180   # height of a panel
+
+
+def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
+    """Text of the page, which needs no network; ScenarioError if plotly is not installed."""
+    require_plotly()
+    labels = {run.plan.name: label for label, run in runs.items()}
+    panels = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
+    figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
+                             list(runs.values())))
+    data = {"runs": runs_data(list(runs.values()), figures),
+            "figures": {f"figure-{number}": figure_data(shown) for number, shown in enumerate(figures)}}
+    return Template(PAGE.read_text(encoding="utf-8")).substitute(
+        style=read("style.css"), name=escape(name), title=escape(title),
+        endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
+                          f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
+                          for label, run in runs.items()),
+        summary=html_table(list(runs), summary(rows)),
+        steps=html_table(list(runs), [row for row in rows if row.time is not None]),
+        figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
+                          f'style="height:{120 + PIXELS * len(shown.panels)}px"></div></figure>'
+                          for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
+        data=json_in_html(data), plotly=plotly_script(),
+        scripts="\n".join(f"<script>\n{read(script)}</script>" for script in SCRIPTS))
+
+
+def html_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
+    """Table of rows; the best value of a row is marked with a star and in bold."""
+    if not rows:
+        return "<p>Nothing was measured.</p>"
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in ("quantity", "of", *labels))
+    body = "\n".join(
+        f'<tr><th scope="row">{escape(row.name)}</th><td>{escape(row.of)}</td>'
+        + "".join(f"<td>{mark(escape(row.text(label)), label in row.best)}</td>" for label in labels) + "</tr>"
+        for row in rows)
+    return (f'<div class="wide"><table class="values"><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>'
+            "</table></div>")
+
+
+def mark(text: str, best: bool) -> str:
+    """A value, marked if it is the best of its row."""
+    return f'<strong class="best">{text} <span aria-label="best">★</span></strong>' if best else text

@@ -1,0 +1,81 @@
+"""What was measured on several runs, side by side, with the best of each row."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from maglev.judging.measures import Measure
+from maglev.report.text import length
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity of several runs; of every one, less is better.
+
+    Attributes
+    ----------
+    quantity, of, time, unit
+        As of `Measure`; `steps` counts the steps over which the largest value was taken, 0 if it is of one alone.
+    values : mapping of str to float
+        SI, by label of the run; a run on which it was not measured is left out.
+    best : tuple of str
+        Labels of the runs with the least value; none if all are equal, or if there is one run alone.
+    """
+
+    quantity: str
+    of: str
+    time: float | None
+    unit: str
+    values: Mapping[str, float]
+    best: tuple[str, ...]
+    steps: int = 0
+
+    @property
+    def name(self) -> str:
+        """Quantity, and the step or steps that it is about."""
+        if self.steps:
+            return f"{self.quantity}, worst of {self.steps}" if self.steps > 1 else self.quantity
+        return self.quantity if self.time is None else f"{self.quantity} at {self.time:g} s"
+
+    def text(self, label: str) -> str:
+        """Value of a run with its unit."""
+        return shown(self.values[label], self.unit) if label in self.values else "–"
+
+
+def side_by_side(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
+    """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
+    values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
+    for label, measures in measured.items():
+        for each in measures:
+            values.setdefault((each.quantity, each.of, each.time, each.unit), {})[label] = each.value
+    return [Row(*key, found, best(found)) for key, found in values.items()]
+
+
+def summary(rows: Sequence[Row]) -> list[Row]:
+    """The rows of whole runs, and of those about steps the largest value over all steps of an axis."""
+    groups: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        if row.time is not None:
+            groups.setdefault((row.quantity, row.of, row.unit), []).append(row)
+    worst = []
+    for (quantity, of, unit), steps in groups.items():
+        labels = dict.fromkeys(label for step in steps for label in step.values)
+        largest = {label: max(step.values[label] for step in steps if label in step.values) for label in labels}
+        worst.append(Row(quantity, of, None, unit, largest, best(largest), len(steps)))
+    return [*(row for row in rows if row.time is None), *worst]
+
+
+def best(values: Mapping[str, float]) -> tuple[str, ...]:
+    """Labels of the least value; none if all are equal."""
+    least = min(values.values())
+    found = tuple(label for label, value in values.items() if value == least)
+    return () if len(found) == len(values) else found
+
+
+def shown(value: float, unit: str) -> str:
+    """A value as people read it: lengths in mm or µm, shares in per cent."""
+    if math.isinf(value):
+        return "not settled"
+    if unit == "m":
+        return length(value)
+    return f"{100.0 * value:.1f} %" if not unit else f"{value:.3g} {unit}"

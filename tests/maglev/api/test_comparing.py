@@ -1,0 +1,112 @@
+"""Runs under several controllers, side by side, as data and as files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line
+from command_line import maglev as command
+from example_builds import EXAMPLES
+from faulty_fmus import faulty
+
+import maglev
+from maglev.api.comparing import labelled
+
+NAME = "2dof-smooth-nonlinear"
+
+
+@pytest.fixture(scope="module")
+def comparison(fastest_fmus: Path) -> maglev.Comparison:
+    with pytest.warns(UserWarning, match="the plan's start values are left out"):
+        return maglev.compare(NAME, ["Regulator2DOF", "PID2DOF"], fmus=fastest_fmus)
+
+
+def test_each_is_the_run_with_that_controller(comparison: maglev.Comparison, fastest_fmus: Path) -> None:
+    alone = maglev.run(NAME, fmus=fastest_fmus)
+    with pytest.warns(UserWarning, match="left out"):
+        pid = maglev.run(NAME, controller=fastest_fmus / "PID2DOF.fmu", fmus=fastest_fmus)
+    for label, run in (("Regulator2DOF", alone), ("PID2DOF", pid)):
+        assert all(np.array_equal(run[name], comparison.runs[label][name]) for name in run.columns)
+    assert not comparison.runs["Regulator2DOF"].result.modified
+    assert comparison.runs["PID2DOF"].result.modified
+
+
+def test_the_best_has_the_least_error(comparison: maglev.Comparison) -> None:
+    row = next(row for row in comparison.rows if (row.quantity, row.of) == ("rms error", "v"))
+    measured = {}
+    for label, run in comparison.runs.items():
+        axis = run.plan.axes["v"]
+        measured[label] = float(np.sqrt(np.mean((run[axis.position] - run[axis.reference]) ** 2)))
+    assert row.best == (min(measured, key=measured.__getitem__),)
+
+
+def test_files_have_names_of_their_own(comparison: maglev.Comparison, tmp_path: Path) -> None:
+    (tmp_path / f"{NAME}.csv").write_text("of a run of mine\n")
+    files = comparison.write(tmp_path)
+    assert (tmp_path / f"{NAME}.csv").read_text() == "of a run of mine\n"
+    assert {path.name for path in files} == {
+        *(f"{NAME}@{label}.{ending}" for label in ("Regulator2DOF", "PID2DOF") for ending in ("csv", "json")),
+        *(f"{NAME}.compare.{ending}" for ending in ("json", "txt", "png", "html"))}
+    data = json.loads((tmp_path / f"{NAME}.compare.json").read_text())
+    assert data == json.loads(json.dumps(comparison.as_data()))
+    assert data["runs"]["PID2DOF"]["provenance"]["modified"]
+    assert "Regulator2DOF" in (tmp_path / f"{NAME}.compare.txt").read_text()
+
+
+def test_as_a_table(comparison: maglev.Comparison) -> None:
+    frame = comparison.to_pandas()
+    assert list(frame.columns) == ["Regulator2DOF", "PID2DOF"]
+    assert len(frame) == len(comparison.rows)
+
+
+def test_a_controller_that_is_not_there_is_refused_before_any_flies(fastest_fmus: Path, tmp_path: Path) -> None:
+    broken = command("compare", NAME, "--controller", "Regulator2DOF", "--controller",
+                     f"nothing={tmp_path / 'none.fmu'}", "--fmus", fastest_fmus, "--out", tmp_path / "out")
+    assert "none.fmu" in error_line(broken)
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_that_ends_early_leaves_the_other(fmus: Path, tmp_path: Path) -> None:
+    """A controller that ends its run is told of with the time, and what was recorded until then is kept and drawn."""
+    bad = faulty("crash", tmp_path)
+    ports = EXAMPLES / "pd_controller_c" / "ports.toml"
+    done = command("compare", "2dof-step-1-nonlinear", "--controller", "Regulator2DOF", "--controller", f"bad={bad}",
+                   "--map", ports, "--fmus", fmus, "--out", tmp_path)
+    assert done.exit_code == 2
+    assert "bad: at t = 0.1 s: " in done.stderr
+    assert (tmp_path / "2dof-step-1-nonlinear@Regulator2DOF.csv").is_file()
+    kept = (tmp_path / "2dof-step-1-nonlinear@bad.partial.csv").read_text().splitlines()
+    assert float(kept[-1].split(",")[0]) == pytest.approx(0.1)
+    shown = json.loads((tmp_path / "2dof-step-1-nonlinear.compare.json").read_text())
+    assert "0.1 s" in shown["runs"]["bad"]["failure"]
+    assert list(shown["rows"][0]["values"]) == ["Regulator2DOF"]
+
+
+def test_runs_that_were_flown(comparison: maglev.Comparison, fastest_fmus: Path) -> None:
+    heavy = maglev.run(NAME, fmus=fastest_fmus, set={"plant.v.mass": "7 kg"})
+    found = maglev.compare({"as it is": comparison.runs["Regulator2DOF"], "heavy": heavy})
+    assert list(found.runs) == ["as it is", "heavy"]
+    other = maglev.run("2dof-effects-encoder", fmus=fastest_fmus)
+    with pytest.raises(maglev.ScenarioError, match="expected runs under the same references"):
+        maglev.compare([heavy, other])
+
+
+def test_labels() -> None:
+    assert labelled(["PID2DOF", "a/lqi.fmu", "b/lqi.fmu", "mine=c.fmu"]) == {
+        "PID2DOF": "PID2DOF", "lqi": "a/lqi.fmu", "lqi-2": "b/lqi.fmu", "mine": "c.fmu"}
+    with pytest.raises(maglev.ScenarioError, match=r"label = 'a/b'"):
+        labelled({"a/b": "c.fmu"})
+
+
+def test_a_comparison_of_nothing(fastest_fmus: Path) -> None:
+    with pytest.raises(maglev.ScenarioError, match="expected those to compare"):
+        maglev.compare(NAME, [], fmus=fastest_fmus)
+
+
+def test_as_json(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Standard output is the JSON and nothing else."""
+    done = command("run", NAME, "--json", "--fmus", fastest_fmus, "--out", tmp_path)
+    run = json.loads(done.stdout)["runs"][NAME]
+    assert run == json.loads((tmp_path / f"{NAME}.json").read_text()) | {"claims": run["claims"]}
+    assert {"quantity": "rms error", "of": "v", "time": None, "unit": "m"}.items() <= run["measures"][0].items()

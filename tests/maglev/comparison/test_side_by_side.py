@@ -1,0 +1,85 @@
+"""Measures as rows, and rows of several runs side by side."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_runs import packaged
+
+from maglev.comparison.table import best, side_by_side, summary
+from maglev.judging.measures import Measure, measures, measures_data
+from maglev.judging.metrics import evaluate
+from maglev.schema.run_plan import RunPlan
+
+
+@pytest.fixture(scope="module")
+def plan() -> RunPlan:
+    return packaged("2dof-smooth-nonlinear")
+
+
+def columns_of(plan: RunPlan, time: np.ndarray, errors: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Columns of a run whose axes miss a reference at rest by these errors."""
+    columns = {}
+    for name, axis in plan.axes.items():
+        columns[axis.reference] = np.full(len(time), 0.02)
+        columns[axis.position] = 0.02 + errors[name]
+    for motor in plan.motors.values():
+        columns |= {name: np.sin(time) for name in [*motor.currents, *motor.commands]}
+    for flag in (plan.stop_flag, plan.trip_flag):
+        if flag is not None:
+            columns[flag] = np.zeros(len(time))
+    return columns
+
+
+def test_rms_error_of_a_sinusoid(plan: RunPlan) -> None:
+    """Over whole periods the root of the mean square of A sin is A / sqrt(2)."""
+    time = np.linspace(0.0, 4.0, 40000, endpoint=False)
+    error = {"v": 3e-3 * np.sin(2.0 * np.pi * time), "h": np.full(len(time), -2e-3)}
+    metrics = evaluate(plan, time, columns_of(plan, time, error))
+    found = {(each.quantity, each.of): each for each in measures(plan, metrics)}
+    assert found["rms error", "v"].value == pytest.approx(3e-3 / math.sqrt(2.0), rel=1e-9)
+    assert found["rms error", "h"].value == pytest.approx(2e-3, rel=1e-9)
+    assert (found["rms error", "v"].unit, found["rms error", "v"].time) == ("m", None)
+
+
+def test_a_motor_without_recorded_currents_has_no_best_peak(plan: RunPlan) -> None:
+    time = np.linspace(0.0, 1.0, 100)
+    metrics = evaluate(plan, time, columns_of(plan, time, {"v": 0.0 * time, "h": 0.0 * time}))
+    motors = {name: motor.model_copy(update={"currents": []}) for name, motor in plan.motors.items()}
+    without = plan.model_copy(update={"motors": motors})
+    assert "peak phase current" in {each.quantity for each in measures(plan, metrics)}
+    assert "peak phase current" not in {each.quantity for each in measures(without, metrics)}
+
+
+def settled(*times: float) -> list[Measure]:
+    """Settling times of an axis after steps at 0, 1, … s."""
+    return [Measure("settling to 10 µm", "y", float(k), value, "s") for k, value in enumerate(times)]
+
+
+def test_every_step_is_a_row_and_the_worst_of_all_is_the_summary() -> None:
+    rows = side_by_side({"a": settled(1.0, 3.0), "b": settled(2.0, math.inf)})
+    assert [(row.name, dict(row.values), row.best) for row in rows] == [
+        ("settling to 10 µm at 0 s", {"a": 1.0, "b": 2.0}, ("a",)),
+        ("settling to 10 µm at 1 s", {"a": 3.0, "b": math.inf}, ("a",))]
+    (worst,) = summary(rows)
+    assert (worst.name, worst.text("a"), worst.text("b")) == ("settling to 10 µm, worst of 2", "3 s", "not settled")
+
+
+def test_what_one_run_lacks_is_a_dash_and_not_its_best() -> None:
+    (row,) = side_by_side({"a": settled(1.0), "b": []})
+    assert (row.text("b"), row.best) == ("–", ())
+
+
+def test_what_never_ends_is_null_as_json() -> None:
+    assert [each["value"] for each in measures_data(settled(1.0, math.inf))] == [1.0, None]
+
+
+@given(st.dictionaries(st.text(min_size=1), st.floats(0.0, math.inf), min_size=1))
+def test_the_best_are_those_that_no_other_beats(values: dict[str, float]) -> None:
+    found = best(values)
+    assert len(found) < len(values)
+    assert all(values[label] < other for label in found[:1] for name, other in values.items() if name not in found)
+    assert found or len(set(values.values())) == 1
