@@ -6,7 +6,7 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report claims check check-all check-built test quick build native lint bench accuracy mutants clean
+.PHONY: demo report claims docs check check-all check-built test quick build native lint bench accuracy mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -17,6 +17,13 @@ report: build
 claims: build
 	$(BIN)/maglev run --all
 	$(BIN)/python tools/write_claims.py results/claims.md
+
+# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its gallery is flown.
+docs: build
+	$(INSTALL) '.[report,data,design,docs]'
+	$(BIN)/python docs/site/gallery.py docs/_made/gallery fmus
+	FMUS=$(CURDIR)/fmus $(BIN)/python -m sphinx -q -W --keep-going -D nb_execution_mode=force -b html docs docs/_build/html
+	@echo docs/_build/html/index.html
 
 check: build
 	$(BIN)/maglev check
@@ -65,7 +72,7 @@ mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
 clean:
-	rm -rf .venv results fmus/*.fmu fmus/*.ssp fmus/native
+	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native
 
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }

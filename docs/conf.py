@@ -1,0 +1,37 @@
+"""The documentation site, for Sphinx: pages in Markdown, reference made from the docstrings and the command line."""
+
+import sys
+from importlib.metadata import version as installed
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS / "site"))
+
+project = "Maglev FMUs"
+release = version = installed("maglev-fmus")
+author = "the authors of Maglev FMUs"
+project_copyright = author
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages"]
+exclude_patterns = ["_build", "site"]
+nitpicky = False
+root_doc = "index"
+default_role = "code"   # single backticks in docstrings
+
+# Equations as MathML, which browsers draw by themselves: the site needs no network.
+html_math_renderer = "mathml"
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
+
+nb_execution_mode = "off"   # `make docs` asks for more; the tests run the notebooks' cells by themselves
+
+numpydoc_show_class_members = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+
+html_theme = "furo"
+html_title = f"Maglev FMUs {release}"
+html_static_path = ["site/static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False

@@ -1,0 +1,82 @@
+"""The documentation site: it builds without a warning, from what is installed, and opens from a file."""
+
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+import maglev
+from maglev.cli.app import app as command_line
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+class Page(HTMLParser):
+    """What a page links to, what it loads, and what can be linked to in it."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.links: set[str] = set()
+        self.loaded: set[str] = set()
+        self.anchors: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attrs}
+        self.anchors |= {found[name] for name in ("id", "name") if name in found}
+        if tag == "a" and "href" in found:
+            self.links.add(found["href"])
+        if tag in ("script", "img", "source", "iframe") and "src" in found:
+            self.loaded.add(found["src"])
+        if tag == "link" and found.get("rel") in ("stylesheet", "preload", "icon", "modulepreload"):
+            self.loaded.add(found["href"])
+
+
+@pytest.fixture(scope="module")
+def site(slow: None, tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", folder / "doctrees",
+                           "-b", "html", DOCS, folder / "html"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return {path: Page(path.read_text(encoding="utf-8")) for path in (folder / "html").rglob("*.html")}
+
+
+def test_every_link_leads_somewhere(site: dict[Path, Page]) -> None:
+    wrong = []
+    for path, page in site.items():
+        for link in page.links:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = path if not parts.path else (path.parent / unquote(parts.path)).resolve()
+            if not target.is_file() or (parts.fragment and target in site
+                                        and unquote(parts.fragment) not in site[target].anchors):
+                wrong.append(f"{path.name}: {link}")
+    assert len(site) > 15
+    assert not wrong
+
+
+def test_nothing_comes_from_a_network(site: dict[Path, Page]) -> None:
+    for path, page in site.items():
+        assert page.loaded
+        assert not [each for each in page.loaded if urlsplit(each).scheme not in ("", "data") or urlsplit(each).netloc]
+        assert not [each for each in page.loaded if not urlsplit(each).scheme
+                    and not (path.parent / unquote(urlsplit(each).path)).is_file()]
+
+
+def test_equations_are_drawn_by_the_browser(site: dict[Path, Page]) -> None:
+    text = next(path for path in site if path.name == "equations.html").read_text(encoding="utf-8")
+    assert text.count("<math") > 40
+    assert "$" not in text.split("<article", 1)[1].split("</article>", 1)[0]
+
+
+def test_the_reference_is_complete(site: dict[Path, Page]) -> None:
+    functions = next(page for path, page in site.items() if path.name == "functions.html")
+    assert {f"maglev.{name}" for name in maglev.__all__} <= functions.anchors
+    commands = next(page for path, page in site.items() if path.name == "command_line.html")
+    names = [each.name or each.callback.__name__ for each in command_line.registered_commands if each.callback]
+    assert names
+    assert {f"maglev-{name}" for name in names} <= commands.anchors
