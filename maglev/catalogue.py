@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.native.build import build_native_fmu, translated_blocks
-from fmi_export.native.compiler import require_zig
+from fmi_export.native.build import build_native_fmu, host_platform, translated_blocks
+from fmi_export.native.compiler import library, require_zig
 from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError, nearest
@@ -109,6 +109,8 @@ def models(plan: "RunPlan") -> dict[str, str]:
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
     """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
+    The folder also gets the C loop that steps them on this machine.
+
     Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter; after an error the folder is
     as it was.
     """
@@ -119,10 +121,20 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False) ->
     translation = translated_blocks(chosen, PACKAGES)
     # Most of the time goes to the compiler, in processes of its own.
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
+        loop = pool.submit(build_step_loop, unfinished)
         fmus = list(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
                                                            host_only), chosen))
+        loop.result()
         made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
     return [folder / path.name for path in made]
+
+
+def build_step_loop(folder: Path) -> None:
+    """Compile the loop that steps native FMUs under our master, for this machine."""
+    from maglev.cosim.step_loop import LIBRARY, source  # to list what there is takes no fmpy
+
+    platform, = host_platform().values()
+    (folder / LIBRARY).write_bytes(library({"step_loop.c": source()}, Path(LIBRARY).stem, platform))
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:

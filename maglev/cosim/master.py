@@ -18,7 +18,7 @@ from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.cosim.stepping import Phase, StepFailed, step_over
+from maglev.cosim.stepping import StepFailed, Stepper
 from maglev.cosim.wiring import Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 
@@ -184,11 +184,11 @@ class Master:
         try:
             for call in initial:
                 call.at(0)
-            bound = [Phase(calls) for calls in phases]
+            stepper = Stepper(phases, [setup.path.parent for setup in self.setups])
             while done < steps:
                 let_through()
                 last = min(done + PROGRESS_STEPS, steps)
-                step_over(bound, done, last)
+                stepper.step_over(done, last)
                 done = last
                 if progress is not None:
                     progress(done, steps)

@@ -1,20 +1,11 @@
-"""The calls of communication steps, made one after the other as fast as fmpy's C interface allows.
+"""The calls of communication steps, made one after the other: in C where that is possible, otherwise in Python."""
 
-The moving arguments of all calls lie side by side in one buffer, so that one copy moves them to the next communication
-point; their values are computed ahead, many points at a time.
-"""
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
-from collections.abc import Sequence
-from ctypes import c_double
-from itertools import cycle
-from typing import Any
-
-import numpy as np
-
-from maglev.cosim.fmu import WARNING
+from maglev.cosim.step_loop import compiled
 from maglev.cosim.wiring import Call
-
-SLOT = 8   # bytes of a moving argument: an address, a row number, or a time
+from maglev.errors import FmuError
 
 
 class StepFailed(Exception):
@@ -26,50 +17,32 @@ class StepFailed(Exception):
         self.reason = reason
 
 
-class Phase:
-    """The calls of a communication step, bound to a buffer of their moving arguments."""
+class Stepper:
+    """Makes communication steps; step k makes the calls of phase k modulo their number.
 
-    def __init__(self, calls: Sequence[Call]):
-        self.calls = calls
-        memory = bytearray(SLOT * len(calls))
-        self.slots = memoryview(memory).cast("Q")
-        self.prepared: list[tuple[Any, tuple[Any, ...]]] = []
-        for i, call in enumerate(calls):
-            moving = type(call.moving).from_buffer(memory, SLOT * i)
-            self.prepared.append((call.function, tuple(moving if argument is call.moving else argument
-                                                       for argument in call.arguments)))
-
-    def positions(self, first: int, last: int) -> "memoryview[int]":
-        """Moving arguments at the communication points from the first to before the last, point by point."""
-        table = np.empty((last - first, len(self.calls)), dtype=np.uint64)
-        points = np.arange(first, last)
-        for i, call in enumerate(self.calls):
-            kind = np.float64 if isinstance(call.moving, c_double) else np.int64
-            table[:, i] = np.asarray(call.base + points * call.stride, dtype=kind).view(np.uint64)
-        return table.reshape(-1).data.cast("B").cast("Q")
-
-
-def step_over(phases: Sequence[Phase], first: int, last: int) -> None:
-    """Make the communication steps from the first to before the last; step k those of phase k modulo their number.
-
-    Raises
-    ------
-    StepFailed
-        If an FMU refuses a call, or the user interrupts.
+    The C loop is looked for in the folders. Both loops give the same, bit for bit.
     """
-    row = 0
-    turn = first % len(phases)
-    turning = [(phase.slots, phase.positions(first, last), len(phase.calls), phase.prepared)
-               for phase in (*phases[turn:], *phases[:turn])]
-    try:
-        for row, (slots, table, width, prepared) in zip(range(last - first), cycle(turning)):   # noqa: B905 - no end
-            slots[:] = table[row * width:(row + 1) * width]
-            for function, arguments in prepared:
-                status = function(*arguments)
-                if status > WARNING:
-                    phase = phases[(first + row) % len(phases)]
-                    call = next(call for call, bound in zip(phase.calls, phase.prepared, strict=True)
-                                if bound[1] is arguments)
-                    raise StepFailed(first + row, call.failed(status))
-    except KeyboardInterrupt as error:
-        raise StepFailed(first + row, error) from None
+
+    def __init__(self, phases: Sequence[Sequence[Call]], folders: Iterable[Path] = ()):
+        self.phases = phases
+        self.loop = compiled(phases, folders)
+
+    def step_over(self, first: int, last: int) -> None:
+        """Make the communication steps from the first to before the last.
+
+        Raises
+        ------
+        StepFailed
+            If an FMU refuses a call, or the user interrupts.
+        """
+        k = first
+        try:
+            if self.loop is None:
+                for k in range(first, last):
+                    for call in self.phases[k % len(self.phases)]:
+                        call.at(k)
+            elif (refusal := self.loop.step_over(first, last)) is not None:
+                k, call, status = refusal
+                raise call.failed(status)
+        except (FmuError, KeyboardInterrupt) as error:
+            raise StepFailed(k, error) from None

@@ -1,0 +1,88 @@
+"""The step loop in C: compiled with the native FMUs, it lies in their folder and makes the calls of their runs.
+
+A library that is missing, or of another version, is not used: the loop of `stepping` does the same in Python.
+"""
+
+import ctypes
+import hashlib
+from collections.abc import Iterable, Sequence
+from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_size_t, c_uint, c_uint64, c_void_p
+from functools import cache
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from fmpy import sharedLibraryExtension
+
+from maglev.cosim.wiring import Call
+
+SOURCE = Path(__file__).with_name("step_loop.c")
+LIBRARY = f"maglev_step_loop{sharedLibraryExtension}"
+
+
+class Prepared(Structure):
+    """A call as the C loop takes it, which says what the members are."""
+
+    _fields_ = (("function", c_void_p), ("instance", c_void_p), ("references", c_void_p), ("count", c_size_t),
+                ("row", c_void_p), ("row_stride", c_int64), ("time", c_double), ("time_stride", c_double),
+                ("step", c_double))
+
+
+class StepLoop:
+    """Calls of a co-simulation, phase by phase, and the C function that makes them."""
+
+    def __init__(self, function: Any, phases: Sequence[Sequence[Call]]):
+        self.function = function
+        self.calls = [call for phase in phases for call in phase]
+        self.prepared = (Prepared * len(self.calls))(*map(prepared, self.calls))
+        self.ends = (c_int64 * len(phases))(*accumulate(map(len, phases)))
+
+    def step_over(self, first: int, last: int) -> tuple[int, Call, int] | None:
+        """Make the steps from the first to before the last; step, call and status of a refusal if there is one."""
+        refused = (c_int64 * 2)()
+        status = self.function(self.prepared, self.ends, len(self.ends), first, last, refused)
+        return (refused[0], self.calls[refused[1]], status) if status else None
+
+
+def prepared(call: Call) -> Prepared:
+    """A call of a C function as the C loop takes it."""
+    function, instance = ctypes.cast(call.function, c_void_p).value, call.arguments[0].value
+    if isinstance(call.moving, c_double):
+        step = call.arguments[2].value
+        return Prepared(function, instance, None, 0, None, 0, call.base, call.stride, step)
+    _, references, count, _ = call.arguments
+    return Prepared(function, instance, addressof(references), count.value, int(call.base), int(call.stride))
+
+
+def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path]) -> StepLoop | None:
+    """The calls under the C loop of the first folder that has one; None if none has, or a call is not of C."""
+    if not all(isinstance(call.function, ctypes._CFuncPtr) for phase in phases for call in phase):
+        return None
+    functions = (step_function(folder / LIBRARY) for folder in dict.fromkeys(folders))
+    return next((StepLoop(function, phases) for function in functions if function is not None), None)
+
+
+def step_function(path: Path) -> Any:
+    """C function of a library; None if there is none of this version."""
+    try:
+        library = CDLL(str(path.absolute()))
+        library.maglev_step_loop_version.restype = c_uint64
+        if library.maglev_step_loop_version() != version():
+            return None
+        function = library.maglev_step_over
+    except (OSError, AttributeError):   # no library of this machine, or another one
+        return None
+    function.restype = c_uint
+    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, POINTER(c_int64)]
+    return function
+
+
+@cache
+def version() -> int:
+    """Version of the loop: a number for its text."""
+    return int.from_bytes(hashlib.sha256(SOURCE.read_bytes()).digest()[:8])
+
+
+def source() -> str:
+    """Text to compile."""
+    return f"#define VERSION {version()}ull\n" + SOURCE.read_text(encoding="utf-8")
