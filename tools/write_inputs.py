@@ -30,15 +30,15 @@ def inputs(loop: str, name: str) -> Recording:
     """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
     plan = load_plan(name)
     signals = {signal.to: signal for signal in plan.signals}
-    times = [k * plan.step for k in range(plan.steps + 1)]
+    times = plan.step * np.arange(plan.steps + 1)
     columns = {}
     for variable in definition(loop).variables:
         if variable.causality == "input":
             signal = signals.get(variable.place)
-            columns[variable.name] = np.array([signal.value(t) if signal else 0.0 for t in times])
+            columns[variable.name] = signal.values_at(times) if signal else np.zeros(len(times))
     changed = np.any([np.diff(column) != 0.0 for column in columns.values()], axis=0)
     rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
-    starts = np.array(times)[rows]
+    starts = times[rows]
     starts[1:] -= plan.step / 2.0
     return Recording(starts, {key: column[rows] for key, column in columns.items()})
 

@@ -19,7 +19,7 @@ from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import StepFailed, Stepper
-from maglev.cosim.wiring import Rate, Track, Wiring, wire
+from maglev.cosim.wiring import Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 
 MOST_STEPS = 1e8       # communication steps of a run
@@ -140,7 +140,7 @@ class Master:
         with held_interrupts():
             self.stack.close()
 
-    def run(self, stop_time: float, drives: Mapping[str, Sequence[float]] | None = None,
+    def run(self, stop_time: float, drives: Drives | None = None,
             progress: Progress | None = None) -> Recording:
         """Run from 0 to the stop time (s), which must be a whole number of communication steps.
 
@@ -148,7 +148,7 @@ class Master:
         ----------
         stop_time : float
             End of the run, s.
-        drives : mapping of str to sequence of float
+        drives : mapping of str to sequence of float or ndarray
             Values of driven inputs, `fmu.variable`, at every communication point, the last one included.
         progress : callable, optional
             Called now and then with the steps done and the steps in all.
@@ -165,7 +165,7 @@ class Master:
         with held_interrupts() as let_through:
             return self.flown(stop_time, drives or {}, progress, let_through)
 
-    def flown(self, stop_time: float, drives: Mapping[str, Sequence[float]], progress: Progress | None,
+    def flown(self, stop_time: float, drives: Drives, progress: Progress | None,
               let_through: Callable[[], None]) -> Recording:
         """Recording of a run, which lets interruptions through between two calls; otherwise as of `run`."""
         steps = whole_steps(stop_time, self.step)

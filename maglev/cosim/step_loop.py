@@ -3,10 +3,10 @@
 A library that is missing, or of another version, is not used: the loop of `stepping` does the same in Python.
 """
 
-import ctypes
 import hashlib
+from _ctypes import CFuncPtr
 from collections.abc import Iterable, Sequence
-from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_size_t, c_uint, c_uint64, c_void_p
+from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_size_t, c_uint, c_uint64, c_void_p, cast
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
@@ -46,7 +46,7 @@ class StepLoop:
 
 def prepared(call: Call) -> Prepared:
     """A call of a C function as the C loop takes it."""
-    function, instance = ctypes.cast(call.function, c_void_p).value, call.arguments[0].value
+    function, instance = cast(call.function, c_void_p).value, call.arguments[0].value
     if isinstance(call.moving, c_double):
         step = call.arguments[2].value
         return Prepared(function, instance, None, 0, None, 0, call.base, call.stride, step)
@@ -56,7 +56,7 @@ def prepared(call: Call) -> Prepared:
 
 def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path]) -> StepLoop | None:
     """The calls under the C loop of the first folder that has one; None if none has, or a call is not of C."""
-    if not all(isinstance(call.function, ctypes._CFuncPtr) for phase in phases for call in phase):
+    if not all(isinstance(call.function, CFuncPtr) for phase in phases for call in phase):
         return None
     functions = (step_function(folder / LIBRARY) for folder in dict.fromkeys(folders))
     return next((StepLoop(function, phases) for function in functions if function is not None), None)

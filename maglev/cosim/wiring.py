@@ -21,6 +21,8 @@ from maglev.errors import FmuError
 
 KINDS = ("Real", "Integer", "Boolean")
 
+Drives = Mapping[str, Sequence[float] | npt.NDArray[np.float64]]   # values of inputs at every communication point
+
 Allocate = Callable[[tuple[int, int], type], npt.NDArray[Any]]   # from shape and type to an array of zeros
 
 
@@ -88,7 +90,7 @@ class Place(NamedTuple):
 
 
 def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
-         drives: Mapping[str, Sequence[float]], rows: int, step: float, order: Order = "sequential",
+         drives: Drives, rows: int, step: float, order: Order = "sequential",
          rates: Mapping[str, Rate] | None = None, allocate: Allocate = np.zeros) -> Wiring:
     """Prepare a co-simulation of the FMUs in their order, with a communication step (s).
 
@@ -97,7 +99,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     fmus : mapping of str to Fmu
     connections : sequence of (str, str)
         From an output to an input, both `fmu.variable`.
-    drives : mapping of str to sequence of float
+    drives : mapping of str to sequence of float or ndarray
         Values of inputs at every communication point.
     rows : int
         Number of communication points.
@@ -158,7 +160,7 @@ def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Seque
 
 
 def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
-               drives: Mapping[str, Sequence[float]]) -> dict[str, str]:
+               drives: Drives) -> dict[str, str]:
     """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
     sources: dict[str, str] = {}
     for source, target in [*connections, *((target, target) for target in drives)]:

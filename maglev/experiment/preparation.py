@@ -4,7 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 from fmpy.model_description import ModelDescription
+from numpy.typing import NDArray
 
 from maglev.cosim.apart.run import TIMEOUT, run_apart
 from maglev.cosim.fmu import OWN_TOOL, read_description
@@ -77,21 +79,21 @@ class Experiment:
                                     for name, description in descriptions.items()})
         return descriptions
 
-    def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, list[float]]:
-        """Values of the reference signals and their rates at every communication point.
+    def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
+        """Values of the reference signals and their rates at every communication point, shape (n,).
 
         The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
         """
-        times = [k * self.step for k in range(whole_steps(self.plan.stop_time, self.step) + 1)]
+        times = self.step * np.arange(whole_steps(self.plan.stop_time, self.step) + 1, dtype=np.float64)
         drives = {}
         for signal in self.plan.signals:
-            drives[signal.to] = [signal.value(t) for t in times]
+            drives[signal.to] = signal.values_at(times)
             if signal.rate_to is not None:
-                drives[signal.rate_to] = [signal.rate(t) for t in times]
+                drives[signal.rate_to] = signal.rates_at(times)
         fed = {target for _, target in self.plan.wires.values()} | set(drives)
         for axis in self.plan.axes.values():
             if axis.reference not in fed:
-                drives[axis.reference] = [self.start_value(axis.reference, descriptions)] * len(times)
+                drives[axis.reference] = np.full(len(times), self.start_value(axis.reference, descriptions))
         return drives
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:

@@ -1,21 +1,26 @@
 """Reference signals of a scenario, with their analytic time derivatives.
 
-Only `math` is used, so that a signal is the same on every machine with the same C library. That goes for sums, too: the
-bare `sum` has compensated the rounding of floats since Python 3.12, and did not before.
+Sines and powers are those of `math`, so that a signal is the same on every machine with the same C library: NumPy has
+others on some processors. That goes for sums, too: the bare `sum` has compensated the rounding of floats since
+Python 3.12, and did not before.
 """
 
 import math
-from bisect import bisect_right
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.toml_table import Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
+
+Array = NDArray[np.float64]
 
 TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must not be missed by rounding
 
@@ -56,6 +61,22 @@ class SignalTable(Table):
             si_unit(unit)
         return unit
 
+    def values_at(self, times: Array) -> Array:
+        """Return the values at times (s), shape (n,), SI."""
+        raise NotImplementedError
+
+    def rates_at(self, times: Array) -> Array:
+        """Return the time derivatives at times (s), shape (n,), SI; at a jump none."""
+        return np.zeros(len(times))
+
+    def value(self, t: float) -> float:
+        """Return the value at time t (s), SI."""
+        return float(self.values_at(np.array([t]))[0])
+
+    def rate(self, t: float) -> float:
+        """Return the time derivative at time t (s), SI."""
+        return float(self.rates_at(np.array([t]))[0])
+
 
 class Constant(SignalTable):
     """One value at all times."""
@@ -69,13 +90,9 @@ class Constant(SignalTable):
         """Convert to SI."""
         return parse_quantity(value, info.data.get("unit"))
 
-    def value(self, t: float) -> float:
-        """Return the value at time t (s), SI."""
-        return self.level
-
-    def rate(self, t: float) -> float:
-        """Return the time derivative at time t (s), SI."""
-        return 0.0
+    def values_at(self, times: Array) -> Array:
+        """Return the values at times (s), shape (n,), SI."""
+        return np.full(len(times), self.level)
 
 
 class Steps(SignalTable):
@@ -104,13 +121,10 @@ class Steps(SignalTable):
                               f"expected as many as times, {len(self.times)}, got {len(self.values)}")
         return self
 
-    def value(self, t: float) -> float:
-        """Return the value at time t (s), SI."""
-        return self.values[max(bisect_right(self.times, t + TIME_TOLERANCE) - 1, 0)]
-
-    def rate(self, t: float) -> float:
-        """Return the time derivative at time t (s), SI: none, also at a step."""
-        return 0.0
+    def values_at(self, times: Array) -> Array:
+        """Return the values at times (s), shape (n,), SI."""
+        latest = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right") - 1
+        return np.array(self.values, dtype=np.float64)[np.maximum(latest, 0)]
 
 
 class Term(Table):
@@ -144,28 +158,39 @@ class Sinusoids(SignalTable):
         return [{**terms[i], "amplitude": entry_to_si(terms[i]["amplitude"], info.data.get("unit"), i, "amplitude")}
                 if isinstance(terms[i], dict) and "amplitude" in terms[i] else terms[i] for i in range(len(terms))]
 
-    def value(self, t: float) -> float:
-        """Return the value at time t (s), SI."""
-        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
-        return self.offset + self.envelope(t) * oscillation
+    def values_at(self, times: Array) -> Array:
+        """Return the values at times (s), shape (n,), SI."""
+        return self.offset + self.ramped(self.envelope, 1.0, times) * self.oscillation(math.sin, times)
 
-    def rate(self, t: float) -> float:
-        """Return the time derivative at time t (s), SI."""
-        oscillation = math.fsum(term.amplitude * math.sin(term.omega * t + term.phase) for term in self.terms)
-        slope = math.fsum(term.amplitude * term.omega * math.cos(term.omega * t + term.phase) for term in self.terms)
-        return self.envelope_rate(t) * oscillation + self.envelope(t) * slope
+    def rates_at(self, times: Array) -> Array:
+        """Return the time derivatives at times (s), shape (n,), SI."""
+        return (self.ramped(self.envelope_rate, 0.0, times) * self.oscillation(math.sin, times)
+                + self.ramped(self.envelope, 1.0, times) * self.oscillation(math.cos, times))
+
+    def oscillation(self, function: Callable[[float], float], times: Array) -> Array:
+        """Return the sum of the terms at times (s), shape (n,): of sines, or of cosines for its time derivative."""
+        terms = []
+        for term in self.terms:
+            waves = np.array(list(map(function, (term.omega * times + term.phase).tolist())))
+            terms.append((term.amplitude if function is math.sin else term.amplitude * term.omega) * waves)
+        if len(terms) == 1:
+            return terms[0] + 0.0   # as fsum, without negative zeros
+        return np.array(list(map(math.fsum, zip(*(values.tolist() for values in terms), strict=True))))
+
+    def ramped(self, function: Callable[[float], float], after: float, times: Array) -> Array:
+        """Return a function of time (s) at times, shape (n,), that is constant after the ramp."""
+        found = np.full(len(times), after)
+        ramping = times < self.ramp
+        found[ramping] = [function(t) for t in times[ramping].tolist()]
+        return found
 
     def envelope(self, t: float) -> float:
-        """Return the factor on the amplitude at time t (s), 0 to 1."""
-        if t >= self.ramp:
-            return 1.0
+        """Return the factor on the amplitude at time t (s) of the ramp, 0 to 1."""
         s = max(t, 0.0) / self.ramp
         return 3.0 * s**2 - 2.0 * s**3
 
     def envelope_rate(self, t: float) -> float:
-        """Return the time derivative of the envelope at time t (s), 1/s."""
-        if t >= self.ramp:
-            return 0.0
+        """Return the time derivative of the envelope at time t (s) of the ramp, 1/s."""
         s = max(t, 0.0) / self.ramp
         return (6.0 * s - 6.0 * s**2) / self.ramp
 
@@ -196,23 +221,23 @@ class Csv(SignalTable):
                 raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
         return self
 
-    def value(self, t: float) -> float:
-        """Return the value at time t (s), SI."""
-        times, values = self._times, self._values
-        if t <= times[0]:
-            return values[0]
-        if t >= times[-1]:
-            return values[-1]
-        i = bisect_right(times, t) - 1
-        return values[i] + self.rate(t) * (t - times[i])
+    def values_at(self, times: Array) -> Array:
+        """Return the values at times (s), shape (n,), SI."""
+        known, values = np.array(self._times), np.array(self._values)
+        row = self.rows_at(times)
+        inside = values[row] + self.rates_at(times) * (times - known[row])
+        return np.where(times <= known[0], values[0], np.where(times >= known[-1], values[-1], inside))
 
-    def rate(self, t: float) -> float:
-        """Return the slope at time t (s), SI; at a row that of the segment after it."""
-        times, values = self._times, self._values
-        if t < times[0] or t >= times[-1]:
-            return 0.0
-        i = bisect_right(times, t) - 1
-        return (values[i + 1] - values[i]) / (times[i + 1] - times[i])
+    def rates_at(self, times: Array) -> Array:
+        """Return the slopes at times (s), shape (n,), SI; at a row that of the segment after it."""
+        slopes = np.append(np.diff(self._values) / np.diff(self._times), 0.0)
+        found: Array = np.where(times < self._times[0], 0.0, slopes[self.rows_at(times)])
+        return found
+
+    def rows_at(self, times: Array) -> NDArray[np.intp]:
+        """Return the latest row at each time (s), shape (n,); the first before it."""
+        found: NDArray[np.intp] = np.maximum(np.searchsorted(self._times, times, side="right") - 1, 0)
+        return found
 
 
 Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind")]

@@ -1,11 +1,12 @@
 """What is said between the two processes of a co-simulation apart."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.order import Order
+from maglev.cosim.wiring import Drives
 
 COUNTER = "calls"   # file with the number of calls that were begun
 TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
@@ -19,7 +20,7 @@ class Job(NamedTuple):
     step: float
     order: Order
     stop_time: float
-    drives: Mapping[str, Sequence[float]]
+    drives: Drives
     folder: Path
 
 

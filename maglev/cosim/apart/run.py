@@ -5,7 +5,7 @@ this side has the recording until then, and knows which call was the last.
 """
 
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -33,6 +33,7 @@ from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, ended, whole_steps
 from maglev.cosim.order import Order
+from maglev.cosim.wiring import Drives
 from maglev.errors import FmuError
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
@@ -40,7 +41,7 @@ POLL = 0.05      # s, between two looks at the process
 
 
 def run_apart(setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float, order: Order,
-              stop_time: float, drives: Mapping[str, Sequence[float]], progress: Progress | None = None,
+              stop_time: float, drives: Drives, progress: Progress | None = None,
               timeout: float = TIMEOUT) -> Recording:
     """Do in another process what a `Master` does in this one; parameters and errors as of it.
 

@@ -48,7 +48,7 @@ def positions(plan: RunPlan) -> list[str]:
 def drives_of(plan: RunPlan, fmus: Path) -> dict[str, list[float]]:
     """References and their rates at every communication point, the last included."""
     experiment = prepare(plan, fmus, {}, [])
-    return experiment.drives(experiment.check())
+    return {name: values.tolist() for name, values in experiment.drives(experiment.check()).items()}
 
 
 def ours(plan: RunPlan, fmus: Path, order: Order) -> Rows:
