@@ -161,7 +161,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     page : bool
         Also write one HTML page about all, report.html.
     jobs : int, optional
-        Runs at a time, each in a process of its own; as many as processors if not given.
+        Runs at a time, in as many processes; as many as processors if not given.
     watch : callable, optional
         From the names of the runs to a context manager that gives what is told of their progress.
     say : callable, optional

@@ -42,5 +42,5 @@ Ordering = Annotated[Order, typer.Option(
     "gave (jacobi), which delays the loop by a step.")]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 Jobs = Annotated[int | None, typer.Option(
-    min=1, help="Runs at a time, each in a process of its own; as many as processors if not given.",
+    min=1, help="Runs at a time, in as many processes; as many as processors if not given.",
     show_default=False)]

@@ -37,6 +37,8 @@ OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 
 MOST_UNPACKED = int(os.environ.get("MAGLEV_MOST_UNPACKED", "1000000000"))   # bytes
 
+NOT_NEEDED = ("documentation/", "sources/")   # to run it
+
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
 
@@ -127,7 +129,7 @@ class Fmu:
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
         require_unpackable(self.path)
-        fmpy.extract(str(self.path), str(self.folder))
+        fmpy.extract(str(self.path), str(self.folder), include=lambda name: not name.startswith(NOT_NEEDED))
         identifier = self.description.coSimulation.modelIdentifier
         instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
                              modelIdentifier=identifier, instanceName=self.key.decode())

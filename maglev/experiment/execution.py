@@ -138,7 +138,7 @@ def thinned(recording: Recording, every: int) -> Recording:
 
 
 def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watcher) -> list[RunResult]:
-    """Run experiments, each in a process of its own, at most `jobs` at a time.
+    """Run experiments in other processes, at most `jobs` at a time.
 
     Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
     the others go on.

@@ -1,22 +1,24 @@
-"""Tasks side by side, each in a process of its own: one that fails or dies leaves the others alone."""
+"""Tasks side by side in processes, each of which does one after the other: a task that dies leaves the others alone."""
 
+import math
 import os
 import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from maglev.cosim.apart.child import PATIENCE, end, end_with_parent, how_it_ended, start
-from maglev.cosim.interrupts import terminate
+from maglev.cosim.interrupts import held_interrupts, terminate
 from maglev.cosim.master import Progress
 from maglev.errors import in_one_line, name_of, signal_of
 
 T = TypeVar("T")
+
+REPORT_EVERY = 0.1   # s, at least, between two reports of progress
 
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
@@ -72,14 +74,15 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     """
     waiting = deque(tasks)
     running: dict[Connection, tuple[str, BaseProcess]] = {}
+    idle: list[tuple[Connection, BaseProcess]] = []
     results: dict[str, T] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 name = waiting.popleft()
-                ours, theirs = Pipe(duplex=False)
-                running[ours] = (name, start(work, tasks[name], theirs))
-                theirs.close()
+                pipe, process = idle.pop() if idle else started()
+                running[pipe] = (name, process)
+                pipe.send(tasks[name])
             for ready in wait(list(running)):
                 pipe = cast(Connection, ready)
                 name, process = running[pipe]
@@ -89,20 +92,29 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                     report = Report(1, 1, (died(name, f"the process died with {how_it_ended(process)}, expected exit "
                                                       "code 0"),))
                 elif report.interrupted:
+                    process.join()
                     report = Report(1, 1, (died(name, report.interrupted),))
+                elif report.result is not None:
+                    idle.append((pipe, process))
                 if report.result is not None:
                     results[name] = report.result[0]
                     del running[pipe]
-                    pipe.close()
-                    process.join()
                 watch(name, report.done, report.steps)
     except KeyboardInterrupt as error:
         left = asked_to_end(running, results)
         raise Stopped(signal_of(error), name_of(error), results, left) from None
     finally:
-        for _, process in running.values():
+        for process in (*(process for _, process in running.values()), *(process for _, process in idle)):
             end(process)
     return {name: results[name] for name in tasks}
+
+
+def started() -> tuple[Connection, BaseProcess]:
+    """A process that waits for tasks, and the pipe to it."""
+    ours, theirs = Pipe()
+    process = start(work, theirs)
+    theirs.close()
+    return ours, process
 
 
 def received(pipe: Connection) -> Report[Any] | None:
@@ -133,22 +145,36 @@ def asked_to_end(running: Mapping[Connection, tuple[str, BaseProcess]], results:
     return left
 
 
-def work(task: Task[T], reports: Connection) -> None:
-    """Do a task in this process, and send reports."""
+def work(pipe: Connection) -> None:
+    """Do tasks in this process, one after the other, and send reports."""
     signal.signal(signal.SIGTERM, terminate)
     end_with_parent(end_in_order)
+    try:
+        while True:
+            last = done(pipe.recv(), pipe)
+            with held_interrupts():   # half a report could not be read
+                pipe.send(last)
+            if last.interrupted:
+                return
+    except (EOFError, ConnectionError, KeyboardInterrupt):   # nobody wants to know, or more
+        return
+
+
+def done(task: Task[T], pipe: Connection) -> Report[T]:
+    """Last report about a task, which is done here; those before it are sent."""
+    latest = -math.inf
 
     def progress(done: int, steps: int) -> None:
-        if done < steps:   # the last report has the result
-            reports.send(Report(done, steps))
+        nonlocal latest
+        now = time.monotonic()
+        if done < steps and now - latest > REPORT_EVERY:   # the last report has the result
+            latest = now
+            pipe.send(Report(done, steps))
 
-    with suppress(BrokenPipeError):   # the parent is gone: nobody wants to know
-        try:
-            last: Report[T] = Report(1, 1, (task(progress),))
-        except KeyboardInterrupt as error:
-            last = Report(1, 1, interrupted=in_one_line(error))
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # half a report could not be read
-        reports.send(last)
+    try:
+        return Report(1, 1, (task(progress),))
+    except KeyboardInterrupt as error:
+        return Report(1, 1, interrupted=in_one_line(error))
 
 
 def end_in_order() -> None:

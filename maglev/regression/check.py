@@ -97,7 +97,7 @@ def prepared(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], set
 
 def check_all(runs: Sequence[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
               baselines: Path, jobs: int, watch: Watcher, timeout: float = TIMEOUT) -> list[CheckResult]:
-    """Check runs, each in a process of its own, at most `jobs` at a time; other parameters as of `check_run`."""
+    """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
     by_name = {run.name: run for run in runs}
 
     def task(name: str, ends: Ends) -> Task[CheckResult]:

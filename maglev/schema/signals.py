@@ -226,7 +226,8 @@ class Csv(SignalTable):
         known, values = np.array(self._times), np.array(self._values)
         row = self.rows_at(times)
         inside = values[row] + self.rates_at(times) * (times - known[row])
-        return np.where(times <= known[0], values[0], np.where(times >= known[-1], values[-1], inside))
+        found: Array = np.where(times <= known[0], values[0], np.where(times >= known[-1], values[-1], inside))
+        return found
 
     def rates_at(self, times: Array) -> Array:
         """Return the slopes at times (s), shape (n,), SI; at a row that of the segment after it."""
@@ -236,8 +237,7 @@ class Csv(SignalTable):
 
     def rows_at(self, times: Array) -> NDArray[np.intp]:
         """Return the latest row at each time (s), shape (n,); the first before it."""
-        found: NDArray[np.intp] = np.maximum(np.searchsorted(self._times, times, side="right") - 1, 0)
-        return found
+        return np.maximum(np.searchsorted(self._times, times, side="right") - 1, 0)
 
 
 Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind")]

@@ -42,6 +42,19 @@ def test_results_are_in_order_and_a_dead_process_is_one_of_them() -> None:
     assert watched == [("two", 1, 3), ("two", 1, 1), ("dead", 1, 3), ("dead", 1, 1), ("three", 1, 3), ("three", 1, 1)]
 
 
+def own_process(progress: Callable[[int, int], None]) -> int:
+    """A task that tells its process."""
+    return os.getpid()
+
+
+def test_a_process_does_one_task_after_the_other_until_one_kills_it() -> None:
+    tasks = {"first": own_process, "second": own_process, "dead": partial(die, 7), "third": own_process}
+    results = side_by_side(tasks, 1, lambda *_: -1, lambda *_: None)
+    assert results["first"] == results["second"] != results["third"]
+    assert results["dead"] == -1
+    assert results["first"] != os.getpid() != results["third"]
+
+
 def test_as_many_at_a_time_as_asked_for(tmp_path: Path) -> None:
     tasks = {name: partial(meet, tmp_path, name) for name in ("a", "b")}
     assert side_by_side(tasks, 2, lambda *_: 0, lambda *_: None) == {"a": 1, "b": 1}
