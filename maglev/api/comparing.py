@@ -143,7 +143,7 @@ def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: C
         (say or warn)(note)
     found = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
     return Comparison(plan.name, f"{len(found)} controllers in the place of that of “{plan.title}”",
-                      {label: Run(result, experiments[label].outputs()) for label, result in found.items()
+                      {label: Run(result, experiments[label].units(result.columns)) for label, result in found.items()
                        if result.failure is None},
                       {label: result.failure for label, result in found.items() if result.failure is not None}, found)
 

@@ -1,6 +1,8 @@
 """One run that was flown: columns, metrics and verdicts as data, and ways on to other tools."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,8 +13,7 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
 from maglev.errors import MaglevError, UnknownName, nearest
-from maglev.experiment.execution import RunResult, judge_all
-from maglev.experiment.results import write_csv
+from maglev.experiment.execution import RunResult, judge_all, measured, write_columns
 from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult
@@ -39,24 +40,37 @@ class Run:
         Every Real parameter that the run started with, `fmu.variable`.
     """
 
-    def __init__(self, result: RunResult, units: Mapping[str, str]):
-        self.result = result
-        self.plan: RunPlan = result.plan
-        self.time: NDArray[np.float64] = result.time
-        self.columns: Mapping[str, NDArray[Any]] = result.columns
+    def __init__(self, flown: RunResult, units: Mapping[str, str], recording: Recording | None = None):
+        self.flown = flown           # measured already, or
+        self.recording = recording   # with every communication point, until it is measured
+        self.plan: RunPlan = flown.plan
+        self.time: NDArray[np.float64] = flown.time
+        self.columns: Mapping[str, NDArray[Any]] = flown.columns
         self.units = {name: units.get(name, "") for name in self.columns}
-        self.parameters: Mapping[str, float] = result.parameters
+        self.parameters: Mapping[str, float] = flown.parameters
 
     @property
     def name(self) -> str:
         """Name of the run."""
         return self.plan.name
 
-    @property
+    @cached_property
     def metrics(self) -> Metrics:
-        """What was measured: steps, tracking errors, currents, stops, trips."""
-        assert self.result.metrics is not None   # it was flown to its end
-        return self.result.metrics
+        """Steps, tracking errors, currents, stops, trips, measured at every communication point when first asked for.
+
+        Raises MeasurementError if a column is not finite.
+        """
+        if self.flown.metrics is not None:
+            return self.flown.metrics
+        assert self.recording is not None
+        found = measured(self.plan, self.recording)
+        self.recording = None
+        return found
+
+    @cached_property
+    def result(self) -> RunResult:
+        """What was flown and measured."""
+        return replace(self.flown, metrics=self.metrics)
 
     @property
     def measures(self) -> tuple[Measure, ...]:
@@ -96,7 +110,11 @@ class Run:
 
     def to_csv(self, path: str | Path) -> None:
         """Write the columns as `maglev run` writes them: time first, then `fmu.variable`."""
-        write_csv(Path(path), Recording(self.time, self.columns))
+        write_columns(Path(path), "csv", self.flown, self.units, Recording(self.time, self.columns))
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write the columns as Parquet, with their units and the provenance of the run as metadata."""
+        write_columns(Path(path), "parquet", self.flown, self.units, Recording(self.time, self.columns))
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""

@@ -15,7 +15,8 @@ from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
 from maglev.errors import ScenarioError
-from maglev.experiment.execution import RunResult, execute_all, execute_or_fail, fly, judge_all, run_data
+from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
+from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
 from maglev.experiment.selection import compared, needed, select
@@ -139,15 +140,15 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
                             "expected run_all, which runs these before it")
     experiment, = experiments_of([plan], options)
     say_notes([experiment], warn)
-    result = fly(experiment, progress)
-    for note in result.notes:
+    recording = experiment.run(progress)
+    for note in recording.notes:
         warn(note)
-    return Run(result, experiment.outputs())
+    return Run(completed(experiment, recording), experiment.units(recording.columns), recording)
 
 
 def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "results", plot: bool = False,
-            page: bool = False, jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
-            **options: Unpack[FlightOptions]) -> Results:
+            page: bool = False, format: Format = "csv", jobs: int | None = None, watch: Watch | None = None,
+            say: Say | None = None, **options: Unpack[FlightOptions]) -> Results:
     """Fly runs side by side, judge the claims about them, and write what was found.
 
     Parameters
@@ -160,6 +161,8 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
         Also write pictures, NAME.png.
     page : bool
         Also write one HTML page about all, report.html.
+    format : "csv" or "parquet"
+        Of the columns: NAME.parquet, with units and provenance in it, takes the place of NAME.csv.
     jobs : int, optional
         Runs at a time, in as many processes; as many as processors if not given.
     watch : callable, optional
@@ -192,12 +195,12 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     say_notes(experiments, say or warn)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    flown = fly_all(experiments, folder, jobs or processors(), watch or unwatched)
+    flown = fly_all(experiments, folder, format, jobs or processors(), watch or unwatched)
     for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.notes):
         (say or warn)(note)
     outcomes = outcomes_of(flown, asked)
     verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
-    files = [*write_runs(flown, verdicts, folder, plot), *write_outcomes(outcomes, verdicts, folder),
+    files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder),
              folder / "claims.md"]
     write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
     if page:
@@ -215,22 +218,22 @@ def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Out
     return evaluate_all(runs, {plan.name for plan in asked})
 
 
-def fly_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watch) -> list[RunResult]:
-    """Fly a single run here, several in processes; each leaves its CSV."""
+def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watch) -> list[RunResult]:
+    """Fly a single run here, several in processes; each leaves its columns."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be flown leaves the others alone
-            return [execute_or_fail(experiments[0], out, {}, partial(watcher, experiments[0].plan.name))]
-        return execute_all(experiments, out, jobs, watcher)
+            return [execute_or_fail(experiments[0], out, form, {}, partial(watcher, experiments[0].plan.name))]
+        return execute_all(experiments, out, form, jobs, watcher)
 
 
-def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, plot: bool) -> list[Path]:
-    """Write the text of each run, and its picture; CSV and JSON are there already. Returns all files."""
+def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form: Format, plot: bool) -> list[Path]:
+    """Write the text of each run, and its picture; columns and JSON are there already. Returns all files."""
     files = []
     for each in runs:
         name = each.plan.name
         write_whole(out / f"{name}.txt", text_of(each, verdicts[name]))
-        flown = [out / f"{name}.csv", out / f"{name}.json"] if each.metrics is not None else []
+        flown = [out / f"{name}.{form}", out / f"{name}.json"] if each.metrics is not None else []
         files += [*flown, out / f"{name}.txt"]
         if plot and each.metrics is not None:
             write_plot(out / f"{name}.png", each.plan, Recording(each.time, each.columns))

@@ -13,6 +13,7 @@ from maglev.cli.options import (
     Debug,
     Everything,
     Fmus,
+    Form,
     Jobs,
     Model,
     Names,
@@ -128,7 +129,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.")]
         = False,
-        fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+        form: Form = "csv", fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
         jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
@@ -140,9 +141,9 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
-    The results are `NAME.csv` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and the metrics),
-    `NAME.txt` and, of all runs, `claims.md`. A run that
-    an FMU ends early leaves what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
+    The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and
+    the metrics), `NAME.txt` and, of all runs, `claims.md`. A run that an FMU ends early leaves
+    what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
     What a procedure of several runs finds is in `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
     """
     with one_line_errors(debug):
@@ -151,9 +152,9 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
                                 f"--all and {', '.join(names)}: expected one of them")
         from maglev.api.running import run_all
 
-        print_results(run_all(names or None, out=out, plot=plot, jobs=jobs, watch=progress_of, say=say, set=settings,
-                              model=model, plant=plant, controller=controller, ports=ports, step=step, order=order,
-                              fmus=fmus, native=native, timeout=timeout), json)
+        print_results(run_all(names or None, out=out, plot=plot, format=form, jobs=jobs, watch=progress_of, say=say,
+                              set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
+                              order=order, fmus=fmus, native=native, timeout=timeout), json)
 
 
 @app.command()

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from maglev.cosim.order import Order
+from maglev.experiment.form import Format
 
 
 def run_names(beginning: str) -> list[str]:
@@ -41,6 +42,7 @@ Ordering = Annotated[Order, typer.Option(
     "--order", help="Order of the FMUs in a step: one after the other (sequential), or all with what the step before "
     "gave (jacobi), which delays the loop by a step.")]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
+Form = Annotated[Format, typer.Option("--format", help="Of the columns: csv, or parquet, with units and provenance.")]
 Jobs = Annotated[int | None, typer.Option(
     min=1, help="Runs at a time, in as many processes; as many as processors if not given.",
     show_default=False)]

@@ -46,10 +46,10 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
                 write_csv(files.partial, Recording(run.time, run.columns))
                 written.append(files.partial)
             continue
-        write_csv(files.csv, Recording(run.time, run.columns))
+        write_csv(files.columns("csv"), Recording(run.time, run.columns))
         write_whole(files.json, json_text(run_data(run)))
-        files.forget_failures()
-        written += [files.csv, files.json]
+        files.forget_others("csv")
+        written += [files.columns("csv"), files.json]
     about = {"json": json_text(comparison_data(name, title, runs)),
              "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
     if page:

@@ -14,10 +14,11 @@ from fmi_export.whole_file import write_whole
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.processes import Watcher
 from maglev.experiment.provenance import Provenance
-from maglev.experiment.results import ResultFiles, write_csv
+from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
@@ -38,7 +39,7 @@ class RunResult:
     columns : mapping of str to ndarray, shape (n,)
         By name, `fmu.variable`, SI; Booleans as 0 and 1.
     metrics : Metrics or None
-        What was measured; None if the run did not complete.
+        What was measured; None if nothing was, or the run did not complete.
     failure : str or None
         Why the run did not complete.
     ends : mapping of str to float
@@ -69,11 +70,12 @@ class RunResult:
 
 def fly(experiment: Experiment, progress: Progress | None = None) -> RunResult:
     """Run an experiment and measure it; errors as of `execute`, and no files."""
-    return measured(experiment, experiment.run(progress))
+    recording = experiment.run(progress)
+    return replace(completed(experiment, recording), metrics=measured(experiment.plan, recording))
 
 
-def execute(experiment: Experiment, out: Path, progress: Progress | None = None) -> RunResult:
-    """Run an experiment, write its CSV, and measure it.
+def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: Progress | None = None) -> RunResult:
+    """Run an experiment, write its columns, and measure it.
 
     Raises
     ------
@@ -94,11 +96,22 @@ def execute(experiment: Experiment, out: Path, progress: Progress | None = None)
         files.set_aside()   # what an earlier run has left must not pass for what this one gave
         raise RunInterrupted(message, error.recording, error.number) from error
     files.forget_reports()   # they are about an earlier run
-    write_csv(files.csv, recording, every)
-    result = measured(experiment, recording)
+    result = completed(experiment, recording)
+    write_columns(files.columns(form), form, result, experiment.units(recording.columns), recording, every)
+    result = replace(result, metrics=measured(experiment.plan, recording))
     write_whole(files.json, json_text(run_data(result)))
-    files.forget_failures()
+    files.forget_others(form)
     return result
+
+
+def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
+                  every: int = 1) -> None:
+    """Write every n-th communication point of the recording of a run; `units` of the columns go to Parquet."""
+    if form == "csv":
+        write_csv(path, recording, every)
+    else:
+        about = {key: value for key, value in run_data(result).items() if key in ("name", "title", "provenance")}
+        write_parquet(path, recording, units, about, every)
 
 
 def kept(files: ResultFiles, recording: Recording, every: int) -> str:
@@ -110,11 +123,15 @@ def kept(files: ResultFiles, recording: Recording, every: int) -> str:
     return f"what was recorded until then is in {files.partial}"
 
 
-def measured(experiment: Experiment, recording: Recording) -> RunResult:
-    """Result of a run that was recorded to its end: every output interval of it, and what was measured on all of it."""
-    metrics = evaluate(experiment.plan, recording.time, recording.columns)
+def measured(plan: RunPlan, recording: Recording) -> Metrics:
+    """What is measured on a run that was recorded to its end, on all of it."""
+    return evaluate(plan, recording.time, recording.columns)
+
+
+def completed(experiment: Experiment, recording: Recording) -> RunResult:
+    """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
     thin = thinned(recording, experiment.output_every())
-    return RunResult(experiment.plan, thin.time, thin.columns, metrics, ends=ends_of(recording),
+    return RunResult(experiment.plan, thin.time, thin.columns, ends=ends_of(recording),
                      parameters=experiment.parameters(), provenance=experiment.provenance(), notes=recording.notes)
 
 
@@ -137,7 +154,8 @@ def thinned(recording: Recording, every: int) -> Recording:
                      {name: values[::every].copy() for name, values in recording.columns.items()})
 
 
-def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: Watcher) -> list[RunResult]:
+def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
+                watch: Watcher) -> list[RunResult]:
     """Run experiments in other processes, at most `jobs` at a time.
 
     Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
@@ -145,14 +163,14 @@ def execute_all(experiments: Sequence[Experiment], out: Path, jobs: int, watch: 
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                         lambda name, ends: partial(execute_or_fail, by_name[name], out, ends), jobs,
+                         lambda name, ends: partial(execute_or_fail, by_name[name], out, form, ends), jobs,
                          lambda name, message: failed(by_name[name], message), watch).values())
 
 
-def execute_or_fail(experiment: Experiment, out: Path, ends: Ends, progress: Progress) -> RunResult:
+def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends, progress: Progress) -> RunResult:
     """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
     try:
-        return execute(replace(experiment, plan=started(experiment.plan, ends)), out, progress)
+        return execute(replace(experiment, plan=started(experiment.plan, ends)), out, form, progress)
     except FAILURES as error:
         # What an earlier run has left must not pass for what this one gave.
         ResultFiles(out, experiment.plan.name).set_aside()

@@ -116,6 +116,12 @@ class Experiment:
                 for variable in description.modelVariables
                 if variable.causality == "output" and variable.type == "Real"}
 
+    def units(self, names: Iterable[str]) -> dict[str, str]:
+        """Units of variables `fmu.variable`; empty text where the FMU gives none."""
+        known = {f"{fmu}.{variable.name}": variable.unit or "" for fmu, description in self.check().items()
+                 for variable in description.modelVariables}
+        return {name: known.get(name, "") for name in names}
+
     def unit(self, full: str) -> str:
         """Unit of a variable `fmu.variable`; empty text where the FMU gives none."""
         name, _, own = full.partition(".")

@@ -1,24 +1,30 @@
-"""Results of a run as CSV: time first, then FMI names, each with the name of its FMU in front."""
+"""Results of a run as CSV or Parquet: time first, then FMI names, each with the name of its FMU in front."""
 
 import csv
+import io
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
 
 from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
+from maglev.experiment.form import Format
 
 
 @dataclass(frozen=True)
 class ResultFiles:
-    """Files of a run in the folder of the results: CSV, what is known beside it, and what a failed run leaves."""
+    """Files of a run in the folder of the results: columns, what is known beside them, and what a failed run leaves."""
 
     folder: Path
     name: str
 
-    @property
-    def csv(self) -> Path:
+    def columns(self, form: Format) -> Path:
         """Columns of a run that was flown to its end."""
-        return self.folder / f"{self.name}.csv"
+        return self.folder / f"{self.name}.{form}"
 
     @property
     def json(self) -> Path:
@@ -30,15 +36,15 @@ class ResultFiles:
         """Columns of a run that ended early."""
         return self.folder / f"{self.name}.partial.csv"
 
-    @property
-    def previous(self) -> Path:
+    def previous(self, form: Format) -> Path:
         """Columns of an earlier run, after one that ended early."""
-        return self.folder / f"{self.name}.previous.csv"
+        return self.folder / f"{self.name}.previous.{form}"
 
     def set_aside(self) -> None:
         """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
-        if self.csv.is_file():
-            self.csv.replace(self.previous)
+        for form in get_args(Format):
+            if self.columns(form).is_file():
+                self.columns(form).replace(self.previous(form))
         self.json.unlink(missing_ok=True)
         self.forget_reports()
 
@@ -47,23 +53,56 @@ class ResultFiles:
         (self.folder / f"{self.name}.txt").unlink(missing_ok=True)
         (self.folder / f"{self.name}.png").unlink(missing_ok=True)
 
-    def forget_failures(self) -> None:
-        """Remove what a failed run has left."""
+    def forget_others(self, form: Format) -> None:
+        """Remove what a failed run has left, and the columns of an earlier one in another form."""
         self.partial.unlink(missing_ok=True)
-        self.previous.unlink(missing_ok=True)
+        for each in get_args(Format):
+            self.previous(each).unlink(missing_ok=True)
+            if each != form:
+                self.columns(each).unlink(missing_ok=True)
 
 
 def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
     """Write every n-th communication point of a recording, and the last one.
 
-    Numbers are written such that reading them gives the same bits. The file appears under its name when it is
+    Numbers are written as short as gives the same bits when they are read. The file appears under its name when it is
     complete: what stood there before is intact until then.
     """
-    rows = list(range(0, len(recording.time), every))
-    if rows[-1] != len(recording.time) - 1:
-        rows.append(len(recording.time) - 1)
-    columns = [recording.time[rows].tolist(), *(column[rows].tolist() for column in recording.columns.values())]
-    with whole_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
-        csv.writer(file, lineterminator="\n").writerow(["time", *recording.columns])   # an array's name has a comma
-        for row in zip(*columns, strict=True):
-            file.write(",".join(map(repr, row)) + "\n")
+    from pyarrow.csv import WriteOptions
+    from pyarrow.csv import write_csv as write_table
+
+    table = table_of(recording, every)
+    with whole_file(path) as unfinished, unfinished.open("wb") as file:
+        header = io.StringIO()
+        csv.writer(header, lineterminator="\n").writerow(table.column_names)   # an array's name has a comma
+        file.write(header.getvalue().encode("utf-8"))
+        write_table(table, file, WriteOptions(include_header=False, quoting_style="none"))
+
+
+def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], about: Mapping[str, Any],
+                  every: int = 1) -> None:
+    """Write the same as `write_csv` does, as Parquet.
+
+    Each column has its unit in its metadata, under "unit"; the file has what is known `about` the run, under "maglev",
+    as JSON.
+    """
+    import pyarrow
+    from pyarrow import parquet
+
+    table = table_of(recording, every)
+    fields = [field.with_metadata({"unit": {"time": "s", **units}.get(field.name, "")}) for field in table.schema]
+    known = {"maglev": json.dumps(about, ensure_ascii=False, allow_nan=False)}
+    with whole_file(path) as unfinished, unfinished.open("wb") as file:
+        parquet.write_table(table.cast(pyarrow.schema(fields, known)), file)
+
+
+def table_of(recording: Recording, every: int) -> Any:
+    """Every n-th communication point of a recording, and the last one, as a pyarrow.Table: time, then the columns."""
+    import pyarrow
+
+    rows = np.unique(np.append(np.arange(0, len(recording.time), every), len(recording.time) - 1))
+    columns = [recording.time[rows], *(column[rows] for column in recording.columns.values())]
+    # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
+    arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(rows),
+                                         [None, pyarrow.py_buffer(column)]) for column in columns]
+    return pyarrow.Table.from_arrays(arrays, names=["time", *recording.columns])

@@ -1,7 +1,7 @@
 """Check of runs against their committed baselines."""
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -55,7 +55,7 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
         experiment = prepared(shortened, fmus, replaced, settings, ends, timeout)
         lacking = [name for name in shortened.check.signals if name not in experiment.plan.check.signals]
         baseline = without(baseline, lacking)
-        units = units_of(experiment, baseline.columns)
+        units = experiment.units(baseline.columns)
         recording = flown(experiment, baseline.stop_time, progress)
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
@@ -119,10 +119,3 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
                               (repr(deviation.expected), repr(deviation.got), f"{deviation.allowed:.6g}"))
     return (f"deviates first at t = {deviation.time:.9g} s: {deviation.signal} expected {expected}, got {got}, "
             f"allowed {allowed}")
-
-
-def units_of(experiment: Experiment, signals: Iterable[str]) -> dict[str, str]:
-    """Units of signals `fmu.variable`, as the FMUs declare them."""
-    units = {f"{fmu}.{variable.name}": variable.unit or "" for fmu, description in experiment.check().items()
-             for variable in description.modelVariables}
-    return {signal: units.get(signal, "") for signal in signals}

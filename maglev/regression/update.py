@@ -13,7 +13,7 @@ from maglev.experiment.chain import Ends, ends_of, in_order
 from maglev.experiment.processes import Task, Watcher
 from maglev.experiment.replacement import Replacement
 from maglev.regression.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
-from maglev.regression.check import prepared, units_of
+from maglev.regression.check import prepared
 from maglev.regression.deviation import WorstDifference, changes
 from maglev.regression.outcome import UpdateResult
 from maglev.schema.run_plan import RunPlan
@@ -30,7 +30,7 @@ def renewed(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     try:
         old, unreadable = old_baseline(baselines, plan.name)
         experiment = prepared(plan, fmus, replaced, settings, ends, timeout)
-        units = units_of(experiment, plan.check.signals)
+        units = experiment.units(plan.check.signals)
         recording = experiment.run(progress)
         new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
     except FAILURES as error:

@@ -1,0 +1,109 @@
+"""Columns of a run as CSV and Parquet: every bit comes back, and what it is and rests on with it."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import maglev
+from hypothesis import example, given
+from hypothesis import strategies as st
+from pyarrow import parquet
+
+import maglev as front_door
+from maglev.cosim.master import Recording
+from maglev.csv_table import read_csv
+from maglev.experiment.results import write_csv, write_parquet
+
+NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=50)
+
+
+def recording(values: list[float]) -> Recording:
+    time = 0.1 * np.arange(len(values))
+    return Recording(time, {"plant.y": np.array(values), "plant.at_stop": np.arange(len(values), dtype=np.int32) % 2,
+                            'odd,"name"': -time})
+
+
+@given(NUMBERS, st.integers(1, 4))
+@example([0.1, -0.0, 5e-324, 1.7976931348623157e308, 1e-5, 1 / 3, 1e16, 123456789012345680.0, float("inf")], 1)
+def test_numbers_come_back(tmp_path_factory: pytest.TempPathFactory, values: list[float], every: int) -> None:
+    path = tmp_path_factory.mktemp("csv") / "run.csv"
+    written = recording(values)
+    write_csv(path, written, every)
+    write_parquet(path.with_suffix(".parquet"), written, {"plant.y": "m"}, {}, every)
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    table = parquet.read_table(path.with_suffix(".parquet"))
+    expected = sorted({*range(0, len(values), every), len(values) - 1})
+    assert header == table.column_names == ["time", "plant.y", "plant.at_stop", 'odd,"name"']
+    for i, column in enumerate((written.time, *written.columns.values())):
+        wanted = column[expected].astype(float).tobytes()
+        assert np.array([float(row[i]) for row in rows]).tobytes() == wanted
+        assert table.column(i).to_numpy().astype(float).tobytes() == wanted
+
+
+def test_our_own_reader_reads_it(tmp_path: Path) -> None:
+    values = np.random.default_rng(1).standard_normal(3000) * 10.0 ** np.arange(-150, 150).repeat(10)
+    write_csv(tmp_path / "run.csv", recording(values.tolist()))
+    table = read_csv(tmp_path / "run.csv")
+    table.require_full_rows()
+    assert table.column("plant.y").tobytes() == values.tobytes()
+    assert b"\r" not in (tmp_path / "run.csv").read_bytes()
+
+
+def test_parquet_says_units_and_provenance(fastest_fmus: Path, tmp_path: Path) -> None:
+    run = front_door.run("2dof-smooth-nonlinear", fmus=fastest_fmus, set={"plant.v.mass": 8.0})
+    run.to_parquet(tmp_path / "run.parquet")
+    table = parquet.read_table(tmp_path / "run.parquet")
+    units = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
+    assert (units["time"], units["plant.v.position"], units["plant.motor.i_a"]) == ("s", "m", "A")
+    assert (units["controller.v.reference"], units["plant.at_stop"]) == ("m", "")
+    about = json.loads(table.schema.metadata[b"maglev"])
+    assert about["name"] == "2dof-smooth-nonlinear"
+    assert about["provenance"]["changes"] == ["plant.v.mass = 8.0 instead of 4.35"]
+    assert [fmu["model"] for fmu in about["provenance"]["fmus"]] == ["Regulator2DOF", "Plant2DOF"]
+    assert table.column("plant.v.position").to_numpy().tobytes() == run["plant.v.position"].tobytes()
+
+
+def test_the_form_that_is_asked_for(fastest_fmus: Path, tmp_path: Path) -> None:
+    """The other form of an earlier run does not pass for what this one gave, nor does either after a failure."""
+    def left() -> set[str]:
+        return {path.name for path in tmp_path.glob("2dof-smooth*")}
+
+    def run(*options: str) -> int:
+        return maglev("run", "2dof-smooth-nonlinear", "--fmus", fastest_fmus, "--out", tmp_path, *options).exit_code
+
+    name = "2dof-smooth-nonlinear"
+    beside = {f"{name}.json", f"{name}.txt"}
+    assert run() == 0
+    assert left() == {f"{name}.csv", *beside}
+    assert run("--format", "parquet") == 0
+    assert left() == {f"{name}.parquet", *beside}
+    assert run("--set", "plant.v.mass=-1") == 2
+    assert f"{name}.previous.parquet" in left()
+    assert f"{name}.parquet" not in left()
+    assert run() == 0
+    assert left() == {f"{name}.csv", *beside}
+
+
+def test_the_metrics_are_measured_on_every_step_when_they_are_asked_for(fastest_fmus: Path) -> None:
+    run = front_door.run("2dof-smooth-nonlinear", fmus=fastest_fmus)
+    assert run.recording is not None
+    every = run.recording
+    peak = np.max([np.abs(every.columns[name]).max() for name in run.plan.motors["motor"].currents])
+    assert run.metrics.motors[0].peak_current == peak
+    assert run.metrics is run.metrics
+    assert run.recording is None
+
+
+def test_writing_imports_no_pandas(tmp_path: Path) -> None:
+    """It takes a second."""
+    code = ("import sys, numpy; from pathlib import Path; from maglev.cosim.master import Recording; "
+            "from maglev.experiment.results import write_csv; "
+            f"write_csv(Path({str(tmp_path / 'run.csv')!r}), Recording(numpy.zeros(3), {{'a': numpy.ones(3)}})); "
+            "print(*sorted({'pandas', 'pyarrow'} & set(sys.modules)))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["pyarrow"]
