@@ -39,6 +39,7 @@ test: .venv/.test lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile --fmus=.venv/fmus
 	$(MAKE) check-built
 	$(BIN)/python benchmarks/step_cost.py --gate
+	$(BIN)/python benchmarks/whole_run.py --gate
 
 # The tests that need no FMU, compiler or browser: to be run after every change.
 quick: .venv/.test
@@ -62,6 +63,7 @@ lint: .venv/.test
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python benchmarks/whole_run.py
 	$(BIN)/python benchmarks/startup.py
 
 accuracy: .venv/.demo

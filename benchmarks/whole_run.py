@@ -1,0 +1,122 @@
+"""Cost of a whole run of native FMUs from Python, in multiples of the C loop, in one run on one machine.
+
+    python benchmarks/whole_run.py [--gate]
+
+The run is 3dof-setpoints-improved with every step recorded. Times depend on the machine; the ratios hardly do.
+"""
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+
+from c_loop import c_loop
+from loops import PAIRS
+from rich.console import Console
+from rich.table import Table
+
+from maglev.catalogue import build_native, definition
+from maglev.cosim.master import FmuSetup, Master, Recording
+from maglev.experiment.execution import completed, measured
+from maglev.experiment.preparation import Experiment, prepare
+from maglev.experiment.results import write_csv, write_parquet
+from maglev.schema.loading import load_plan
+
+NAME = "3dof-setpoints-improved"
+ROUNDS = 7   # the fastest counts, which is the least disturbed
+
+# Largest multiples of the C loop.
+STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
+GATES = {STEPPING: 1.3, IN_MEMORY: 3.0, WITH_CSV: 6.0}
+
+
+def stepping(experiment: Experiment, recordings: list[Recording]) -> float:
+    """Time from the first report of progress to the last, as if it were of all steps, s."""
+    marks: list[tuple[int, float]] = []
+    recordings[:] = [experiment.run(lambda done, _: marks.append((done, perf_counter())))]
+    (first, begin), (last, end) = marks[0], marks[-1]
+    return (end - begin) * experiment.plan.steps / (last - first)
+
+
+def timed(way: Callable[[], object]) -> Callable[[], float]:
+    """Measurement of the time that a function takes, s."""
+    def measure() -> float:
+        begin = perf_counter()
+        way()
+        return perf_counter() - begin
+
+    return measure
+
+
+def load(experiment: Experiment) -> None:
+    """Unpack, load and free the FMUs."""
+    with Master([FmuSetup(name, path) for name, path in experiment.files.items()], [], experiment.step):
+        pass
+
+
+def whole(experiment: Experiment) -> Recording:
+    """Fly and measure."""
+    recording = experiment.run()
+    completed(experiment, recording)
+    measured(experiment.plan, recording)
+    return recording
+
+
+def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]:
+    """Measurements, by what is measured."""
+    pair = PAIRS[1]
+    c_step = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names, pair.rig.motor_names,
+                    pair.dt, pair.starts, experiment.plan.steps)
+    descriptions = experiment.check()
+    recordings: list[Recording] = []
+    csv, parquet = folder / "run.csv", folder / "run.parquet"
+    return {
+        "C loop": lambda: c_step() * experiment.plan.steps,
+        STEPPING: lambda: stepping(experiment, recordings),
+        "reference signals": timed(lambda: experiment.drives(descriptions)),
+        "unpacking and loading": timed(lambda: load(experiment)),
+        "metrics": timed(lambda: measured(experiment.plan, recordings[0])),
+        "CSV": timed(lambda: write_csv(csv, recordings[0], experiment.output_every())),
+        "Parquet": timed(lambda: write_parquet(parquet, recordings[0], {}, {}, experiment.output_every())),
+        IN_MEMORY: timed(lambda: whole(experiment)),
+        WITH_CSV: timed(lambda: write_csv(csv, whole(experiment), experiment.output_every()))}
+
+
+def main() -> int:
+    """Print the table; with --gate, return 1 if a ratio is too large."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gate", action="store_true", help=f"fail if a ratio exceeds {GATES}")
+    gate = parser.parse_args().gate
+    console = Console(width=110)
+    if any(find_spec(name) is None for name in ("pyccel", "ziglang")):
+        console.print("without native FMUs: the extra `native` is not installed")
+        return 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        plan = load_plan(NAME)
+        build_native([fmu.model or "" for fmu in plan.fmus.values()], folder, host_only=True)
+        measurements = ways(prepare(plan, folder, {}, []), folder)
+        times: dict[str, list[float]] = {way: [] for way in measurements}
+        for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
+            for way, measure in measurements.items():
+                times[way].append(measure())
+    fastest = {way: min(found) for way, found in times.items()}
+    table = Table("part", "time (ms)", "of the C loop", "of a step (µs)",
+                  title=f"{NAME}: {plan.steps} steps, all recorded, every {plan.output_every}. written")
+    too_slow = []
+    for way, time in fastest.items():
+        ratio = time / fastest["C loop"]
+        table.add_row(way, f"{1e3 * time:.1f}", f"{ratio:.2f}", f"{1e6 * time / plan.steps:.2f}")
+        if ratio > GATES.get(way, ratio):
+            too_slow.append(f"{way}: {ratio:.2f}, expected at most {GATES[way]}")
+    console.print(table)
+    for line in too_slow:
+        console.print(line)
+    return 1 if gate and too_slow else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
