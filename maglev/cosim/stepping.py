@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from maglev.cosim.fmu import WARNING
 from maglev.cosim.step_loop import compiled
 from maglev.cosim.wiring import Call
 from maglev.errors import FmuError
@@ -39,8 +40,11 @@ class Stepper:
         try:
             if self.loop is None:
                 for k in range(first, last):
-                    for call in self.phases[k % len(self.phases)]:
-                        call.at(k)
+                    for moving, base, stride, function, arguments, (fmu, what) in self.phases[k % len(self.phases)]:
+                        moving.value = base + k * stride
+                        status = function(*arguments)
+                        if status > WARNING:
+                            raise fmu.failed(what, status)
             elif (refusal := self.loop.step_over(first, last)) is not None:
                 k, call, status = refusal
                 raise call.failed(status)

@@ -104,6 +104,7 @@ def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code:
                       "--fmus", fmus, "--timeout", "10 min")
     command.wait_until(lambda: [path for path in command.unpacked.glob("*/calls")
                                 if int.from_bytes(path.read_bytes(), "little") > 1000])
+    time.sleep(1.0)   # for the rest of the 0.1 s
     found, lines = command.ended(number)
     assert found == code
     assert lines[-1] == (f"maglev: at t = 0.1 s: {word}; what was recorded until then is in "
