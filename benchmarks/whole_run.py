@@ -2,7 +2,8 @@
 
     python benchmarks/whole_run.py [--gate]
 
-The run is 3dof-setpoints-improved with every step recorded. Times depend on the machine; the ratios hardly do.
+The run is 3dof-setpoints-improved with every step recorded. Processor time, which depends on the machine; the ratios
+depend little on it.
 """
 
 import argparse
@@ -11,7 +12,7 @@ import tempfile
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 from c_loop import c_loop
 from loops import PAIRS
@@ -28,25 +29,25 @@ from maglev.schema.loading import load_plan
 NAME = "3dof-setpoints-improved"
 ROUNDS = 7   # the fastest counts, which is the least disturbed
 
-# Largest multiples of the C loop.
+# Largest multiples of the C loop. Of stepping 1.16 and 1.25 were measured; it alone touches memory that is new to it.
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
-GATES = {STEPPING: 1.3, IN_MEMORY: 3.0, WITH_CSV: 6.0}
+GATES = {STEPPING: 1.5, IN_MEMORY: 3.0, WITH_CSV: 6.0}
 
 
 def stepping(experiment: Experiment, recordings: list[Recording]) -> float:
-    """Time from the first report of progress to the last, as if it were of all steps, s."""
+    """Processor time from the first report of progress to the last, as if it were of all steps, s."""
     marks: list[tuple[int, float]] = []
-    recordings[:] = [experiment.run(lambda done, _: marks.append((done, perf_counter())))]
+    recordings[:] = [experiment.run(lambda done, _: marks.append((done, process_time())))]
     (first, begin), (last, end) = marks[0], marks[-1]
     return (end - begin) * experiment.plan.steps / (last - first)
 
 
 def timed(way: Callable[[], object]) -> Callable[[], float]:
-    """Measurement of the time that a function takes, s."""
+    """Measurement of the processor time that a function takes, s."""
     def measure() -> float:
-        begin = perf_counter()
+        begin = process_time()
         way()
-        return perf_counter() - begin
+        return process_time() - begin
 
     return measure
 
@@ -74,7 +75,7 @@ def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]
     recordings: list[Recording] = []
     csv, parquet = folder / "run.csv", folder / "run.parquet"
     return {
-        "C loop": lambda: c_step() * experiment.plan.steps,
+        "C loop": timed(c_step),
         STEPPING: lambda: stepping(experiment, recordings),
         "reference signals": timed(lambda: experiment.drives(descriptions)),
         "unpacking and loading": timed(lambda: load(experiment)),
