@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import zipfile
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ from pathlib import Path
 
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
-from fmi_export.documentation import EXTERNAL_DEPENDENCIES, documentation
+from fmi_export.documentation import documentation, external_dependencies
 from fmi_export.errors import ExportError
 from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
@@ -24,11 +25,12 @@ LATEST_IN_ZIP = 4354819200     # 2108-01-01, the first that it cannot
 
 SLAVE = '''"""The slave of {name}, in a module that is imported once."""
 
-from {code}.fmi_export.slave import BlockSlave, one_more_reference
+from {code}.fmi_export.slave import one_more_reference
+from {code}.{slave_module} import {slave}
 from {code}.{definition_module} import {definition_name}
 
 
-class {name}(BlockSlave):
+class {name}({slave}):
     """{description}"""
 
     def __init__(self, **kwargs):
@@ -100,7 +102,8 @@ def build_date() -> int:
 def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
                  packages: tuple[str, ...]) -> dict[str, bytes]:
     """Every file of the FMU by its name in the archive."""
-    texts = carried_modules(module, packages) | carried_modules("fmi_export.slave", packages)
+    slave_module, slave = definition.slave
+    texts = carried_modules(module, packages) | carried_modules(slave_module, packages)
     parts = (part for item in sorted(texts.items()) for part in item)
     fingerprint = digest([definition.name, version, SLAVE, ENTRY, *parts])
     entry = f"{definition.name.lower()}_{fingerprint[:12]}"
@@ -108,14 +111,14 @@ def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version
     contents = {f"resources/{code}/{name.replace('.', '/')}.py": renamed(text, packages, code).encode("utf-8")
                 for name, text in texts.items()}
     contents[f"resources/{code}/slave.py"] = SLAVE.format(
-        name=definition.name, code=code, definition_module=module, definition_name=attribute,
-        description=definition.description).encode("utf-8")
+        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=module,
+        definition_name=attribute, description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
     contents[f"resources/{entry}.py"] = ENTRY.format(name=definition.name, code=code).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)
     contents |= described(definition, version, licence)
     contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
-    contents["documentation/externalDependencies.txt"] = EXTERNAL_DEPENDENCIES.encode("utf-8")
+    contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
     date = build_date()
     without_guid = model_description(definition, "", version, date)
     guid = digest([fingerprint, without_guid.decode("utf-8")])[:32]

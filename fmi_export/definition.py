@@ -58,7 +58,10 @@ class FmuDefinition:
     variable_step: bool                                # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
     icon: tuple[tuple[int, int, int, int, str], ...] = field(default=())   # rectangles x, y, width, height, #rrggbb
-    arguments: tuple[int, ...] = ()                    # of the block's constructor, such as the law of a regulator
+    arguments: tuple[Any, ...] = ()                    # of the block's constructor, such as the law of a regulator
+    slave: tuple[str, str] = ("fmi_export.slave", "BlockSlave")   # module and class, of an FMU that runs in Python
+    author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs
+    requires: tuple[str, ...] = ()                     # packages of the importer's Python that the block needs
 
     def new_block(self) -> Any:
         """Make a block."""

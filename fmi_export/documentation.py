@@ -17,7 +17,7 @@ text-align: left; vertical-align: top; } .eq { margin: .6em 2em; font-family: "L
 EXTERNAL_DEPENDENCIES = """\
 This FMU runs in a Python interpreter inside the importing process; needsExecutionTool stands for that. It needs
 
-- Python 3.11 or newer, 64 bit, its standard library alone: no other packages.
+- Python 3.11 or newer, 64 bit, {packages}.
 - Linux on x86-64 with the GNU C library 2.32 or newer and libstdc++. A program that is no Python interpreter has to
   load the Python library before the FMU, for instance with LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.11.so.
 - Or Windows on x86-64 with python3.dll in the search path and the Visual C++ runtime (MSVCP140.dll, VCRUNTIME140.dll,
@@ -25,6 +25,13 @@ This FMU runs in a Python interpreter inside the importing process; needsExecuti
 
 The native FMU of the same name needs none of this.
 """
+
+
+def external_dependencies(definition: FmuDefinition) -> str:
+    """Text of what an FMU that runs in Python needs around it."""
+    needed = ", ".join(definition.requires)
+    return EXTERNAL_DEPENDENCIES.format(
+        packages=f"with the packages {needed}" if needed else "its standard library alone: no other packages")
 
 
 def documentation(definition: FmuDefinition, version: str) -> str:

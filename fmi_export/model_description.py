@@ -7,7 +7,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.units import DISPLAY_UNITS, UNITS
 
-AUTHOR = "Maglev FMUs contributors"
 LICENCE = "MIT"
 
 # With the names that FMI proposes (2.0.5, section 2.2.4).
@@ -40,10 +39,9 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         "modelName": definition.name,
         "guid": guid,
         "description": definition.description,
-        "author": AUTHOR,
+        **({"author": definition.author} if definition.author else {}),
         "version": version,
-        "copyright": f"Copyright (c) {AUTHOR}",
-        "license": LICENCE,
+        **({"copyright": f"Copyright (c) {definition.author}", "license": LICENCE} if definition.author else {}),
         "generationTool": f"Maglev FMUs {version}, {'pyccel' if native else 'pythonfmu'}",
         "generationDateAndTime": datetime.fromtimestamp(date, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         "variableNamingConvention": "structured",

@@ -57,7 +57,7 @@ class BlockSlave(Fmi2Slave):
         self.block = definition.new_block()
         self.variables = definition.variables
         self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
-        self.state_slots = scalar_slots(self.block, definition.new_block())
+        self.state_slots = self.slots()
         self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
@@ -66,6 +66,10 @@ class BlockSlave(Fmi2Slave):
         self.suspect = False                 # a value out of range was set
         self.next_time: float | None = None  # s, where the next communication step has to start
         self.stop_time = inf                 # s, beyond which no step may go, if the importer says so
+
+    def slots(self) -> list[Slot]:
+        """Where the state of the block lies."""
+        return scalar_slots(self.block, self.definition.new_block())
 
     def refused(self, message: str) -> Refused:
         """Error to raise for a request that is not carried out.

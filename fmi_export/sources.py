@@ -32,7 +32,7 @@ def module_path(module: str) -> Path:
 
 
 def imported_modules(module: str, text: str) -> list[str]:
-    """Modules that a module's text imports with `from … import`, relative ones resolved."""
+    """Modules that a module's text imports, relative ones resolved."""
     with PARSING:
         tree = ast.parse(text)
     imported = []
@@ -40,10 +40,24 @@ def imported_modules(module: str, text: str) -> list[str]:
         if isinstance(node, ast.ImportFrom) and node.module:
             parent = module.split(".")[:-node.level] if node.level else []
             imported.append(".".join([*parent, node.module]))
+        elif isinstance(node, ast.Import):
+            imported.extend(alias.name for alias in node.names)
     return imported
+
+
+def defined_names(text: str) -> dict[str, int]:
+    """Names of classes, functions and constants that a module's text defines, with their lines."""
+    with PARSING:
+        tree = ast.parse(text)
+    found = {}
+    for node in tree.body:
+        names = [node.name] if isinstance(node, (ast.ClassDef, ast.FunctionDef)) else [
+            target.id for target in getattr(node, "targets", []) if isinstance(target, ast.Name)]
+        found.update(dict.fromkeys(names, node.lineno))
+    return found
 
 
 def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:
     """Text whose imports from the given packages go to those packages inside another one."""
     names = "|".join(packages)
-    return re.sub(rf"^(\s*)from ({names})\b", rf"\1from {prefix}.\2", text, flags=re.MULTILINE)
+    return re.sub(rf"(^\s*|; )(from|import) ({names})\b", rf"\1\2 {prefix}.\3", text, flags=re.MULTILINE)

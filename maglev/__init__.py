@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from maglev.errors import (
     BaselineError,
     BuildError,
+    ControllerError,
     CsvError,
     FmuError,
     IdentificationError,
@@ -35,21 +36,23 @@ if TYPE_CHECKING:
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
+    from maglev.written.new import new_controller
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
     "Comparison": "maglev.api.comparing", "Results": "maglev.api.running", "Run": "maglev.api.flown",
     "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue", "check": "maglev.api.checking",
     "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue", "identify": "maglev.api.identifying",
-    "linearise": "maglev.linear.linearise", "linearise_loop": "maglev.linear.loop", "run": "maglev.api.running",
-    "run_all": "maglev.api.running", "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
+    "linearise": "maglev.linear.linearise", "linearise_loop": "maglev.linear.loop",
+    "new_controller": "maglev.written.new", "run": "maglev.api.running", "run_all": "maglev.api.running",
+    "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying"}
 
 __all__ = [
-    "BaselineError", "BuildError", "Comparison", "CsvError", "FmuError", "IdentificationError", "LinearModelError",
-    "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed", "ScenarioError",
-    "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise", "linearise_loop", "run", "run_all",
-    "scenarios", "update", "write_identification"]
+    "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
+    "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed",
+    "ScenarioError", "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise", "linearise_loop",
+    "new_controller", "run", "run_all", "scenarios", "update", "write_identification"]
 
 
 def __getattr__(name: str) -> Any:

@@ -17,11 +17,11 @@ from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError, nearest
 from maglev.processors import processors
+from maglev.written.build import FMU, buildable, finished, named_lines
+from maglev.written.own_modules import PACKAGES
 
 if TYPE_CHECKING:
     from maglev.schema.run_plan import RunPlan
-
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 DEFINITIONS = {
     "Plant2DOF": ("plant_fmu.plant_2dof", "PLANT_2DOF"),
@@ -69,6 +69,41 @@ def build_errors() -> Iterator[None]:
         yield
     except ExportError as error:
         raise BuildError(str(error)) from error
+
+
+@build_errors()
+def build_written(path: Path, folder: Path, native: bool = False, host_only: bool = False) -> Path:
+    """Build the FMU of a user's class into a folder; returns its path.
+
+    Parameters
+    ----------
+    path : Path
+        Python file, `lqi.py`, or a class in it, `lqi.py:LQI`.
+    folder : Path
+    native : bool
+        A native FMU; otherwise one that runs in the importer's Python.
+    host_only : bool
+        As of `build_native_fmu`.
+
+    Raises
+    ------
+    ControllerError, BuildError
+        If the class cannot be flown, or an FMU cannot have what is in its file; with file and line.
+    """
+    version, licence = project()
+    if native:
+        require_zig()
+    with buildable(path, PACKAGES, native) as found, whole_files(folder) as unfinished:
+        name, packages = found.definition.name, (*PACKAGES, *found.packages)
+        if name in (*DEFINITIONS, *SYSTEMS):
+            raise BuildError(f"{path}: class {name} would overwrite an FMU of this project, expected another name")
+        if native:
+            with named_lines(found.files):
+                translation = finished(translated_blocks([found.definition], packages), found.packages)
+            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, host_only)
+        else:
+            build_fmu(found.definition, FMU, "DEFINITION", version, licence, packages, unfinished)
+    return folder / f"{name}.fmu"
 
 
 @build_errors()

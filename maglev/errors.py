@@ -10,6 +10,7 @@
     ├── CsvError               a CSV file that cannot be read, or has no numbers where it should
     ├── BaselineError          a baseline that is missing or cannot be used
     ├── IdentificationError    data, settings or a model file of an identification
+    ├── ControllerError        a Python file or class that cannot be flown as a controller
     ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
     └── BuildError             an FMU cannot be built
 
@@ -71,6 +72,10 @@ class IdentificationError(MaglevError):
 
 class LinearModelError(MaglevError):
     """What cannot be linearised: an equilibrium that does not exist, an unknown axis, parameter or signal."""
+
+
+class ControllerError(MaglevError):
+    """A Python file or class that cannot be flown as a controller; one line with file, line and what was expected."""
 
 
 class BuildError(MaglevError):

@@ -90,6 +90,14 @@ def host_platform() -> dict[str, Platform]:
     return {folder: PLATFORMS[folder]}
 
 
+def layer_names() -> set[str]:
+    """Every name in the headers of the FMI layer: a class of a block that has one of them would not compile."""
+    headers = (files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8")
+               for name in LAYER if name.endswith(".h"))
+    code = "".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in headers)
+    return set(re.findall(r"\b[A-Za-z_]\w*", code))
+
+
 def fmi_header(name: str) -> str:
     """Header of the FMI standard, as fmpy brings it along."""
     return files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8")

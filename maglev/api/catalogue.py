@@ -1,13 +1,15 @@
 """What there is to build and to run."""
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, definition
+from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, build_written, definition
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.schema.layers import merged, packaged_files, run_layers
+from maglev.written.source import is_written, load
 
 
 @dataclass(frozen=True)
@@ -60,20 +62,22 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-def build(names: Iterable[str] = (), *, fmus: str | Path = "fmus", native: bool = False,
-          target: str = "all") -> list[Path]:
+def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "fmus", native: bool = False,
+          target: str = "all", say: Callable[[str], None] | None = None) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters
     ----------
-    names : iterable of str, optional
-        Names of `fmus()`; all if not given.
+    names : str or Path, or iterable of these, optional
+        Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI".
     fmus : path
         Folder for the files, made if it is not there.
     native : bool
         FMUs that need no Python, into the folder's folder `native`; needs the extra `native`.
     target : "all" or "host"
         With `native`: binaries for Linux, Windows and macOS, or one for this machine.
+    say : callable, optional
+        Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
 
     Returns
     -------
@@ -93,7 +97,16 @@ def build(names: Iterable[str] = (), *, fmus: str | Path = "fmus", native: bool 
     """
     if target not in ("all", "host") or (target == "host" and not native):
         raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
-    chosen = list(names) or [*DEFINITIONS, *SYSTEMS]
-    if native:
-        return build_native(chosen, Path(fmus) / "native", target == "host")
-    return build_in_python(chosen, Path(fmus))
+    given = [names] if isinstance(names, (str, Path)) else list(names)
+    folder = Path(fmus) / "native" if native else Path(fmus)
+    files = [Path(name) for name in given if is_written(Path(name))]
+    written = [build_written(path, folder, native, target == "host") for path in files]
+    chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else [*DEFINITIONS, *SYSTEMS])
+    ours = (build_native(chosen, folder, target == "host") if native else build_in_python(chosen, folder)) \
+        if chosen else []
+    for path, file in zip(written, files, strict=True):
+        needed = () if native else load(file).requires
+        if needed:
+            (say or warnings.warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
+                                   f"{'them' if len(needed) > 1 else 'it'}")
+    return [*ours, *written]

@@ -14,6 +14,7 @@ from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import number_or_text, parse_quantity
+from maglev.written.source import is_written, path_of
 from pmlsm.rigs import RIGS
 
 Value = float | int | bool | str
@@ -26,7 +27,7 @@ class FlightOptions(TypedDict, total=False):
     set: Settings
     model: str | Path | None
     plant: str | Path | None
-    controller: str | Path | None
+    controller: str | Path | type | None
     ports: str | Path | None
     step: float | str | None
     order: Order
@@ -53,8 +54,10 @@ def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Exp
 
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
     """FMUs that take the place of a plan's, by name in the run, with their maps."""
-    given = {name: Path(path) for name, path in (("plant", options.get("plant")),
-                                                 ("controller", options.get("controller"))) if path is not None}
+    plant, controller = options.get("plant"), options.get("controller")
+    if plant is not None and is_written(Path(plant)):
+        raise ScenarioError(f"--plant {plant}: expected an FMU; what flies as a Python file is the controller")
+    given = {name: path_of(path) for name, path in (("plant", plant), ("controller", controller)) if path is not None}
     ports = options.get("ports")
     maps = {} if ports is None else read_port_maps(Path(ports))
     for name in maps:

@@ -14,7 +14,7 @@ from maglev.api.options import FlightOptions, Settings, experiments_of
 from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
-from maglev.errors import ScenarioError
+from maglev.errors import ControllerError, ScenarioError
 from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
@@ -31,6 +31,7 @@ from maglev.report.plot import require_matplotlib
 from maglev.report.text import claims_markdown, text_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
+from maglev.written.source import is_class
 
 MOST_LEFT_OUT = 3   # start values that are named one by one
 
@@ -79,7 +80,7 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
 
 
 def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,
-        plant: str | Path | None = None, controller: str | Path | None = None, ports: str | Path | None = None,
+        plant: str | Path | None = None, controller: str | Path | type | None = None, ports: str | Path | None = None,
         step: float | str | None = None, order: Order = "sequential", fmus: str | Path = "fmus", native: bool = False,
         timeout: float | str = TIMEOUT, progress: Progress | None = None) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
@@ -95,7 +96,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     model : path, optional
         Constants of plant and controller, a file that `identify` has written; `set` goes before it.
     plant, controller : path, optional
-        FMUs that take the place of the plan's.
+        FMUs that take the place of the plan's. The controller can also be a class, or the path of a Python file with
+        one, "lqi.py" or "lqi.py:LQI" (docs/controllers.md).
     ports : path, optional
         TOML file that says what these call their ports, in which units.
     step : float or str, optional
@@ -224,6 +226,9 @@ def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: in
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be flown leaves the others alone
             return [execute_or_fail(experiments[0], out, form, {}, partial(watcher, experiments[0].plan.name))]
+        for path in (path for each in experiments for path in each.files.values() if is_class(path)):
+            raise ControllerError(f"{path}: it was given as a class, and {len(experiments)} runs fly in processes of "
+                                  "their own; expected its file, such as lqi.py or lqi.py:LQI, or one run")
         return execute_all(experiments, out, form, jobs, watcher)
 
 

@@ -8,6 +8,7 @@ import typer
 from maglev.cli.compare import compare
 from maglev.cli.identify import identify
 from maglev.cli.linearise import linearise
+from maglev.cli.new import new
 from maglev.cli.options import (
     Controller,
     Debug,
@@ -71,7 +72,8 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
 
 
 @app.command()
-def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build; all if none is named.",
+def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
+                                                            "Python files with a controller of yours.",
                                                             show_default=False)] = None,
           fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
@@ -79,9 +81,11 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS, or "
                                               "`host`, one for this machine.")] = "all",
           debug: Debug = False) -> None:
-    """Build FMUs from the blocks: the same sources give the same bytes.
+    """Build FMUs from the blocks, or from a controller of yours: the same sources give the same bytes.
 
     **Examples:**
+
+    `maglev build lqi.py`
 
     `maglev build Plant3DOF Regulator3DOF`
 
@@ -92,7 +96,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build;
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
-        for path in build_fmus(names or (), fmus=fmus, native=native, target=target):
+        for path in build_fmus(names or (), fmus=fmus, native=native, target=target, say=say):
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -139,6 +143,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     `maglev run 2dof-setpoints --controller my_controller.fmu --map ports.toml --set controller.gain=3`
 
+    `maglev run 3dof-setpoints --controller lqi.py` flies a class in Python; `maglev new controller lqi.py` writes one
+
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
     The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and
@@ -154,7 +160,7 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
         print_results(run_all(names or None, out=out, plot=plot, format=form, jobs=jobs, watch=progress_of, say=say,
                               set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                              order=order, fmus=fmus, native=native, timeout=timeout), json)
+                              order=order, fmus=fmus, native=native, timeout=timeout), json, debug)
 
 
 @app.command()
@@ -178,7 +184,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
 
         print_results(run_all(names or None, out=out, page=True, jobs=jobs, watch=progress_of, say=say, set=settings,
                               model=model, plant=plant, controller=controller, ports=ports, step=step, fmus=fmus,
-                              native=native, timeout=timeout))
+                              native=native, timeout=timeout), debug=debug)
 
 
 @app.command()
@@ -224,6 +230,7 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
         raise typer.Exit(exit_code(checked))
 
 
+app.add_typer(new, name="new")
 app.command()(compare)
 app.command()(identify)
 app.command()(linearise)

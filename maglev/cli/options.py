@@ -31,7 +31,8 @@ Model = Annotated[Path | None, typer.Option("--model", metavar="TOML", help="Con
                                             show_default=False)]
 Plant = Annotated[Path | None, typer.Option(help="Another plant FMU, with the same ports or a map.",
                                             show_default=False)]
-Controller = Annotated[Path | None, typer.Option(help="Another controller FMU, with the same ports or a map.",
+Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU with the same ports or a map, or a "
+                                                 "Python file with a class (docs/controllers.md).",
                                                  show_default=False)]
 PortsFile = Annotated[Path | None, typer.Option("--map", metavar="TOML", help="What the other FMUs call their ports, "
                                                 "their units and steps (docs/importing.md).", show_default=False)]

@@ -81,10 +81,10 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         yield watch
 
 
-def print_results(results: "Results", as_json: bool = False) -> None:
+def print_results(results: "Results", as_json: bool = False, debug: bool = False) -> None:
     """Print the text of the only run asked for, or a table of all, and what procedures found; or all of it as JSON.
 
-    Exits with 2 if a run did not complete.
+    Exits with 2 if a run did not complete; with `debug`, after the traceback.
     """
     if as_json:
         print_json(results.as_data())
@@ -92,6 +92,8 @@ def print_results(results: "Results", as_json: bool = False) -> None:
         print_tables(results)
     failed = [run for run in results.runs if run.failure is not None]
     for run in failed:
+        if debug:
+            typer.echo(run.traceback, err=True)
         say(f"{run.plan.name}: {run.failure}")
     if failed:
         raise typer.Exit(2)

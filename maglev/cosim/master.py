@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from maglev.cosim.fmu import Fmu, read_description
+from maglev.cosim.fmu import Fmu
 from maglev.cosim.interrupts import held_interrupts
+from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import StepFailed, Stepper
@@ -127,7 +128,7 @@ class Master:
                 for setup, description in described:
                     scales = {} if setup.ports is None else apply(setup.ports, description)
                     self.observer.stage(setup.name, "loading")
-                    fmu = Fmu(setup.name, setup.path, description, scales)
+                    fmu = open_fmu(setup.name, setup.path, description, scales)
                     self.fmus[setup.name] = self.stack.enter_context(fmu)
         except BaseException:
             self.stack.close()
@@ -196,7 +197,7 @@ class Master:
             reason: BaseException = error
             if isinstance(error, StepFailed):
                 done, reason = error.step, error.reason
-            raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from error
+            raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from reason
         return recording(tracks, self.step, steps + 1, self.notes())
 
     def notes(self) -> tuple[str, ...]:

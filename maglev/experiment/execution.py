@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from traceback import format_exception
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,8 @@ class RunResult:
         What was measured; None if nothing was, or the run did not complete.
     failure : str or None
         Why the run did not complete.
+    traceback : str
+        Of that, for who looks for a bug; empty if the run completed.
     ends : mapping of str to float
         Every output at the end; empty if the run did not complete.
     parameters : mapping of str to float
@@ -57,6 +60,7 @@ class RunResult:
     columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     metrics: Metrics | None = None
     failure: str | None = None
+    traceback: str = ""
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     provenance: Provenance | None = None
@@ -174,12 +178,12 @@ def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends,
     except FAILURES as error:
         # What an earlier run has left must not pass for what this one gave.
         ResultFiles(out, experiment.plan.name).set_aside()
-        return failed(experiment, in_one_line(error))
+        return failed(experiment, in_one_line(error), "".join(format_exception(error)))
 
 
-def failed(experiment: Experiment, message: str) -> RunResult:
+def failed(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
     """Result of a run that did not complete."""
-    return RunResult(experiment.plan, np.zeros(0), failure=message)
+    return RunResult(experiment.plan, np.zeros(0), failure=message, traceback=traceback)
 
 
 def judge_all(results: Sequence[RunResult]) -> Judgements:

@@ -9,8 +9,9 @@ from fmpy.model_description import ModelDescription
 from numpy.typing import NDArray
 
 from maglev.cosim.apart.run import TIMEOUT, run_apart
-from maglev.cosim.fmu import OWN_TOOL, read_description
+from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
+from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import QuantityError, ScenarioError, nearest
@@ -19,6 +20,7 @@ from maglev.experiment.provenance import Provenance, provenance
 from maglev.experiment.replacement import Replacement, fit, known_ports, require_essential
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue, read_start_value
 from maglev.units import number_or_text
+from maglev.written.source import is_written
 
 
 @dataclass(frozen=True)
@@ -237,7 +239,7 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> t
 
 def known_start(name: str, file: Path, variable: str) -> float | None:
     """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
-    if not file.is_file():
+    if not (file.is_file() or is_written(file)):
         return None
     text = next((v.start for v in read_description(name, file).modelVariables if v.name == variable), None)
     try:

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -15,6 +15,9 @@ from typing import Any
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import OWN_TOOL
+from maglev.written.source import is_class, is_written, load
+
+DIGITS = 12   # of a digest that are shown; NAME.json has all
 
 PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
 
@@ -30,9 +33,11 @@ class FlownFmu:
     file, model, guid, tool : str
         Its file's name, and what its model description says.
     kind : str
-        "Python" or "native" of this project's, "foreign" otherwise.
+        "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise.
     put_in : bool
         Whether it takes the place of the plan's.
+    sha256 : dict of str to str
+        Of a user's Python file and of the modules beside it, by file name; of a class's text. None of FMUs.
     """
 
     name: str
@@ -42,6 +47,13 @@ class FlownFmu:
     tool: str
     kind: str
     put_in: bool
+    sha256: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def shown(self) -> str:
+        """Its file; of a user's Python file also what it is, and the beginning of its digest."""
+        digest = next(iter(self.sha256.values()), "")
+        return f"{self.file} ({self.kind}, sha256 {digest[:DIGITS]}…)" if digest else self.file
 
 
 @dataclass(frozen=True)
@@ -79,7 +91,7 @@ class Provenance:
     @property
     def differences(self) -> tuple[str, ...]:
         """What is different from the plan: FMUs that were put in, and values."""
-        return (*(f"{fmu.name} is {fmu.file}" for fmu in self.fmus if fmu.put_in), *self.changes)
+        return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes)
 
     def as_data(self) -> dict[str, Any]:
         """The same as JSON has it."""
@@ -91,14 +103,17 @@ def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescri
     """Provenance of a run of FMU files, with their descriptions, those that were put in, and the values changed."""
     replaced = set(put_in)
     fmus = tuple(FlownFmu(name, path.name, descriptions[name].modelName or "", descriptions[name].guid or "",
-                          descriptions[name].generationTool or "", kind(path, descriptions[name]), name in replaced)
+                          descriptions[name].generationTool or "", kind(path, descriptions[name]), name in replaced,
+                          dict(load(path).sha256) if is_written(path) else {})
                  for name, path in files.items())
     return Provenance(version("maglev-fmus"), commit(), command(), f"{platform.python_version()} on "
                       f"{platform.system()} {platform.machine()}", fmus, tuple(changes))
 
 
 def kind(path: Path, description: ModelDescription) -> str:
-    """Kind of an FMU."""
+    """Kind of an FMU, or of what flew in its place."""
+    if is_written(path):
+        return "Python class" if is_class(path) else "Python file"
     if not (description.generationTool or "").startswith(OWN_TOOL):
         return "foreign"
     with zipfile.ZipFile(path) as archive:

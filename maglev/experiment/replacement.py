@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.fmu import OWN_TOOL, read_description
+from maglev.cosim.fmu import OWN_TOOL
+from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import ScenarioError, nearest
 from maglev.schema.claims import RunClaim

@@ -1,0 +1,30 @@
+"""Where and why a user's class failed, in one line."""
+
+import traceback
+from pathlib import Path
+
+OWN = "own_"   # begins the names of the user's modules in an FMU: a model.py must not meet another model.c
+
+
+def described(error: BaseException, written: type | None = None) -> str:
+    """File, line, kind and text of an error: the innermost line of the files beside that of a class, if there is one.
+
+    Without a class, or without such a line, the innermost line of all.
+    """
+    text = " ".join(str(error).split())
+    what = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{Path(error.filename).name}, line {error.lineno}: {type(error).__name__}: {error.msg}"
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return what
+    folder = None if written is None else folder_of(written)
+    beside = [frame for frame in frames if Path(frame.filename).parent == folder]
+    place = (beside or frames)[-1]
+    return f"{Path(place.filename).name.removeprefix(OWN)}, line {place.lineno}: {what}"
+
+
+def folder_of(written: type) -> Path | None:
+    """Folder of the file that defines a class."""
+    code = getattr(getattr(written, "step", None), "__code__", None)
+    return None if code is None else Path(code.co_filename).parent

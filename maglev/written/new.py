@@ -1,0 +1,64 @@
+"""A controller to begin with, as a file."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from maglev.errors import ControllerError, nearest
+
+TEMPLATES = {"2dof": "controller_2dof.py", "3dof": "controller_3dof.py"}
+TEMPLATE_CLASS = "Controller"
+LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
+
+
+def new_controller(path: str | Path, stage: str = "3dof") -> Path:
+    """Write a controller that flies, to begin with; nothing is overwritten.
+
+    Parameters
+    ----------
+    path : path
+        The file, NAME.py; the class in it is named after it.
+    stage : "2dof" or "3dof"
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ControllerError
+        If the file is there already, or its name or the stage is no such thing.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> maglev.new_controller("my_regulator.py", stage="2dof").name
+    'my_regulator.py'
+    """
+    file = Path(path)
+    if stage not in TEMPLATES:
+        raise ControllerError(f"--stage {stage}: expected one of {', '.join(TEMPLATES)}; nearest is "
+                              f"{nearest(stage, TEMPLATES)}")
+    if file.suffix != ".py":
+        raise ControllerError(f"{file}: expected a name that ends in .py, such as {file.stem or 'lqi'}.py")
+    name = class_name(file.stem)
+    if not (name.isidentifier() and name.isascii()):
+        raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
+                              "class in it is named after it")
+    text = files("maglev.written.templates").joinpath(TEMPLATES[stage]).read_text(encoding="utf-8")
+    text = text.replace(f"class {TEMPLATE_CLASS}:", f"class {name}:").replace("FILE", file.name)
+    if not file.parent.is_dir():
+        raise ControllerError(f"{file}: there is no folder {file.parent}, expected one")
+    try:
+        with file.open("x", encoding="utf-8", newline="\n") as written:
+            written.write(text)
+    except FileExistsError:
+        raise ControllerError(f"{file}: it is there already, expected the name of a new file") from None
+    return file
+
+
+def class_name(stem: str) -> str:
+    """Name of the class in a file: LQI in lqi.py, MyRegulator in my_regulator.py."""
+    if len(stem) <= LONGEST_SHORT_NAME and stem.isalpha():
+        return stem.upper()
+    return "".join(part[:1].upper() + part[1:] for part in stem.replace("-", "_").split("_"))

@@ -1,0 +1,1 @@
+"""Controllers to begin with: `maglev new` copies them."""
