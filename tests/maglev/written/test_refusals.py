@@ -1,0 +1,121 @@
+"""What is wrong with a user's controller, each in one line that says what to do; no FMU is needed to say it."""
+
+from pathlib import Path
+
+import pytest
+from command_line import error_line, maglev
+from written_controllers import controller, flight
+
+import maglev as tool
+from maglev.experiment.replacement import Replacement
+from maglev.written.source import CLASSES, load, path_of
+
+DECLARED = {
+    "an attribute that is not there": (
+        ('"v.measured": "m", "h.measured"', '"v.mesured": "m", "h.measured"'),
+        "inputs has 'v.mesured', expected an attribute self.v.mesured or self.v_mesured that __init__ sets"),
+    "an unknown unit": (('{"bandwidth": "rad/s"', '{"bandwidth": "rpm"'), "'bandwidth' in 'rpm', expected one of m"),
+    "no table": (("    parameters = {", "    parameters = 3\n    unused = {"), "parameters = 3, expected a table"),
+    "a start that is no number": (("self.damping = 0.9", "self.damping = 'high'"), "damping starts as 'high', expec"),
+    "a start that is not finite": (("self.damping = 0.9", "self.damping = float('nan')"), "damping starts as nan"),
+    "one name twice": (('"damping": ""', '"v.measured": "m"'), "parameters has 'v.measured', expected a name that no"),
+    "a sample time of 0": (("self.sample_time = 0.5e-3", "self.sample_time = 0.0"), "sample_time = 0.0 s, expected"),
+    "no sample time": (("self.sample_time = 0.5e-3", "self.time_of_sample = 0.5e-3"),
+                       "expected an attribute self.sample_time"),
+    "no step": (("def step(", "def stp("), "it has no step, expected a method step(self, t)"),
+    "a step of other arguments": (("def step(self, t: float)", "def step(self, t, dt)"),
+                                  "step(self, t, dt) -> None, expected step(self, t)"),
+    "a start with arguments": (("    def step(", "    def start(self, t):\n        pass\n\n    def step("),
+                               "start(self, t), expected start(self)"),
+    "a constructor with arguments": (("self.known = False", "self.known = False\n\n    def __new__(cls, gain): pass"),
+                                     "expected that it can be made without arguments"),
+}
+
+
+@pytest.mark.parametrize("case", DECLARED)
+def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
+    change, message = DECLARED[case]
+    path = controller(tmp_path, change)
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    assert str(refusal.value).startswith("pd.py: class PD: ")
+    assert message in str(refusal.value)
+
+
+EXECUTED = {
+    "a syntax error": ("LARGEST = (6.0\n", "SyntaxError: '(' was never closed"),
+    "a module that is not there": ("import nowhere_at_all\n", "ModuleNotFoundError: No module named 'nowhere_at_all'"),
+    "a name that a module lacks": ("from math import tau_\n", "ImportError: cannot import name 'tau_' from 'math'"),
+    "a crash": ("LARGEST = 6.0 / 0\n", "ZeroDivisionError: "),
+}
+
+
+@pytest.mark.parametrize("case", EXECUTED)
+def test_a_file_that_cannot_be_executed(tmp_path: Path, case: str) -> None:
+    text, message = EXECUTED[case]
+    path = controller(tmp_path, ("LARGEST = 6.0\n", text))
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    assert str(refusal.value).startswith(f"pd.py, line 6: {message}")
+
+
+def test_an_object_that_cannot_be_made(tmp_path: Path) -> None:
+    path = controller(tmp_path, ("        self.known = False", "        self.known = [][0]"))
+    with pytest.raises(tool.ControllerError, match=r"^pd.py: PD\(\) failed: pd.py, line \d+: IndexError: list index"):
+        load(path)
+
+
+def test_which_class_is_meant(tmp_path: Path) -> None:
+    path = controller(tmp_path)
+    path.write_text(path.read_text() + "\n\nclass Other(PD):\n    pass\n")
+    with pytest.raises(tool.ControllerError, match=r"there are 2 controllers in it, PD, Other; .*pd.py:PD$"):
+        load(path)
+    assert load(Path(f"{path}:Other")).definition.name == "Other"
+    with pytest.raises(tool.ControllerError, match="there is no class Othr in it, nearest is 'Other'"):
+        load(Path(f"{path}:Othr"))
+    path.write_text("class Rate:\n    pass\n")
+    with pytest.raises(tool.ControllerError, match="there is no controller in it, expected a class with sample_time"):
+        load(path)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    controller(tmp_path)
+    line = error_line(maglev("run", flight(tmp_path), "--controller", tmp_path / "dp.py", "--fmus", tmp_path))
+    assert "dp.py, nearest is 'pd.py'; `maglev new controller" in line
+
+
+def test_a_python_file_is_no_plant(tmp_path: Path) -> None:
+    line = error_line(maglev("run", flight(tmp_path), "--plant", controller(tmp_path), "--fmus", tmp_path))
+    assert "expected an FMU; what flies as a Python file is the controller" in line
+
+
+def test_a_port_that_is_missing(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path, ('"motor.i_c_cmd": "A"', '"motor.i_c": "A"'),
+                      ("motor_i_c_cmd = 0.0", "motor_i_c = 0.0"), ("motor_i_c_cmd = cos", "motor_i_c = cos"))
+    line = error_line(maglev("run", flight(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path))
+    assert "controller (pd.py): missing port: output motor.i_c_cmd (nearest is 'motor.i_c')" in line
+
+
+def test_a_parameter_that_is_not_there(fastest_fmus: Path, tmp_path: Path) -> None:
+    result = maglev("run", flight(tmp_path), "--controller", controller(tmp_path), "--fmus", fastest_fmus,
+                    "--out", tmp_path, "--set", "controller.bandwith=3")
+    assert result.exit_code == 2
+    assert "controller has no parameter or input 'bandwith'; nearest is 'bandwidth'" in result.stderr
+
+
+def test_a_sample_time_that_does_not_fit(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 0.7e-3"))
+    with pytest.raises(tool.RunFailed, match=r"step = 0.0005 s, expected one that divides .*sample_time = 0.0007 s"), \
+            pytest.warns(UserWarning):
+        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+
+
+def test_a_class_is_of_its_process() -> None:
+    """Where the run would fly in another one, a sentence says so."""
+    class PD:
+        pass
+
+    given = path_of(PD)
+    del CLASSES[given]   # as it is in another process
+    with pytest.raises(tool.ControllerError, match="class PD: it was given as a class, which only the process"):
+        Replacement(given).description("controller")

@@ -1,0 +1,125 @@
+"""Controllers as Python files, and a short flight for them."""
+
+from pathlib import Path
+
+LOOPS = Path(__file__).parents[2] / "scenarios" / "loops"
+
+FLIGHT = """
+extends = "{loop}"
+name = "flight"
+title = "A step of 1 mm"
+stop_time = "0.4 s"
+[fmus.plant.start]
+"v.position_start" = "20 mm"
+"h.position_start" = "0 mm"
+[[signals]]
+to = "controller.v.reference"
+kind = "steps"
+unit = "mm"
+times = [0, 0.1]
+values = [20, 21]
+[[signals]]
+to = "controller.h.reference"
+kind = "steps"
+unit = "mm"
+times = [0, 0.2]
+values = [0, 1]
+"""
+
+# The law of examples/pd_controller_python in another shape: attributes for its dict, methods for its comprehensions.
+PD = '''"""PD controller of the 2-DOF stage."""
+
+from math import cos, pi, sin
+
+POLE_PITCH = 57.15e-3
+LARGEST = 6.0
+
+
+def limited(current: float) -> float:
+    """Limit a current (A)."""
+    if current > LARGEST:
+        return LARGEST
+    if current < -LARGEST:
+        return -LARGEST
+    return current
+
+
+class Rate:
+    """Filtered rate of a measurement."""
+
+    def __init__(self) -> None:
+        self.last = 0.0
+        self.rate = 0.0
+
+    def update(self, now: float, dt: float, known: bool) -> None:
+        """Take in a measurement (m)."""
+        before = self.last if known else now
+        follow = dt / (1.5e-3 + dt)
+        self.rate = self.rate + follow * ((now - before) / dt - self.rate)
+        self.last = now
+
+
+class PD:
+    """PD on both axes with the holding current as feed-forward."""
+
+    inputs = {"v.measured": "m", "h.measured": "m", "v.reference": "m", "h.reference": "m"}
+    outputs = {"motor.i_a_cmd": "A", "motor.i_b_cmd": "A",
+               "motor.i_c_cmd": "A"}
+    parameters = {"bandwidth": "rad/s", "damping": ""}
+
+    def __init__(self) -> None:
+        self.sample_time = 0.5e-3
+        self.bandwidth = 60.0
+        self.damping = 0.9
+        self.v_measured = 20e-3
+        self.v_reference = 20e-3
+        self.h_measured = 0.0
+        self.h_reference = 0.0
+        self.motor_i_a_cmd = 0.0
+        self.motor_i_b_cmd = 0.0
+        self.motor_i_c_cmd = 0.0
+        self.gap = Rate()
+        self.travel = Rate()
+        self.known = False
+
+    def step(self, t: float) -> None:
+        """Compute the commands."""
+        self.gap.update(self.v_measured, self.sample_time, self.known)
+        self.travel.update(self.h_measured, self.sample_time, self.known)
+        self.known = True
+        w = self.bandwidth
+        damping = 2.0 * self.damping * w
+        gap_demand = -w * w * (self.v_measured - self.v_reference) - damping * self.gap.rate
+        travel_demand = -w * w * (self.h_measured - self.h_reference) - damping * self.travel.rate
+        holding = -0.25 + -415.0 * (self.v_reference - 20e-3)
+        i_d = limited(holding + (gap_demand - 1435.0 * (self.v_measured - self.v_reference)) / 3.432)
+        i_q = limited(travel_demand / -6.68)
+        angle = pi / POLE_PITCH * (self.h_measured - POLE_PITCH / 2.0)
+        self.motor_i_a_cmd = cos(angle) * i_d - sin(angle) * i_q
+        self.motor_i_b_cmd = cos(angle - 2.0 * pi / 3.0) * i_d - sin(angle - 2.0 * pi / 3.0) * i_q
+        self.motor_i_c_cmd = cos(angle - -2.0 * pi / 3.0) * i_d - sin(angle - -2.0 * pi / 3.0) * i_q
+'''
+
+
+def flight(folder: Path) -> Path:
+    """Write the scenario of a short flight of the 2-DOF stage; returns its path."""
+    path = folder / "flight.toml"
+    path.write_text(FLIGHT.format(loop=LOOPS / "2dof.toml"))
+    return path
+
+
+def controller(folder: Path, *changes: tuple[str, str], name: str = "pd.py") -> Path:
+    """Write the PD controller with changes of its text, each of a text that is in it once; returns its path."""
+    text = PD
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def line_of(path: Path, part: str) -> int:
+    """Number of the only line of a file that has a text in it."""
+    line, = (number for number, text in enumerate(path.read_text().splitlines(), 1) if part in text)
+    return line
