@@ -18,11 +18,11 @@ from maglev.errors import ControllerError, ScenarioError
 from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.processes import Watcher
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
+from maglev.processes import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import require_plotly, write_report

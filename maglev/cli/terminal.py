@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from maglev.api.running import Results
-    from maglev.experiment.processes import Watcher
+    from maglev.processes import Watcher
     from maglev.regression.outcome import CheckResult, UpdateResult
 
 PIPED_WIDTH = 120   # characters, where no terminal sets the width

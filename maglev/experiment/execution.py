@@ -17,13 +17,13 @@ from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.processes import Watcher
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
+from maglev.processes import Watcher
 from maglev.schema.run_plan import RunPlan
 
 

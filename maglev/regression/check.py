@@ -11,8 +11,8 @@ from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.experiment.processes import Task, Watcher
 from maglev.experiment.replacement import Replacement
+from maglev.processes import Task, Watcher
 from maglev.regression.baseline import Baseline, read_baseline
 from maglev.regression.deviation import Deviation, first_deviation, worst
 from maglev.regression.fit import BEYOND, require_fit, require_whole

@@ -10,8 +10,8 @@ from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.master import Progress
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order
-from maglev.experiment.processes import Task, Watcher
 from maglev.experiment.replacement import Replacement
+from maglev.processes import Task, Watcher
 from maglev.regression.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
 from maglev.regression.check import prepared
 from maglev.regression.deviation import WorstDifference, changes

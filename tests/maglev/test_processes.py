@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from maglev.experiment.processes import side_by_side
+from maglev.processes import side_by_side
 
 
 def square(number: int, progress: Callable[[int, int], None]) -> int:
