@@ -65,6 +65,7 @@ bench: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py
 	$(BIN)/python benchmarks/whole_run.py
 	$(BIN)/python benchmarks/startup.py
+	$(BIN)/python benchmarks/gym_cost.py
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py

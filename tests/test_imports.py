@@ -25,13 +25,15 @@ BELOW: dict[str, set[str]] = {
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
 REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
            "maglev.linear": {"plant_fmu", "controller_fmu"},
+           # An environment reads velocities by the controllers' observer.
+           "maglev.gym": {"controller_fmu"},
            # A controller of the user's can be made of any part.
            "maglev.written": {"plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu"}}
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "processors", "units", "csv_table", "toml_file", "identification", "linear", "written", "cosim",
-         "processes", "schema", "judging", "experiment", "catalogue", "regression", "procedures", "report",
+         "processes", "gym", "schema", "judging", "experiment", "catalogue", "regression", "procedures", "report",
          "comparison", "api", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.

@@ -1,0 +1,162 @@
+"""A stage, with its commutation, as native FMUs that are stepped over one row of numbers.
+
+The FMUs' C functions read and write the row itself, so that a sample copies nothing and looks nothing up:
+
+    commands | displacements | positions, delivered currents | encoders | velocities | references
+    set in the commutation                                      observation
+               got from the plant, in one call
+
+Displacements are encoders again: the commutation turns direct and quadrature currents into phase currents by them.
+Phase currents as commands go straight to the plant.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from ctypes import addressof, c_double, c_int, c_size_t, c_uint32, c_void_p
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from maglev.cosim.fmu import WARNING, Buffer, Fmu, read_description
+from maglev.errors import FmuError
+from pmlsm.rigs import Rig
+
+PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
+
+Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
+
+
+class CompiledStage:
+    """Plant of a rig, and unless the commands are phase currents, its commutation.
+
+    Parameters
+    ----------
+    rig : Rig
+    folder : Path
+        Folder with the native FMUs.
+    in_phases : bool
+        Whether commands are three phase currents of each motor, or direct and quadrature current.
+
+    Attributes
+    ----------
+    commands : ndarray, shape (commands,)
+        Currents to be commanded, A, motor by motor; a view of the row, as the others.
+    positions, encoders, velocities, references : ndarray, shape (axes,)
+        In the order of the rig's axes, m and m/s. Velocities and references are the user's of this class to write.
+    currents : ndarray, shape (2 motors,)
+        Direct and quadrature currents that the amplifiers deliver, A.
+    observation : ndarray, shape (3 axes,)
+        Encoders, velocities and references.
+
+    Raises
+    ------
+    FmuError
+        If an FMU is missing or cannot be loaded.
+    """
+
+    def __init__(self, rig: Rig, folder: Path, in_phases: bool):
+        self.rig = rig
+        axes, motors = len(rig.axes), len(rig.motors)
+        given = [f"{motor}.{phase}" for motor in rig.motor_names for phase in PHASES]
+        widths = [(3 if in_phases else 2) * motors, len(rig.horizontal), axes, 2 * motors, axes, axes, axes]
+        ends = [sum(widths[:i + 1]) for i in range(len(widths))]
+        self.row = np.zeros(ends[-1])
+        parts = np.split(self.row, ends[:-1])
+        self.commands, _, self.positions, self.currents, self.encoders, self.velocities, self.references = parts
+        self.observation = self.row[ends[3]:]
+        self.step = c_double(rig.sample_time)
+        self.time = c_double()
+        self.samples = 0
+        with ExitStack() as stack:
+            self.plant = stack.enter_context(loaded(f"Plant{rig.name.upper()}", folder))
+            self.commutation = None if in_phases else stack.enter_context(
+                loaded(f"Commutation{rig.name.upper()}", folder))
+            self.stack = stack.pop_all()
+        self.stop = Buffer("Boolean", [self.plant.variable("at_stop")])
+        self.outputs = self.values(self.plant, "Get", outputs(rig), ends[0])
+        self.calls = [self.values(self.plant, "Set", given, 0), self.stepping(self.plant), self.outputs,
+                      (self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments()))]
+        if self.commutation is not None:
+            self.phases = (c_double * len(given))()
+            address = addressof(self.phases)
+            asked = [f"{motor}.{current}_reference" for motor in rig.motor_names for current in ("i_d", "i_q")]
+            measured = [f"{axis.name}.measured" for axis in rig.horizontal]
+            self.calls[0] = call(self.plant, "Set", given, address)
+            self.calls = [self.values(self.commutation, "Set", [*asked, *measured], 0),
+                          self.stepping(self.commutation), call(self.commutation, "Get", given, address), *self.calls]
+
+    def values(self, fmu: Fmu, verb: str, names: Sequence[str], place: int) -> Call:
+        """Call that sets or gets variables from a place in the row on."""
+        return call(fmu, verb, names, self.row.ctypes.data + place * self.row.itemsize)
+
+    def stepping(self, fmu: Fmu) -> Call:
+        """Call of a sample of an FMU."""
+        return fmu.do_step, (fmu.handle(), self.time, self.step, c_int(1))
+
+    def start(self, parameters: Mapping[str, float | bool], limit: float) -> None:
+        """Begin anew at time 0, with parameters of the plant, and direct and quadrature currents limited to ±limit (A).
+
+        Raises
+        ------
+        FmuError
+            If the plant refuses its parameters.
+        """
+        for fmu, start in ((self.plant, parameters), (self.commutation, {"current_limit": limit})):
+            if fmu is not None:
+                fmu.said()
+                assert fmu.instance is not None
+                fmu.instance.reset()
+                fmu.initialise(start, 0.0, inf)
+        self.samples = 0
+        function, arguments = self.outputs
+        if function(*arguments) > WARNING:
+            raise FmuError(f"{self.plant.name}: {self.plant.said()}")
+        self.velocities[:] = 0.0
+
+    def advance(self, samples: int) -> bool:
+        """Go on by samples with the commands; False if an FMU refuses one, which leaves the row as before it."""
+        for _ in range(samples):
+            # As the master of runs has it: never accumulated.
+            self.time.value = self.samples * self.step.value
+            for function, arguments in self.calls:
+                if function(*arguments) > WARNING:
+                    return False
+            self.samples += 1
+        return True
+
+    def at_stop(self) -> bool:
+        """Whether an axis was beyond an end stop in the last sample."""
+        return bool(self.stop.values[0])
+
+    def said(self) -> str:
+        """Why an FMU has refused a sample."""
+        return " ".join(filter(None, (fmu.said() for fmu in (self.commutation, self.plant) if fmu is not None)))
+
+    def close(self) -> None:
+        """Free the FMUs."""
+        self.stack.close()
+
+
+def loaded(name: str, folder: Path) -> Fmu:
+    """Native FMU of a folder."""
+    path = folder / f"{name}.fmu"
+    if not path.is_file():
+        raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --native` makes those of this "
+                       "project in fmus/native, and the environment's fmus= names another folder than fmus")
+    return Fmu(name, path, read_description(name, path))
+
+
+def outputs(rig: Rig) -> list[str]:
+    """Outputs of a plant in the order of the row."""
+    return [*(f"{axis.name}.encoder" for axis in rig.horizontal), *(f"{axis}.position" for axis in rig.axis_names),
+            *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")),
+            *(f"{axis}.encoder" for axis in rig.axis_names)]
+
+
+def call(fmu: Fmu, verb: str, names: Sequence[str], address: int) -> Call:
+    """Call that sets or gets Real variables at an address."""
+    references = (c_uint32 * len(names))(*(fmu.variable(name).valueReference for name in names))
+    functions = fmu.set_functions if verb == "Set" else fmu.get_functions
+    return functions["Real"], (fmu.handle(), references, c_size_t(len(names)), c_void_p(address))
