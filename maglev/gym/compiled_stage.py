@@ -15,7 +15,7 @@ from contextlib import ExitStack
 from ctypes import addressof, c_double, c_int, c_size_t, c_uint32, c_void_p
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -105,8 +105,9 @@ class CompiledStage:
         """
         for fmu, start in ((self.plant, parameters), (self.commutation, {"current_limit": limit})):
             if fmu is not None:
+                if fmu.instance is None:
+                    closed()
                 fmu.said()
-                assert fmu.instance is not None
                 fmu.instance.reset()
                 fmu.initialise(start, 0.0, inf)
         self.samples = 0
@@ -135,8 +136,14 @@ class CompiledStage:
         return " ".join(filter(None, (fmu.said() for fmu in (self.commutation, self.plant) if fmu is not None)))
 
     def close(self) -> None:
-        """Free the FMUs."""
+        """Free the FMUs; a sample is an FmuError from then on."""
+        self.calls = [(closed, ())]
         self.stack.close()
+
+
+def closed() -> NoReturn:
+    """Refuse a call where there is no FMU any more."""
+    raise FmuError("the environment is closed, expected a new one")
 
 
 def loaded(name: str, folder: Path) -> Fmu:

@@ -1,0 +1,356 @@
+"""The environments: Gymnasium's contract, the loop of `maglev.run` bit for bit, physics by hand, and refusals."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import maglev
+import maglev.gym  # noqa: F401 - registers
+from maglev.cosim.fmu import Buffer, Fmu, read_description
+from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
+from pmlsm.rigs import RIGS, Rig
+
+Make = Callable[..., Any]
+
+RIG_NAMES = ("2dof", "3dof")
+
+
+def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:
+    return gymnasium.make(f"maglev/Stage{rig.upper()}-v0", fmus=folder, **options)
+
+
+@pytest.fixture(scope="session")
+def folder(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder that has the native FMUs where environments look for them."""
+    found = tmp_path_factory.mktemp("environments")
+    (found / "native").symlink_to(native_fmus)
+    return found
+
+
+@pytest.fixture
+def make(folder: Path) -> Iterator[Make]:
+    """Function that makes an environment of a rig with options; they are closed after the test."""
+    made = []
+
+    def function(rig: str, **options: Any) -> Any:
+        made.append(environment(rig, folder, **options).unwrapped)
+        return made[-1]
+
+    yield function
+    for each in made:
+        each.close()
+
+
+def flown(env: Any, actions: Any, **reset: Any) -> np.ndarray:
+    """Observations of an episode with actions, shape (samples + 1, observation)."""
+    found = [env.reset(**reset)[0]]
+    for action in actions:
+        observation, _, terminated, truncated, _ = env.step(action)
+        found.append(observation)
+        if terminated or truncated:
+            break
+    return np.array(found)
+
+
+def same_bits(first: np.ndarray, second: np.ndarray) -> bool:
+    return first.shape == second.shape and np.array_equal(first.view(np.int64), second.view(np.int64))
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("options", [{}, {"action": "phases"}, {"sample_time": "2 ms"}, {"reference": "sinusoids"}],
+                         ids=str)
+@pytest.mark.filterwarnings("ignore:.*normalized space")
+def test_checker_of_gymnasium(make: Make, rig: str, options: dict[str, Any]) -> None:
+    check_env(make(rig, **options))
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_seeds(make: Make, rig: str) -> None:
+    """The same seed gives the same bits, in the same environment and another one; another seed others."""
+    axis = RIGS[rig].vertical.name
+    options = {f"{axis}.mass": (0.9 * RIGS[rig].vertical.mass, 1.1 * RIGS[rig].vertical.mass)}
+    env = make(rig, **options)
+    env.action_space.seed(5)
+    actions = 0.3 * np.array([env.action_space.sample() for _ in range(200)])
+    first = flown(env, actions, seed=1)
+    assert same_bits(first, flown(env, actions, seed=1))
+    assert same_bits(first, flown(make(rig, **options), actions, seed=1))
+    other = flown(env, actions, seed=2)
+    references = slice(2 * len(RIGS[rig].axes), None)
+    assert not np.array_equal(first[0, references], other[0, references])
+    assert np.ptp(first[:, 0]) > 1e-4, "something has to move for this to mean anything"
+    # Without a seed the next episode is another one.
+    assert not np.array_equal(flown(env, actions)[0], flown(env, actions)[0])
+
+
+class Controller:
+    """A controller FMU of ours as an agent."""
+
+    def __init__(self, rig: Rig, name: str, folder: Path):
+        path = folder / "native" / f"{name}.fmu"
+        self.fmu = Fmu(name, path, read_description(name, path))
+        self.fmu.initialise({}, 0.0, 100.0)
+        self.rig, self.sample = rig, 0
+
+        def buffer(names: list[str]) -> Buffer:
+            return Buffer("Real", [self.fmu.variable(name) for name in names])
+
+        self.inputs = buffer([f"{axis}.{port}" for port in ("measured", "reference", "reference_rate")
+                              for axis in rig.axis_names])
+        self.dq = buffer([f"{motor}.{current}_cmd" for motor in rig.motor_names for current in ("i_d", "i_q")])
+        self.phases = buffer([f"{motor}.i_{phase}_cmd" for motor in rig.motor_names for phase in "abc"])
+
+    def action(self, observation: np.ndarray, phases: bool) -> np.ndarray:
+        """Currents at an observation."""
+        axes = len(self.rig.axes)
+        self.inputs.values[:2 * axes] = [*observation[:axes], *observation[2 * axes:]]
+        self.fmu.set(self.inputs)
+        step = self.rig.sample_time
+        assert self.fmu.instance is not None
+        self.fmu.instance.doStep(self.sample * step, step)
+        self.sample += 1
+        chosen = self.phases if phases else self.dq
+        self.fmu.get(chosen)
+        return np.array(chosen.values)
+
+
+SETPOINTS = """
+extends = ["loops/{rig}.toml", "references/{rig}-setpoints.toml"]
+name = "setpoints"
+title = "The first step of a sequence"
+stop_time = "1.5 s"
+output_interval = "{interval}"
+"""
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("action", ["dq", "phases"])
+def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str) -> None:
+    """The regulator as an agent gives the positions of `maglev.run` bit for bit."""
+    of = RIGS[rig]
+    scenario = tmp_path / "setpoints.toml"
+    scenario.write_text(SETPOINTS.format(rig=rig, interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
+    changed = {f"plant.{of.horizontal[0].name}.friction.coulomb": 0.2}
+    run = maglev.run(scenario, fmus=folder, native=True, set=changed)
+    references = np.column_stack([run[f"controller.{axis}.reference"] for axis in of.axis_names])
+    env = make(rig, action=action, reference=references, duration="1.5 s",
+               **{name.removeprefix("plant."): value for name, value in changed.items()})
+    controller = Controller(of, f"Regulator{rig.upper()}", folder)
+    observation, _ = env.reset()
+    positions = [env.stage.positions.copy()]
+    truncated = False
+    while not truncated:
+        observation, _, terminated, truncated, _ = env.step(controller.action(observation, action == "phases"))
+        assert not terminated
+        positions.append(env.stage.positions.copy())
+    controller.fmu.close()
+    expected = np.column_stack([run[f"plant.{axis}.position"] for axis in of.axis_names])
+    assert same_bits(np.array(positions), np.ascontiguousarray(expected))
+    assert np.ptp(expected, axis=0).min() > 1e-3, "something has to move for this to mean anything"
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_free_fall(make: Make, rig: str) -> None:
+    """Without motors, friction and ripple the mover falls: g = g0 + (G + bias) t²/2."""
+    of = RIGS[rig]
+    axis = of.vertical.name
+    off = {constant.name: 0.0 for constant in of.constants}
+    off |= {f"{axis}.friction.coulomb": 0.0, f"{axis}.friction.viscous": 0.0, f"{axis}.bias": 0.25}
+    off |= {"encoder.resolution": 0.0, f"{axis}.position_start": 0.020}
+    off |= {"y.ripple.amplitude": 0.0} if rig == "3dof" else {}
+    env = make(rig, reference="hold", duration=0.03, **off)
+    found = flown(env, np.zeros((10_000, *env.action_space.shape)))
+    time = of.sample_time * np.arange(len(found))
+    assert len(found) == 1 + round(0.03 / of.sample_time)
+    assert np.allclose(found[:, 0], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
+    # The observer lags behind by half a sample of differentiation and twice by its filter of 1 ms, sampled.
+    lag = 0.5 * of.sample_time + 2.0 * of.sample_time / np.expm1(of.sample_time / 1e-3)
+    late = time > 0.028
+    assert np.allclose(found[late, len(of.axes)], (9.81 + 0.25) * (time[late] - lag), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_ends_at_a_stop(make: Make, rig: str) -> None:
+    """Without currents the mover sticks to the iron or falls, and the episode ends there, inside the spaces."""
+    of = RIGS[rig]
+    env = make(rig)
+    for start in (0.5, 0.9):
+        low, high = env.lowest[0], env.highest[0]
+        env.reset(options={f"{of.vertical.name}.position_start": low + start * (high - low)})
+        terminated = truncated = False
+        while not terminated:
+            observation, reward, terminated, truncated, _ = env.step(np.zeros(env.action_space.shape))
+            assert not truncated and 0.0 < reward <= 1.0
+            assert env.observation_space.contains(observation)
+        lower, upper = (env.parameters.own(f"{of.vertical.name}.stop.{end}") for end in ("lower", "upper"))
+        assert min(observation[0] - lower, upper - observation[0]) < 1e-4
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 2000.0])
+def test_ends_where_a_current_is_refused(make: Make, value: float) -> None:
+    env = make("3dof")
+    before, _ = env.reset(seed=1)
+    observation, reward, terminated, truncated, info = env.step(np.full(4, value))
+    assert (terminated, truncated, reward) == (True, False, 0.0)
+    assert "alpha.i_d_reference" in info["refused"] and "\n" not in info["refused"]
+    assert np.array_equal(observation, before)
+    # The next episode knows nothing of it.
+    actions = np.ones((50, 4))
+    assert same_bits(flown(env, actions, seed=3), flown(make("3dof"), actions, seed=3))
+
+
+def test_truncated_at_the_end(make: Make) -> None:
+    env = make("2dof", reference="hold", duration="5 ms")
+    env.reset()
+    ends = [env.step(np.zeros(2))[3] for _ in range(10)]
+    assert ends == [False] * 9 + [True]
+
+
+def test_samples_of_several(make: Make) -> None:
+    """An environment of 1 ms holds an action for five samples of the rig's; commutation goes on."""
+    actions = np.linspace(-1.0, 1.0, 4 * 40).reshape(40, 4)
+    fine = flown(make("3dof"), np.repeat(actions, 5, axis=0), seed=1)
+    coarse = flown(make("3dof", sample_time="1 ms"), actions, seed=1)
+    assert np.array_equal(fine[::5, :3], coarse[:, :3])
+    assert np.ptp(coarse[:, 0]) > 1e-4
+
+
+def test_reward_by_hand(make: Make) -> None:
+    """With an error of 1 mm in y, and the currents that the amplifiers deliver."""
+    env = make("3dof", reference=[[26e-3, 0.0, 2e-3]], error_weight=3.0, current_weight=0.5)
+    env.reset()
+    for _ in range(10):
+        _, reward, *_ = env.step(np.array([1.0, 0.5, 0.0, -2.0]))
+    y, x, z = env.stage.positions
+    errors = [(26e-3 - y) / 13.5e-3, x / 124e-3, (2e-3 - z) / 124e-3]
+    currents = env.stage.currents / 5.0
+    assert reward == pytest.approx(1.0 - 3.0 * np.mean(np.square(errors)) - 0.5 * np.mean(np.square(currents)), 1e-12)
+    assert abs(currents[3]) > 0.3
+
+
+def test_currents_are_limited_to_the_peak(make: Make) -> None:
+    env = make("3dof", reference="hold")
+    assert env.action_space.high.tolist() == [5.0] * 4
+    most = flown(env, np.full((50, 4), 5.0))
+    assert same_bits(most, flown(env, np.full((50, 4), 500.0)))
+
+
+OPTIONS = {
+    "y.friction.coulomb": 0.0, "y.friction.viscous": 40.0, "encoder.resolution": 1e-4, "y.ripple.amplitude": 0.0,
+    "y.bias": 0.5, "attraction_modulation": 0.1, "y.mass": "7.9 kg", "y.position_start": "24 mm",
+    "alpha.amplifier.lag": "2 ms", "alpha.amplifier.peak": 1.0, "alpha.amplifier.continuous": 0.1,
+    "alpha.amplifier.thermal_time": "1 ms", "x.locked": True, "C5": 0.0}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_every_option_acts(make: Make, name: str) -> None:
+    """Where the environment is made, and in the same way in the options of an episode."""
+    # Half a slot pitch off, where the attraction is least, and with a continuous current that limits at all.
+    base = {"x.position_start": 9.5e-3, "alpha.amplifier.continuous": 1.0}
+    base = {key: value for key, value in base.items() if key != name}
+    actions = np.tile([2.0, 2.0, 0.0, 0.0], (150, 1))
+    plain = flown(make("3dof", reference=[[25e-3, 0.0, 0.0]], **base), actions)
+    env = make("3dof", reference=[[25e-3, 0.0, 0.0]], **base, **{name: OPTIONS[name]})
+    changed = flown(env, actions)
+    assert not same_bits(plain, changed)
+    other = make("3dof", reference=[[25e-3, 0.0, 0.0]], **base)
+    assert same_bits(changed, flown(other, actions, options={name: OPTIONS[name]}))
+    assert same_bits(plain, flown(other, actions)), "options of an episode are for that one alone"
+
+
+def test_drawn_parameters(make: Make) -> None:
+    """Between the two of a pair, others in every episode; what was drawn is told, and is what flies."""
+    env = make("3dof", **{"y.position_start": ("23 mm", "27 mm"), "x.friction.coulomb": (0.0, 3.0)})
+    drawn = [env.reset(seed=4 if i == 0 else None)[1]["parameters"] for i in range(50)]
+    starts = [each["y.position_start"] for each in drawn]
+    assert 23e-3 <= min(starts) < 24e-3 and 26e-3 < max(starts) <= 27e-3
+    assert len({each["x.friction.coulomb"] for each in drawn}) == 50
+    assert env.stage.positions[0] == starts[-1]
+
+
+@pytest.mark.parametrize("kind", ["hold", "setpoints", "sinusoids"])
+def test_references(make: Make, kind: str) -> None:
+    """Inside the travel, in the observation; set-points for a second each, sinusoids of 1.5π rad/s."""
+    env = make("3dof", reference=kind, duration=3.0, sample_time="1 ms")
+    for seed in range(20):
+        first, _ = env.reset(seed=seed)
+        episode = env.episode
+        assert np.array_equal(first[6:], episode[0])
+        assert np.array_equal(env.step(np.zeros(4))[0][6:], episode[1])
+        assert (episode >= env.lowest[6:]).all() and (episode <= env.highest[6:]).all()
+        changes = np.flatnonzero(np.diff(episode[:, 0])) + 1
+        if kind == "hold":
+            assert (episode == [25e-3, 0.0, 0.0]).all()
+        elif kind == "setpoints":
+            assert changes.tolist() == [1000, 2000, 3000]
+        else:
+            time = 1e-3 * np.arange(3001)
+            basis = np.sin(1.5 * np.pi * time)
+            moved = episode - [25e-3, 0.0, 0.0]
+            assert np.allclose(moved, np.outer(basis, basis @ moved / (basis @ basis)), rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", [gymnasium.vector.SyncVectorEnv, gymnasium.vector.AsyncVectorEnv])
+def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
+    """Several at once fly as each alone does."""
+    actions = 0.5 * np.ones((30, 2))
+    envs = kind([partial(environment, "2dof", folder)] * 3)
+    found = [envs.reset(seed=7)[0]] + [envs.step(np.tile(action, (3, 1)))[0] for action in actions]
+    envs.close()
+    for i in range(3):
+        alone = flown(make("2dof"), actions, seed=7 + i)
+        assert same_bits(alone, np.ascontiguousarray(np.array(found)[:, i]))
+
+
+@pytest.mark.parametrize("options, error, words", [
+    ({"y.masss": 7.0}, UnknownName, "nearest is 'y.mass'"),
+    ({"y.mass": "7 mm"}, ScenarioError, "y.mass = '7 mm' is in mm, expected a quantity in kg"),
+    ({"y.mass": -1.0}, ScenarioError, "y.mass = -1.0 kg, expected a number from 0.001"),
+    ({"y.mass": float("nan")}, ScenarioError, "y.mass"),
+    ({"y.mass": (7.0, 6.0)}, ScenarioError, "expected the lower value first"),
+    ({"y.mass": (6.0, 7.0, 8.0)}, ScenarioError, "expected a value or a pair"),
+    ({"C1": "0.6 m"}, ScenarioError, "expected a plain number, in m/(s2.A)"),
+    ({"y.locked": 1.0}, ScenarioError, "expected True or False"),
+    ({"action": "volts"}, ScenarioError, "action = 'volts'"),
+    ({"reference": "ramp"}, ScenarioError, "reference = 'ramp'"),
+    ({"reference": [[0.025, 0.0]]}, ScenarioError, r"expected (samples, 3)"),
+    ({"reference": [[0.025, 0.0, 1.0]]}, ScenarioError, "expected every axis between its stops"),
+    ({"sample_time": "0.3 ms"}, ScenarioError, "expected a multiple"),
+    ({"sample_time": "0 s"}, ScenarioError, "expected a time above 0 s"),
+    ({"duration": "2 mm"}, ScenarioError, "duration = '2 mm' is in mm"),
+    ({"duration": 1e-5}, ScenarioError, "expected at least a sample")], ids=str)
+def test_refused_options(make: Make, options: dict[str, Any], error: type[MaglevError], words: str) -> None:
+    with pytest.raises(error) as raised:
+        make("3dof", **options)
+    assert words in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_refused_in_an_episode(make: Make) -> None:
+    env = make("3dof")
+    with pytest.raises(ScenarioError, match="where the environment is made"):
+        env.reset(options={"y.stop.upper": 0.04})
+    with pytest.raises(FmuError, match="expected a place between the stops"):
+        env.reset(options={"y.position_start": 0.04})
+    env.reset()
+
+
+def test_closed(make: Make) -> None:
+    env = make("2dof")
+    env.reset()
+    env.close()
+    with pytest.raises(FmuError, match="the environment is closed"):
+        env.step(np.zeros(2))
+    with pytest.raises(FmuError, match="the environment is closed"):
+        env.reset()
+
+
+def test_missing_fmu(tmp_path: Path) -> None:
+    with pytest.raises(FmuError, match=r"maglev build --native") as raised:
+        environment("2dof", tmp_path)
+    assert "\n" not in str(raised.value)
