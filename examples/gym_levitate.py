@@ -94,8 +94,8 @@ def main() -> None:
     held = [errors for _, errors, crashed in flights if not crashed]
     print(f"{len(held)} of {len(flights)} episodes of 5 s held")
     if held:
-        # The last 0.2 s before the next set-point.
-        late = np.array([errors.reshape(5, -1, 2)[:, -100:] for errors in held])
+        # Over 0.2 s; the last error of each second is already that of the next set-point.
+        late = np.array([errors.reshape(5, -1, 2)[:, -101:-1] for errors in held])
         rms = 1e3 * np.sqrt(np.mean(late**2, axis=(0, 1, 2)))
         print(f"RMS error at the end of a set-point: v {rms[0]:.2f} mm, h {rms[1]:.2f} mm")
 
