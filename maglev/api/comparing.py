@@ -28,7 +28,8 @@ from maglev.schema.run_plan import RunPlan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Controllers = Mapping[str, str | Path] | Iterable[str | Path]
+Controller = str | Path | type
+Controllers = Mapping[str, Controller] | Iterable[Controller]
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,8 @@ def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: C
     runs : str, Path, sequence of Run or mapping of str to Run
         A run of `scenarios()` or a TOML file to fly with each controller; or runs under the same references.
     controllers : iterable, or mapping of str to these, optional
-        Names of FMUs of this project, "PID3DOF", or files; the label is the name, "label=file", or the mapping's key.
+        Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), or classes; the label is the name,
+        "label=file", or the mapping's key.
     watch, say : callable, optional
         As of `run_all`.
     **options
@@ -148,16 +150,19 @@ def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: C
                       {label: result.failure for label, result in found.items() if result.failure is not None}, found)
 
 
-def labelled(controllers: Controllers) -> dict[str, str | Path]:
+def labelled(controllers: Controllers) -> dict[str, Controller]:
     """Controllers by label; of two with one name, the second is "NAME-2"."""
     if isinstance(controllers, Mapping):
-        pairs = list(controllers.items())
+        pairs: list[tuple[str, Controller]] = list(controllers.items())
     else:
         pairs = []
         for each in [controllers] if isinstance(controllers, str | Path) else controllers:
+            if isinstance(each, type):
+                pairs.append((each.__name__, each))
+                continue
             label, equals, path = str(each).partition("=")
-            pairs.append((label, path) if equals else (Path(label).stem, each))
-    found: dict[str, str | Path] = {}
+            pairs.append((label, path) if equals else (name_of_file(label), each))
+    found: dict[str, Controller] = {}
     for label, controller in pairs:
         if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
             raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
@@ -170,7 +175,13 @@ def labelled(controllers: Controllers) -> dict[str, str | Path]:
     return found
 
 
-def put_in(plan: RunPlan, label: str, controller: str | Path, options: FlightOptions) -> Experiment:
+def name_of_file(text: str) -> str:
+    """Label of a controller: "lqi" of "a/lqi.fmu", "LQI" of "a/lqi.py:LQI"."""
+    head, colon, name = text.rpartition(":")
+    return name if colon and head.endswith(".py") else Path(text).stem
+
+
+def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOptions) -> Experiment:
     """The run with a controller, under a name of its own; the plan's own controller leaves the run as it is.
 
     A map of ports is for the plant and for controllers that are files: this project's need none.
@@ -181,7 +192,7 @@ def put_in(plan: RunPlan, label: str, controller: str | Path, options: FlightOpt
     if ours and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != str(controller):
-        chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else Path(controller)
+        chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else controller
     experiment, = experiments_of([plan], chosen)
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
 

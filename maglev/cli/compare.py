@@ -13,7 +13,7 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
                                                 "TOML file.", autocompletion=run_names)],
             controllers: Annotated[list[str], typer.Option(
                 "--controller", metavar="[LABEL=]CONTROLLER", help="A controller: an FMU of this project by its name, "
-                "or a file. To be repeated.")],
+                "an FMU or a Python file. To be repeated.")],
             settings: Settings = None, plant: Plant = None, ports: PortsFile = None, step: Step = None,
             order: Ordering = "sequential", out: Out = Path("results"),
             json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
@@ -27,7 +27,7 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
 
     `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF`
 
-    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller mine=build/MyController.fmu --native`
+    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py --native`
     """
     with one_line_errors(debug):
         from importlib.util import find_spec

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -92,9 +93,34 @@ def test_runs_that_were_flown(comparison: maglev.Comparison, fastest_fmus: Path)
         maglev.compare([heavy, other])
 
 
+class Hold:
+    """Gives no currents, so that the stage falls to its stop."""
+
+    inputs = dict.fromkeys(("v.measured", "h.measured", "v.reference", "h.reference"), "m")
+    outputs = dict.fromkeys(("motor.i_a_cmd", "motor.i_b_cmd", "motor.i_c_cmd"), "A")
+    parameters: ClassVar[dict[str, str]] = {}
+
+    def __init__(self) -> None:
+        self.sample_time = 0.5e-3
+        self.v_measured = self.v_reference = 20e-3
+        self.h_measured = self.h_reference = 0.0
+        self.motor_i_a_cmd = self.motor_i_b_cmd = self.motor_i_c_cmd = 0.0
+
+    def step(self, t: float) -> None:
+        """Do nothing."""
+
+
+def test_a_class_beside_ours(fastest_fmus: Path) -> None:
+    with pytest.warns(UserWarning, match="left out"):
+        found = maglev.compare(NAME, ["Regulator2DOF", Hold], fmus=fastest_fmus)
+    assert not found.runs["Regulator2DOF"].metrics.failed
+    assert found.runs["Hold"].metrics.failed
+
+
 def test_labels() -> None:
-    assert labelled(["PID2DOF", "a/lqi.fmu", "b/lqi.fmu", "mine=c.fmu"]) == {
-        "PID2DOF": "PID2DOF", "lqi": "a/lqi.fmu", "lqi-2": "b/lqi.fmu", "mine": "c.fmu"}
+    assert labelled(["PID2DOF", "a/lqi.fmu", "b/lqi.py", "mine=c.fmu", "d/two.py:LQI", Hold]) == {
+        "PID2DOF": "PID2DOF", "lqi": "a/lqi.fmu", "lqi-2": "b/lqi.py", "mine": "c.fmu", "LQI": "d/two.py:LQI",
+        "Hold": Hold}
     with pytest.raises(maglev.ScenarioError, match=r"label = 'a/b'"):
         labelled({"a/b": "c.fmu"})
 
