@@ -1,7 +1,10 @@
 """The wheel: what it installs, and the command from it, in the folder of a user who has modules of common names."""
 
+import json
 import os
+import re
 import runpy
+import shlex
 import shutil
 import subprocess
 import sys
@@ -11,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import pytest
-from native_builds import built_once
+from native_builds import built_once, require_native_tools
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = set(runpy.run_path(str(Path(__file__).with_name("test_imports.py")))["BELOW"])
@@ -127,6 +130,43 @@ def test_build_run_report_identify(installed: Path, home: Path) -> None:
     command(installed, home, "run", "excited.toml", "--out", "again")
     assert (home / "again" / "excited.csv").read_bytes() == (home / "results" / "excited.csv").read_bytes()
     assert "C1" in command(installed, home, "identify", "again/excited.csv")
+
+
+def tutorial_commands() -> list[str]:
+    """The lines of the tutorial that a reader types, but for the installation."""
+    text = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    typed = re.findall(r"^    (.+)$", text, re.MULTILINE)
+    return [line for line in typed if not line.startswith("pip ")]
+
+
+def test_the_ten_minutes_of_the_tutorial(installed: Path, home: Path) -> None:
+    """Every line of the tutorial as it stands there, with the wheel, in a folder of somebody else."""
+    require_native_tools()
+    commands = tutorial_commands()
+    assert len(commands) == 9
+    for line in commands:
+        program, *rest = shlex.split(line)
+        if program == "sed":
+            pattern, source, _, target = rest
+            _, old, new, _ = pattern.split("/")
+            text = (home / source).read_text(encoding="utf-8")
+            assert text.count(old) == 1
+            (home / target).write_text(text.replace(old, new), encoding="utf-8")
+        else:
+            said(installed, home, program, *rest)
+    results = home / "results"
+    compared = json.loads((results / "3dof-setpoints.compare.json").read_text(encoding="utf-8"))
+    assert list(compared["runs"]) == ["Regulator3DOF", "mine", "stiffer"]
+    worst = {label: max(row["values"][label] for row in compared["rows"] if (row["quantity"], row["of"])
+                        == ("settling to 10 µm", "y")) for label in compared["runs"]}
+    # As the tutorial says it.
+    assert worst["stiffer"] == pytest.approx(0.41, abs=0.005)
+    assert worst["mine"] == pytest.approx(0.79, abs=0.005)
+    assert worst["Regulator3DOF"] == pytest.approx(4.94, abs=0.005)
+    assert {path.suffix for path in results.glob("*.compare.*")} == {".json", ".txt", ".png", ".html"}
+    last = json.loads((results / "3dof-setpoints.json").read_text(encoding="utf-8"))
+    assert last["metrics"]["stop_contact"] is not None
+    assert (home / "fmus" / "native" / "MINE.fmu").is_file()
 
 
 def test_check_against_a_baseline_of_the_package(installed: Path, home: Path, fmus: Path) -> None:
