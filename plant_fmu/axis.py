@@ -1,7 +1,8 @@
-"""One axis of motion: mass, guide, end stops, and its share of a Runge–Kutta step."""
+"""One axis of motion: mass, guide, ripple, end stops, and its share of a Runge–Kutta step."""
 
 from plant_fmu.end_stop import EndStop
-from plant_fmu.guide import GuideFriction, GuideRipple
+from plant_fmu.guide import GuideFriction
+from plant_fmu.ripple import Ripple
 from pmlsm.saturation import saturate
 
 LARGEST_POSITION = 1.0e3   # m; a mover beyond has run away, and the numbers after that mean nothing
@@ -10,7 +11,7 @@ SHORTEST_PART = 1.0e-3     # of an integration step; a stop that is met earlier 
 
 
 class Axis:
-    """Position and velocity of a mass under motor, gravity, bias, guide friction, end stops and external force.
+    """Position and velocity of a mass under motor, gravity, bias, guide friction, ripple, end stops and external force.
 
     The stage computes the acceleration by the motors, which couples the axes, and hands it to `add_slope` four times
     an integration step: the classical fourth-order Runge–Kutta method. Nominal masses are the thesis's, everything
@@ -28,7 +29,7 @@ class Axis:
         self.position_start = position_start   # m, parameter
         self.locked = False                    # parameter: held in place by hardware
         self.friction = GuideFriction(coulomb, presliding, viscous)
-        self.ripple = GuideRipple(0.0, 5.0e-3)
+        self.ripple = Ripple(0.0, 5.0e-3)
         self.stop = EndStop(lower, upper)
         self.force = 0.0                       # N, input
         self.position = position_start         # m, state and output

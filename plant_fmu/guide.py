@@ -1,8 +1,4 @@
-"""Linear guide of one axis: presliding and viscous friction, and the ripple of its bearings. All assumed."""
-
-from math import pi, sin
-
-RIPPLE_PHASE = 0.5   # rad
+"""Linear guide of one axis: presliding and viscous friction. All assumed."""
 
 
 class GuideFriction:
@@ -24,17 +20,3 @@ class GuideFriction:
         if velocity < 0.0:
             return velocity / self.presliding * (1.0 + deflection)
         return velocity / self.presliding * (1.0 - deflection)
-
-
-class GuideRipple:
-    """Periodic acceleration that a guide gives to the mover. Off where its amplitude or period is 0."""
-
-    def __init__(self, amplitude: float, period: float):
-        self.amplitude = amplitude   # m/s², parameter
-        self.period = period         # m, parameter
-
-    def acceleration(self, position: float) -> float:
-        """Acceleration (m/s²) at a position (m)."""
-        if self.amplitude == 0.0 or self.period <= 0.0:
-            return 0.0
-        return self.amplitude * sin(2.0 * pi * position / self.period + RIPPLE_PHASE)

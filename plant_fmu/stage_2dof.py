@@ -11,6 +11,7 @@ from pmlsm.data_sheet import (
     MASS_H,
     MASS_V,
     PEAK_CURRENT_2DOF,
+    SLOT_PITCH,
 )
 from pmlsm.gap_functions import gap_functions
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
@@ -25,7 +26,7 @@ STEP_TOO_LONG = 4
 
 
 class Stage2DOF:
-    """Motion (4.3) of the 2-DOF stage with friction, bias, stops, amplifiers and encoders."""
+    """Motion (4.3) of the 2-DOF stage with friction, bias, ripple, stops, amplifiers and encoders."""
 
     def __init__(self) -> None:
         self.C1 = 14.20      # m/(s² A), parameter: thrust
@@ -35,6 +36,7 @@ class Stage2DOF:
         self.attraction_modulation = 0.027   # parameter
         self.v = Axis(MASS_V, 0.2, 4.0, 0.3e-3, 2.0, 8.0e-3, 28.0e-3, 20.0e-3)
         self.h = Axis(MASS_H, 0.1, 0.5, 0.3e-3, 1.0, -55.0e-3, 55.0e-3, 0.0)
+        self.h.ripple.period = SLOT_PITCH
         self.motor = MotorSupply(PEAK_CURRENT_2DOF, CONTINUOUS_CURRENT_2DOF)
         self.encoder = Encoder(ENCODER_RESOLUTION)
         self.at_stop = False   # output

@@ -14,6 +14,7 @@ from pmlsm.data_sheet import (
     MOTORS_3DOF,
     MOTORS_IN_PAIR,
     PEAK_CURRENT_3DOF,
+    SLOT_PITCH,
 )
 from pmlsm.gap_functions import gap_functions
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
@@ -42,6 +43,8 @@ class Stage3DOF:
         self.x = Axis(MASS_X, 0.05, 2.4, 0.5e-3, 2.0, -62.0e-3, 62.0e-3, 0.0)
         self.z = Axis(MASS_Z, 0.05, 2.2, 0.5e-3, 2.0, -62.0e-3, 62.0e-3, 0.0)
         self.y.ripple.amplitude = 0.15
+        self.x.ripple.period = SLOT_PITCH
+        self.z.ripple.period = SLOT_PITCH
         self.alpha = MotorSupply(PEAK_CURRENT_3DOF, CONTINUOUS_CURRENT_3DOF)
         self.beta = MotorSupply(PEAK_CURRENT_3DOF, CONTINUOUS_CURRENT_3DOF)
         self.encoder = Encoder(ENCODER_RESOLUTION)

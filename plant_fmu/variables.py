@@ -46,6 +46,10 @@ def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, .
         parameter(f"{axis}.friction.presliding", "m", "displacement over which friction builds up; 0 = no friction",
                   "assumed", 0.0, 1.0, 1e-3),
         parameter(f"{axis}.friction.viscous", "N.s/m", "viscous friction of the guide", "assumed", 0.0, 1e5, 1.0),
+        parameter(f"{axis}.ripple.amplitude", "m/s2", f"amplitude of the ripple, of the guide or by the slots, at the "
+                  f"nominal {axis}.mass; 0 = none", "assumed", 0.0, 1e3, 0.1),
+        parameter(f"{axis}.ripple.period", "m", "period of the ripple; 0 = no ripple",
+                  "assumed for the guide; the slot pitch is stated, Tables 4.1 and 5.1", 0.0, 1.0, 1e-3),
         parameter(f"{axis}.stop.lower", "m", "place of the lower end stop", "assumed", -10.0, 10.0, 0.01, fixed=True),
         parameter(f"{axis}.stop.upper", "m", "place of the upper end stop", "assumed", -10.0, 10.0, 0.01, fixed=True),
         parameter(f"{axis}.stop.stiffness", "N/m", "stiffness of the end stops", "assumed", 0.0, 1e8, 1e5),
@@ -54,14 +58,6 @@ def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, .
         switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off; stated, section 5.1.2",
                fixed=True))
     return inputs, outputs, parameters
-
-
-def ripple_parameters(axis: str) -> tuple[Variable, ...]:
-    """Parameters of the guide ripple of an axis."""
-    return (parameter(f"{axis}.ripple.amplitude", "m/s2", f"amplitude of the guide's ripple, at the nominal "
-                      f"{axis}.mass; 0 = none", "assumed", 0.0, 1e3, 0.1),
-            parameter(f"{axis}.ripple.period", "m", "period of the guide's ripple; 0 = no ripple", "assumed",
-                      0.0, 1.0, 1e-3))
 
 
 AT_STOP = flag("at_stop", "an axis was beyond an end stop during the step")
@@ -79,14 +75,14 @@ def constant(of: RigConstant, source: str) -> Variable:
                      1.0)
 
 
-def stage_variables(rig: Rig, extra: tuple[Variable, ...] = ()) -> tuple[Variable, ...]:
-    """Variables of a stage: inputs, outputs, then parameters; `extra` are parameters that only this stage has."""
+def stage_variables(rig: Rig) -> tuple[Variable, ...]:
+    """Variables of a stage: inputs, outputs, then parameters."""
     parts = [motor_variables(motor) for motor in rig.motor_names] + [axis_variables(axis) for axis in rig.axes]
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
     constants = [constant(each, f"{rig.stage_source}; assumed to be the true stage") for each in rig.constants]
-    return (*inputs, *outputs, AT_STOP, *constants, MODULATION, ENCODER_RESOLUTION, *extra, *parameters)
+    return (*inputs, *outputs, AT_STOP, *constants, MODULATION, ENCODER_RESOLUTION, *parameters)
 
 
 def stage_refusals(rig: Rig, beyond_stop: tuple[int, ...], run_away: int, step_too_long: int) -> dict[int, str]:

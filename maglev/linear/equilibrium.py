@@ -63,7 +63,7 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     """Find the equilibrium of a stage, or of the stage as a controller models it, at given positions.
 
     The horizontal rows give i_q, against the bias; the vertical one then i_d, the same in all motors: the smaller root
-    of (4.12), (5.7). Friction holds nothing, the guide's ripple and the modulation of the attraction count. A
+    of (4.12), (5.7). Friction holds nothing, ripple and the modulation of the attraction count. A
     controller's model has neither bias nor ripple nor modulation.
 
     Parameters

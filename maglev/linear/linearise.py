@@ -22,7 +22,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     The model is exact: its matrices are derivatives of the equations, written out, not differences.
 
     In the model of a plant: motors (4.3), (5.3) with the modulation of the attraction, gravity, bias (through the
-    equilibrium), mass, viscous friction, guide ripple, and the lag of the amplifiers. Left out, for they are not
+    equilibrium), mass, viscous friction, ripple, and the lag of the amplifiers. Left out, for they are not
     smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
     encoders. With friction on, motions that are short beside its presliding displacement meet its spring, which is not
     in here.

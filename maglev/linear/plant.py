@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from maglev.linear.equilibrium import Equilibrium, mass_factors
 from maglev.linear.model import LinearModel, Matrix
 from maglev.linear.rigs import MotorForces, Rig
-from plant_fmu.guide import RIPPLE_PHASE
+from plant_fmu.ripple import RIPPLE_PHASE
 from pmlsm.data_sheet import POLE_PITCH
 from pmlsm.dq_transform import phase_currents
 
@@ -58,7 +58,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
 def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, Matrix, Matrix]:
     """Derivatives of the accelerations of the axes with respect to positions, velocities and currents.
 
-    Shapes (axes, axes), (axes, axes), (axes, 2 motors). The forces of the motors and the guide's ripple are
+    Shapes (axes, axes), (axes, axes), (axes, 2 motors). The forces of the motors and the ripple are
     accelerations at the nominal masses.
     """
     factors = np.array(mass_factors(rig, block))[:, None]

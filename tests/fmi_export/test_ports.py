@@ -6,7 +6,8 @@ from maglev.catalogue import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
-              "stop.upper", "stop.stiffness", "stop.damping", "position_start", "locked")
+              "stop.upper", "stop.stiffness", "stop.damping", "ripple.amplitude", "ripple.period",
+              "position_start", "locked")
 
 
 def each(owners: tuple[str, ...], *names: str) -> set[str]:
@@ -28,8 +29,7 @@ def test_plant_ports(stage: str) -> None:
     assert ports(name, "parameter") == (
         {f"C{i}" for i in range(1, constants + 1)} | {"attraction_modulation", "encoder.resolution"}
         | each(axes, *PLANT_AXIS)
-        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag")
-        | (each(("y.ripple",), "amplitude", "period") if stage == "3DOF" else set()))
+        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag"))
 
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS

@@ -12,8 +12,9 @@ from plant_fmu.attraction import attraction_factor
 from plant_fmu.current_amplifier import AmplifierRating, CurrentAmplifier
 from plant_fmu.encoder import Encoder
 from plant_fmu.end_stop import EndStop
-from plant_fmu.guide import GuideFriction, GuideRipple
+from plant_fmu.guide import GuideFriction
 from plant_fmu.integration import integration_steps
+from plant_fmu.ripple import Ripple
 
 DT = 0.25e-3
 
@@ -111,9 +112,9 @@ def test_friction_off(coulomb: float, presliding: float) -> None:
 
 
 def test_ripple() -> None:
-    assert GuideRipple(0.15, 5e-3).acceleration(0.0) == pytest.approx(0.15 * math.sin(0.5))
-    assert GuideRipple(0.15, 5e-3).acceleration(1e-3) == pytest.approx(0.15 * math.sin(0.4 * math.pi + 0.5))
-    assert GuideRipple(0.0, 5e-3).acceleration(1e-3) == GuideRipple(1.0, 0.0).acceleration(1e-3) == 0.0
+    assert Ripple(0.15, 5e-3).acceleration(0.0) == pytest.approx(0.15 * math.sin(0.5))
+    assert Ripple(0.15, 5e-3).acceleration(1e-3) == pytest.approx(0.15 * math.sin(0.4 * math.pi + 0.5))
+    assert Ripple(0.0, 5e-3).acceleration(1e-3) == Ripple(1.0, 0.0).acceleration(1e-3) == 0.0
 
 
 @given(st.floats(-0.1, 0.1), st.floats(-10.0, 10.0))

@@ -54,6 +54,25 @@ def frictionless(stage: Stage2DOF | Stage3DOF, *names: str) -> None:
         axis.friction.coulomb = axis.friction.viscous = axis.bias = axis.ripple.amplitude = 0.0
 
 
+@pytest.mark.parametrize(("rig", "axis"), [(2, "h"), (3, "x"), (3, "z")])
+def test_ripple_is_a_conservative_force_over_the_slots(rig: int, axis: str) -> None:
+    """v²/2 is the work of r sin(2π d/t1 + 0.5) from the start on, over two slot pitches and more."""
+    stage = Stage2DOF() if rig == 2 else Stage3DOF()
+    names = ("v", "h") if rig == 2 else ("y", "x", "z")
+    frictionless(stage, *names)
+    for name in names:
+        getattr(stage, name).locked = name != axis
+    moved = getattr(stage, axis)
+    moved.ripple.amplitude, moved.position_start, moved.force = 0.2, -0.02, 0.8 * moved.mass
+    assert stage.start() == 0
+    for k in range(200):
+        assert stage.step(k * 2e-3, 2e-3) == 0
+        work = 0.8 * (moved.position + 0.02) - 0.2 * 19.05e-3 / (2 * np.pi) * (
+            np.cos(2 * np.pi * moved.position / 19.05e-3 + 0.5) - np.cos(2 * np.pi * -0.02 / 19.05e-3 + 0.5))
+        assert moved.velocity**2 / 2 == pytest.approx(work, rel=1e-9, abs=1e-12)
+    assert moved.position > 0.02
+
+
 def test_free_fall_is_a_parabola() -> None:
     stage = Stage3DOF()
     frictionless(stage, "y", "x", "z")

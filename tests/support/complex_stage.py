@@ -33,7 +33,8 @@ def accelerations(stage: ReferenceStage, x: np.ndarray, v: np.ndarray, dq: np.nd
     else:
         rows = [G - 2 * c[4] * f4 * np.sum(dq**2) + 2 * c[3] * f3 * np.sum(dq[:, 0]) - 4 * c[2] * f2,
                 -2 * c[0] * f1 * dq[0, 1], -2 * c[1] * f1 * dq[1, 1]]
-    rows[0] = rows[0] + stage.ripple * np.sin(2 * np.pi * x[0] / 5e-3 + 0.5)
+    rows = [row + axis.ripple * np.sin(2 * np.pi * place / axis.period + 0.5)
+            for row, axis, place in zip(rows, stage.axes, x, strict=True)]
     # The constants are accelerations at the nominal masses; gravity is one at any mass.
     rows[0] = rows[0] - G
     found = [row * nominal / axis.mass + axis.bias + (push - axis.viscous * speed) / axis.mass for row, nominal, axis,

@@ -47,6 +47,8 @@ class ReferenceAxis:
     viscous: float
     lower: float
     upper: float
+    ripple: float = 0.0
+    period: float = T1
     force: float = 0.0
 
     def acceleration(self, x: float, v: float, w: float) -> float:
@@ -56,7 +58,7 @@ class ReferenceAxis:
             force -= max(0.0, STOP_K * (x - self.upper) + STOP_C * v)
         if x < self.lower:
             force += max(0.0, STOP_K * (self.lower - x) - STOP_C * v)
-        return self.bias + force / self.mass
+        return self.bias + self.ripple * np.sin(2 * np.pi * x / self.period + 0.5) + force / self.mass
 
     def deflection_rate(self, v: float, w: float) -> float:
         """Rate of the Dahl deflection (1/s)."""
@@ -72,7 +74,6 @@ class ReferenceStage:
 
     constants: tuple[float, ...]
     modulation: float
-    ripple: float
     axes: list[ReferenceAxis]
     peak: float
     motors: int = field(init=False)
@@ -94,7 +95,6 @@ class ReferenceStage:
         else:
             motors = [G - 2 * c[4] * f4 * np.sum(dq**2) + 2 * c[3] * f3 * np.sum(dq[:, 0]) - 4 * c[2] * f2,
                       -2 * c[0] * f1 * dq[0, 1], -2 * c[1] * f1 * dq[1, 1]]
-        motors[0] += self.ripple * np.sin(2 * np.pi * x[0] / 5e-3 + 0.5)
         rates = np.empty_like(state)
         for i, axis in enumerate(self.axes):
             rates[3 * i] = v[i]
@@ -147,14 +147,14 @@ class ReferenceStage:
 
 def reference_2dof() -> ReferenceStage:
     """The 2-DOF stage: axes v, h."""
-    return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027, 0.0,
+    return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027,
                           [ReferenceAxis(4.350, 0.2, 4.0, 0.3e-3, 2.0, 8e-3, 28e-3),
                            ReferenceAxis(1.594, 0.1, 0.5, 0.3e-3, 1.0, -55e-3, 55e-3)], 9.0)
 
 
 def reference_3dof() -> ReferenceStage:
     """The 3-DOF stage: axes y, x, z."""
-    return ReferenceStage((0.6135, 0.8224, 334.52, 8.71, 0.0045), 0.0135, 0.15,
-                          [ReferenceAxis(6.9, 0.1, 2.0, 0.5e-3, 2.0, 18.5e-3, 32e-3),
+    return ReferenceStage((0.6135, 0.8224, 334.52, 8.71, 0.0045), 0.0135,
+                          [ReferenceAxis(6.9, 0.1, 2.0, 0.5e-3, 2.0, 18.5e-3, 32e-3, 0.15, 5e-3),
                            ReferenceAxis(10.6, 0.05, 2.4, 0.5e-3, 2.0, -62e-3, 62e-3),
                            ReferenceAxis(8.6, 0.05, 2.2, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0)

@@ -23,12 +23,13 @@ def at(name: str, place: tuple[float, ...]) -> dict[str, float | str]:
     return dict(zip(AXES[name], place, strict=True))
 
 
-def by_complex_step(name: str, place: tuple[float, ...], currents: str, lag: bool, heavier: float = 1.0
-                    ) -> tuple[np.ndarray, np.ndarray]:
-    """A and B with external forces, of the equations written again; masses may be multiplied by a factor."""
+def by_complex_step(name: str, place: tuple[float, ...], currents: str, lag: bool, heavier: float = 1.0,
+                    ripple: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """A and B with external forces, of the equations written again; masses by a factor, ripple (m/s²) of all axes."""
     stage: ReferenceStage = REFERENCE[name]()
     for axis in stage.axes:
         axis.mass *= heavier
+        axis.ripple = axis.ripple if ripple is None else ripple
     dq = rest_currents(stage, place)
     n = len(place)
     state = np.array([*place, *np.zeros(n), *(dq.ravel() if lag else ())])
@@ -49,6 +50,17 @@ def test_matrices_are_the_derivatives(name: str, place: tuple[float, ...], curre
     np.testing.assert_allclose(model.A, a, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(model.B, b, rtol=1e-9, atol=1e-9)
     assert np.sort_complex(model.poles) == pytest.approx(np.sort_complex(np.linalg.eigvals(a)), rel=1e-9, abs=1e-7)
+
+
+@pytest.mark.parametrize(("name", "place"), PLACES[1:5:3])
+def test_ripple_along_every_axis(name: str, place: tuple[float, ...]) -> None:
+    """Its slope is a spring along each axis, and its force counts in the equilibrium."""
+    of_all = {f"{axis}.ripple.amplitude": 0.21 for axis in AXES[name]}
+    slot_pitch = {"v.ripple.period": 19.05e-3} if name == "Plant2DOF" else {}
+    model = linearise(name, at(name, place), forces=True, parameters={**of_all, **slot_pitch})
+    a, b = by_complex_step(name, place, "dq", True, ripple=0.21)
+    np.testing.assert_allclose(model.A, a, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(model.B, b, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(("name", "place"), PLACES[1:5:3])
