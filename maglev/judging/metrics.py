@@ -65,6 +65,7 @@ class Metrics:
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
     lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
+    extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
@@ -119,6 +120,8 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
                      for motor, names in plan.motors.items()),
         end_errors=end_errors,
         rms_errors={axis: float(np.sqrt(np.mean((positions[axis] - references[axis]) ** 2))) for axis in plan.axes},
+        extremes={name: (float(values.min()), float(values.max())) for name, values in columns.items()
+                  if values.dtype == np.float64 and np.isfinite(values).all()},
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None

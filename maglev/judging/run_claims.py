@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from maglev.errors import MeasurementError
+from maglev.errors import MeasurementError, nearest
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult, MeasuredValue, Sides, judge
 from maglev.schema.claims import RunClaim
@@ -35,6 +35,9 @@ def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metr
     other = metrics if claim.than is None else others.get(claim.than)
     if claim.quantity is None or metrics is None or other is None:
         return None, None
+    if claim.columns is not None:
+        drawn = [metrics, *(others.get(run) for run in claim.together_with or ())]
+        return None if None in drawn else [MeasuredValue(extreme(claim, [each for each in drawn if each]))], None
     here = metric_values(claim, metrics, claim.axes)
     if not here:
         raise MeasurementError(f"claim {claim.text!r}: the run has no {claim.quantity} to judge it on")
@@ -45,6 +48,19 @@ def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metr
     # What is compared with another axis has its counterpart there, at the same step.
     return ([MeasuredValue(value, (claim.than_axis, time)) for value, (_, time) in here],
             metric_values(claim, other, [claim.than_axis]))
+
+
+def extreme(claim: RunClaim, drawn: Sequence[Metrics]) -> float:
+    """Extreme of the claim's columns over runs; MeasurementError if one was not recorded."""
+    found = []
+    for name in claim.columns or ():
+        for metrics in drawn:
+            if name not in metrics.extremes:
+                raise MeasurementError(f"claim from {claim.source}: column = {name!r} was not recorded, nearest is "
+                                       f"{nearest(name, metrics.extremes)}")
+            found.append(metrics.extremes[name])
+    lowest, highest = min(low for low, _ in found), max(high for _, high in found)
+    return {"lowest": lowest, "highest": highest, "largest": max(-lowest, highest)}[str(claim.quantity)]
 
 
 def metric_values(claim: RunClaim, metrics: Metrics, axes: Sequence[str] | None) -> list[MeasuredValue]:

@@ -8,8 +8,11 @@ from typing import Literal, NamedTuple, TypeVar, get_args
 from maglev.errors import MeasurementError
 from maglev.schema.claims import Claim
 
-Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run", "modified run"]
+Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run", "modified run", "met",
+                  "not met"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+
+OF_BOUNDS: tuple[Verdict, ...] = ("met", "not met")   # bounds by the axis of a figure; the others are on sentences
 
 CLOSE = 0.1   # share of the target within which a missed claim is "within 10 %"
 
@@ -56,7 +59,8 @@ class ClaimResult:
         """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
         if self.verdict == "not run":
             return ""
-        why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason}.get(self.verdict)
+        why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason,
+               "not met": self.claim.reason}.get(self.verdict)
         return "; ".join(part for part in (why, self.claim.remark) if part)
 
 
@@ -73,13 +77,30 @@ def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
     return counts
 
 
+def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims that the thesis makes in words."""
+    return [claim for claim in claims if claim.claim.figure is None]
+
+
+def bounds(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims that the axis of a figure makes."""
+    return [claim for claim in claims if claim.claim.figure is not None]
+
+
+def bounds_met(claims: Iterable[ClaimResult]) -> str:
+    """How many of the figure bounds that were judged are met, such as "5 of 7"; empty if none was."""
+    counts = count_verdicts(bounds(claims))
+    total = sum(counts[verdict] for verdict in OF_BOUNDS)
+    return f"{counts['met']} of {total}" if total else ""
+
+
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
           there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
     """Judge a claim on what was measured for it.
 
     Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
     with "any" the one that meets it best; with "mean" it is their mean. A numeric claim that is missed by at most
-    10 % of its figure, the target or the factor, is "within 10 %".
+    10 % of its figure, the target or the factor, is "within 10 %". The bound of a figure is met or not.
 
     Parameters
     ----------
@@ -100,7 +121,10 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     if here is None or (claim.comparative and there is None):
         return ClaimResult(claim, None, "not run")
     if there is None:
-        return against_target(claim, [value for value, _ in here], claim.target or 0.0)
+        values = [value for value, _ in here]
+        if isinstance(claim.target, tuple):
+            return within(claim, values, claim.target)
+        return against_target(claim, values, claim.target or 0.0)
     counterparts = {place: value for value, place in there}
     pairs = [(value, counterparts[place]) for value, place in here if place in counterparts]
     if not pairs:
@@ -112,6 +136,18 @@ def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
     """Results without verdicts on the thesis, for runs that are others than the thesis's; what was measured stays."""
     return [result if result.verdict in ("not testable", "not run") else replace(result, verdict="modified run")
             for result in results]
+
+
+def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -> ClaimResult:
+    """Judge the bound of a figure on measured values.
+
+    Automatic limits are the last ticks that hold the data: of an extreme the limit on the side of the data is excluded,
+    for an axis could have ended there.
+    """
+    low, high = limits
+    measured = decisive(claim, values, mean, lambda value: max(low - value, value - high))
+    at_inner = measured == {"lowest": high, "highest": low, "largest": low}.get(str(claim.quantity))
+    return ClaimResult(claim, measured, "met" if low <= measured <= high and not at_inner else "not met")
 
 
 def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:

@@ -1,6 +1,7 @@
 """Procedure 4: all constants at once, and the model with them beside the rig (sections 4.4.4, 5.4.4)."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from maglev.identification.velocity import observed
 from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
-from maglev.procedures.parabolas import all_thrusts, at_epsilon, over_gap
+from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
 from maglev.procedures.rig_data import EPSILON, Array, Runs, column, estimate, estimators, mm, plant_column, rig_of
 from maglev.schema.procedure import ProcedureSettings
 
@@ -34,8 +35,10 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         for axis in rig.axes:
             values.append(Found("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
             values.append(Found("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
+    held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
+    values += [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
     found = identify(recording_of(flown, rig))
-    charts = [thrust_chart(settings, rig, flown, runs), *current_charts(settings, rig, flown, runs),
+    charts = [thrust_chart(settings, rig, flown, held), *current_charts(settings, rig, flown, runs),
               convergence_chart(flown, rig)]
     return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
                    (constant_table(settings, flown, rig.constants), offline_table(found)), tuple(charts),
@@ -78,11 +81,10 @@ def gap_range(settings: ProcedureSettings) -> Array:
     return np.linspace(low, high, POINTS)
 
 
-def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs: Runs) -> Chart:
+def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, thrusts: Sequence[Thrust]) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = gap_range(settings)
     constants = estimate(flown, EPSILON, rig.constants)
-    thrusts = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     panels = []
     for axis in rig.axes[1:]:
         constant = row_of(rig, axis).constants[0]

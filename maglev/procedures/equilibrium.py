@@ -59,6 +59,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         return Outcome(settings, names, tuple(values), tables)
     seen = measured(currents, rig)
     theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, EPSILON, constants))
+    values += [Found("equilibrium_current", here, gap=asked) for asked, here
+               in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]
     values += [Found("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
                in zip(seen.asked.tolist(), seen.currents.tolist(), theory.tolist(), strict=True)]
     chart = Chart(settings.figures.get("currents"),

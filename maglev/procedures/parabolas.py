@@ -128,6 +128,8 @@ def at_epsilon(by_estimator: Mapping[float, float]) -> float:
 def values_of(thrust: Thrust) -> list[Found]:
     """What claims may be about."""
     return [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
+            *(Found("estimated_thrust", by_estimator, axis=thrust.axis, epsilon=epsilon, gap=thrust.gap)
+              for epsilon, by_estimator in thrust.by_estimator.items()),
             *(Found("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
                     epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
 

@@ -6,7 +6,16 @@ from html import escape
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict, count_verdicts
+from maglev.judging.verdicts import (
+    OF_BOUNDS,
+    VERDICTS,
+    ClaimResult,
+    Judgements,
+    Verdict,
+    bounds_met,
+    count_verdicts,
+    sentences,
+)
 from maglev.procedures.outcome import Outcome
 from maglev.report.charts import ShownChart
 from maglev.report.figures import Shown, anchor
@@ -28,6 +37,8 @@ LOOKS: dict[Verdict, Look] = {
     "not testable": Look("open", "?"),
     "not run": Look("none", "–"),
     "modified run": Look("none", "≠"),
+    "met": Look("good", "⊂"),
+    "not met": Look("bad", "⊄"),
 }
 
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
@@ -43,13 +54,16 @@ def badge(verdict: Verdict) -> str:
 
 
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
-    """Numbers of claims by verdict, and of runs."""
-    counts = count_verdicts(result for claims in judgements.values() for result in claims)
+    """Numbers of claims by verdict, of figure bounds, and of runs."""
+    everything = [result for claims in judgements.values() for result in claims]
+    counts = count_verdicts(sentences(everything))
     cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
                     f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS
-                    if counts[verdict] or verdict != "modified run")
+                    if verdict not in OF_BOUNDS and (counts[verdict] or verdict != "modified run"))
+    met = bounds_met(everything)
     failed = sum(result.failure is not None for result in results)
     return (f'<ul class="cards">{cards}</ul>\n'
+            + (f"<p><strong>{met}</strong> bounds by the axes of the thesis's figures are met.</p>\n" if met else "") +
             f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>'
             + notice_of_modified(results))
 
@@ -142,6 +156,11 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
 
 
+def wording(result: ClaimResult) -> str:
+    """A claim in words: its text or, as all bounds of figures have the same, its criterion."""
+    return result.claim.text if result.claim.figure is None else unbroken(result.claim.criterion)
+
+
 def unbroken(text: str) -> str:
     """The text with numbers and their units kept on one line."""
     return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
@@ -185,5 +204,5 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
                 items.append(f'<li><a href="#{claim_anchor(name, k)}">{badge(result.verdict)}</a> '
-                             f"{escape(result.claim.text)}</li>")
+                             f"{escape(wording(result))}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

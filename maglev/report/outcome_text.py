@@ -12,7 +12,7 @@ from rich.text import Text
 from fmi_export.whole_file import write_whole
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
-from maglev.report.text import as_text, claim_table, heading
+from maglev.report.text import as_text, claim_tables, heading
 
 COLUMNS = ("figure", "panel", "curve", "x", "y")
 
@@ -24,7 +24,8 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
         console.print(value_table(table))
     for note in outcome.notes:
         console.print(Text(f"note: {note}"))
-    console.print(claim_table(claims))
+    for table_of_claims in claim_tables(claims):
+        console.print(table_of_claims)
 
 
 def value_table(table: ValueTable) -> Table:

@@ -16,6 +16,7 @@ from maglev.judging.verdicts import Judgements
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings
 from maglev.report.charts import ShownChart, chart_data, in_order, shown_charts
+from maglev.report.figure_bounds import figure_bounds
 from maglev.report.figures import (
     MOVING,
     Shown,
@@ -83,7 +84,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: st
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
     data = {"runs": runs_data(results, figures),
-            "figures": {each.id: figure_data(each) for each in shown},
+            "figures": {each.id: figure_data(each, judgements) for each in shown},
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
@@ -151,7 +152,7 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, 
     }
 
 
-def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
+def figure_data(shown: Shown | ShownChart, judgements: Judgements) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
         return chart_data(shown)
@@ -159,6 +160,7 @@ def figure_data(shown: Shown | ShownChart) -> dict[str, Any]:
               for run in shown.recorded}
     return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
             "panels": [panel._asdict() for panel in shown.panels],
+            "bounds": figure_bounds(shown, judgements),
             **({} if shown.figure.until is None else {"until": shown.figure.until})}
 
 

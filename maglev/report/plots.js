@@ -91,6 +91,24 @@ function traces(figure) {
   }));
 }
 
+/** Ranges, across a panel, in which the data of the thesis's figure end; in the legend once for each outcome. */
+function boundTraces(figure) {
+  const end = Math.max(...figure.runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1))));
+  const inLegend = new Set();
+  return (figure.bounds ?? []).map(({ panel, low, high, met }) => {
+    const { scale } = PANELS[figure.panels[panel].kind];
+    const hue = colour(met === null ? "none" : met ? "good" : "bad");
+    const text = `axis of the thesis's figure${met === null ? "" : met ? ": met" : ": not met"}`;
+    const first = !inLegend.has(text);
+    inLegend.add(text);
+    return {
+      x: [0, end, end, 0, 0], y: [low, low, high, high, low].map((value) => scale * value), type: "scatter", mode: "lines",
+      fill: "toself", opacity: 0.18, line: { color: hue, width: 1 }, fillcolor: hue, hoverinfo: "skip", name: text,
+      legendgroup: text, showlegend: first, yaxis: panel === 0 ? "y" : `y${panel + 1}`,
+    };
+  });
+}
+
 function yAxisTitle({ kind, of }) {
   const what = { position: of, speed: `speed of ${of}`, error: `|error| of ${of}`, commands: `${of} commands`,
     currents: `${of} currents` }[kind];
@@ -156,7 +174,7 @@ function drawNow(id) {
   const figure = report.figures[id];
   const height = element.clientHeight;
   return figure.chart ? Plotly.react(element, chartTraces(figure.chart), chartLayout(figure.chart, height), CONFIGURATION)
-    : Plotly.react(element, traces(figure), layout(figure, height), CONFIGURATION);
+    : Plotly.react(element, [...boundTraces(figure), ...traces(figure)], layout(figure, height), CONFIGURATION);
 }
 
 async function decodeAndDraw(id) {

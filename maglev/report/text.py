@@ -12,7 +12,17 @@ from rich.text import Text
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import VERDICTS, ClaimResult, Judgements, Verdict, count_verdicts
+from maglev.judging.verdicts import (
+    OF_BOUNDS,
+    VERDICTS,
+    ClaimResult,
+    Judgements,
+    Verdict,
+    bounds,
+    bounds_met,
+    count_verdicts,
+    sentences,
+)
 from maglev.procedures.outcome import Outcome
 from maglev.report.status import events, is_listed, modification, run_status, troubles
 from maglev.schema.run_plan import RunPlan
@@ -22,7 +32,7 @@ REPORT_WIDTH = 120   # characters
 
 COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
                                "not testable": "dim", "not run": "magenta",
-                               "modified run": "cyan"}
+                               "modified run": "cyan", "met": "green", "not met": "red"}
 
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
@@ -36,7 +46,8 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -
         console.print(Text(origin(result.provenance), style="dim"))
     for table in metric_tables(plan, result.metrics):
         console.print(table)
-    console.print(claim_table(verdicts))
+    for of_claims in claim_tables(verdicts):
+        console.print(of_claims)
     console.print(outcome(result, result.metrics))
 
 
@@ -100,11 +111,19 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     return tables
 
 
-def claim_table(results: Sequence[ClaimResult]) -> Table | str:
-    """Table of the thesis's claims with what was measured and the verdicts; words where there are none."""
-    if not results:
-        return "no claims"
-    table = Table(title="Claims of the thesis")
+def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
+    """Tables of the thesis's claims in words and, apart, of the bounds of its figures; words where there are none."""
+    tables: list[Table | str] = [claim_table("Claims of the thesis", sentences(results)) if sentences(results)
+                                 else "no claims"]
+    if bounds(results):
+        met = f": {bounds_met(results)} met" if bounds_met(results) else ""
+        tables.append(claim_table(f"Bounds by the axes of figures{met}", bounds(results)))
+    return tables
+
+
+def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
+    """Table of claims with what was measured and the verdicts."""
+    table = Table(title=title)
     for name in ("claim", "source", "expected", "measured", "verdict"):
         table.add_column(name)
     for result in results:
@@ -117,11 +136,13 @@ def claim_table(results: Sequence[ClaimResult]) -> Table | str:
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
-    totals = count_verdicts(judged for _, judged in in_order(results, verdicts, outcomes))
-    shown = [verdict for verdict in VERDICTS if totals[verdict] or verdict != "modified run"]
+    claims = [judged for _, judged in in_order(results, verdicts, outcomes)]
+    totals = count_verdicts(sentences(claims))
+    shown = [verdict for verdict in VERDICTS if verdict not in OF_BOUNDS and (totals[verdict] or
+                                                                              verdict != "modified run")]
     table = Table(Column("run", no_wrap=True), "outcome",
                   *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in shown),
-                  title="Verdicts on the claims")
+                  Column("bounds\nmet", justify="right"), title="Verdicts on the claims")
     for result in results:
         if is_listed(result, verdicts):
             table.add_row(escape(result.plan.name), escape(short_outcome(result)),
@@ -132,7 +153,7 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
                       *counted_cells(verdicts[found.settings.name], shown))
     table.add_section()
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    table.add_row(f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown))
+    table.add_row(f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims))
     return table
 
 
@@ -144,10 +165,12 @@ def in_order(results: Sequence[RunResult], verdicts: Judgements,
 
 
 def counted_cells(claims: Sequence[ClaimResult], shown: Sequence[Verdict]) -> list[str]:
-    """Cells of the table of many runs with the numbers of claims by the verdicts that are shown."""
-    counts = count_verdicts(claims)
-    return [f"[{COLOURS[verdict]}]{counts[verdict]}[/]" if counts[verdict] else ""
-            for verdict in shown] if claims else ["no claims"]
+    """Cells of the table of many runs: numbers of claims in words by the verdicts that are shown, and bounds met."""
+    if not claims:
+        return ["no claims"]
+    counts = count_verdicts(sentences(claims))
+    return [*(f"[{COLOURS[verdict]}]{counts[verdict]}[/]" if counts[verdict] else "" for verdict in shown),
+            bounds_met(claims)]
 
 
 def counted(items: Sequence[object], noun: str) -> str:
@@ -156,20 +179,29 @@ def counted(items: Sequence[object], noun: str) -> str:
 
 
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
-    """Table of all claims in Markdown: run or procedure, claim, source, the thesis's value, ours, verdict."""
-    lines = ["| run | claim | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
+    """Claims in words, and the bounds of figures, as tables in Markdown: where, what, thesis's value, ours, verdict."""
     claims = in_order(results, verdicts, outcomes)
+    words = sentences(judged for _, judged in claims)
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(words).items() if count)
+    subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
+    modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in results if result.modified]
+    notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
+    met = bounds_met(judged for _, judged in claims)
+    text = (f"{len(words)} claims on {subjects}: {counts}." + (f" {met} figure bounds met." if met else "")
+            + f"\n\n{notice}{markdown_table('claim', [row for row in claims if row[1].claim.figure is None])}")
+    of_figures = [row for row in claims if row[1].claim.figure is not None]
+    return text + (f"\n## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else "")
+
+
+def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]]) -> str:
+    """Claims of one kind with the names of what they are about, as a table in Markdown."""
+    lines = [f"| run | {noun} | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
     for name, judged in claims:
         claim = judged.claim
         verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
         cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text, verdict)
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(judged for _, judged in claims).items()
-                       if count)
-    subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
-    modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in results if result.modified]
-    notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
-    return f"{len(claims)} claims on {subjects}: {counts}.\n\n{notice}" + "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n"
 
 
 def outcome(result: RunResult, metrics: Metrics) -> str:

@@ -25,6 +25,9 @@ def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
 class Claim(Table):
     """What every claim has: words, where they stand, and a relation between what is measured and what is claimed.
 
+    A claim with the number of a `figure` is a bound instead of words: what is measured lies "in" the range between two
+    neighbouring ticks where the axis of that figure ends.
+
     "<" and ">" compare with the target, or with `factor` times what is measured elsewhere. "is" compares a yes-or-no
     quantity. "about" means that the measured value rounds to the figure as printed: it differs from the target by at
     most half a unit of the last of its `digits` significant digits. Of several values the one that meets the claim
@@ -37,9 +40,11 @@ class Claim(Table):
 
     text: str
     source: str
+    figure: str | None = None
     quantity: str | None = None
-    relation: Literal["<", ">", "is", "about"] | None = None
-    target: StrictBool | float | None = None
+    unit: str | None = None           # of plain numbers as targets, where the quantity has none of its own
+    relation: Literal["<", ">", "is", "about", "in"] | None = None
+    target: StrictBool | float | tuple[float, float] | None = None
     digits: int | None = Field(default=None, ge=1)
     factor: float = Field(default=1.0, gt=0.0)
     over: Literal["all", "any", "mean"] = "all"
@@ -51,16 +56,25 @@ class Claim(Table):
     @model_validator(mode="before")
     @classmethod
     def single_names(cls, table: Any) -> Any:
-        """Accept `axis` and `motor` for one name, where there may be several."""
+        """Accept `axis`, `motor` and `column` for one name, where there may be several."""
         if not isinstance(table, dict):
             return table
         table = dict(table)
-        for one, several in (("axis", "axes"), ("motor", "motors")):
+        for one, several in (("axis", "axes"), ("motor", "motors"), ("column", "columns")):
             if one in table and several in cls.model_fields:
                 if several in table:
                     raise key_refused(one, table[one], f"expected {one} or {several}, got both")
                 table[several] = [table.pop(one)]
         return table
+
+    @model_validator(mode="before")
+    @classmethod
+    def words_of_a_bound(cls, table: Any) -> Any:
+        """Give a bound its text, source and relation, which are the same for all of a figure."""
+        if not isinstance(table, dict) or "figure" not in table:
+            return table
+        return {"text": "The data end between these ticks of the axis", "source": f"axis of Fig. {table['figure']}",
+                "relation": "in", **table}
 
     @field_validator("quantity", mode="before")
     @classmethod
@@ -74,13 +88,21 @@ class Claim(Table):
 
     @field_validator("target", mode="before")
     @classmethod
-    def target_to_si(cls, value: Any, info: ValidationInfo) -> float | bool:
+    def target_to_si(cls, value: Any, info: ValidationInfo) -> float | bool | tuple[float, float]:
         """Convert to SI."""
         quantity = info.data.get("quantity")
         if quantity is None:
             raise ValueError(f"has no meaning without a {cls.NOUN}")
         if not cls.KNOWN[quantity].yes_no:
-            return parse_quantity(value, cls.KNOWN[quantity].unit or "1")
+            unit = info.data.get("unit") or cls.KNOWN[quantity].unit or "1"
+            if info.data.get("relation") != "in":
+                return parse_quantity(value, unit)
+            if not isinstance(value, list | tuple) or len(value) != 2:
+                raise ValueError("expected two limits, the lower one first")
+            low, high = (parse_quantity(limit, unit) for limit in value)
+            if not low < high:
+                raise ValueError("expected the lower limit first")
+            return low, high
         if not isinstance(value, bool):
             raise ValueError(f"expected true or false for the {cls.NOUN} {quantity}")
         return value
@@ -97,7 +119,7 @@ class Claim(Table):
         if self.quantity is not None:
             words = (self.NOUN, self.quantity, self.relation, "with than" if self.comparative else None)
             kind = "the " + " ".join(word for word in words if word)
-        for key in ("relation", "target", "digits", *self.PICKS):
+        for key in ("relation", "target", "digits", "unit", *self.PICKS):
             value = getattr(self, key)
             if value is None and key in needed:
                 raise key_refused(key, None, f"required for {kind}")
@@ -105,6 +127,8 @@ class Claim(Table):
                 raise key_refused(key, value, f"has no meaning for {kind}")
         if self.quantity is not None and self.relation not in self.relations:
             raise key_refused("relation", self.relation, f"expected {' or '.join(self.relations)} for {kind}")
+        if self.figure is not None and self.comparative:
+            raise key_refused("than", self.elsewhere, "has no meaning for the bound of a figure")
         if self.comparative and (self.measured is None or self.measured.yes_no):
             raise key_refused("than", self.elsewhere, f"expected a {self.NOUN} that is a number")
         if self.factor != 1.0 and not self.comparative:
@@ -118,6 +142,8 @@ class Claim(Table):
         needed = {"relation"} if self.comparative else {"relation", "target"}
         if self.measured.needs is not None:
             needed.add(self.measured.needs)
+        if self.measured.on == "column":
+            needed.add("unit")
         if self.relation == "about":
             needed.add("digits")
         return needed, set(PICKED_BY[self.measured.on])
@@ -127,6 +153,8 @@ class Claim(Table):
         """Relations that the claim can state."""
         if self.measured is not None and self.measured.yes_no:
             return ("is",)
+        if self.figure is not None:
+            return ("in",)
         return ("<", ">") if self.comparative else ("<", ">", "about")
 
     @property
@@ -151,13 +179,18 @@ class Claim(Table):
 
     def printed(self, value: float | bool | None) -> str:
         """Print a value of the claim's quantity with its unit; empty if there is none."""
-        return "" if value is None or self.measured is None else self.measured.printed(value)
+        if value is None or self.measured is None:
+            return ""
+        return f"{to_unit(value, self.unit):.4g} {self.unit}" if self.unit else self.measured.printed(value)
 
     @property
     def criterion(self) -> str:
         """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
         if self.quantity is None:
             return ""
+        if isinstance(self.target, tuple):
+            low, high = map(self.printed, self.target)
+            return f"{self.subject} in {low.partition(' ')[0]} … {high}"
         if not self.comparative:
             return f"{self.subject} {self.relation} {self.printed(self.target)}"
         factor = "" if self.factor == 1.0 else f"{self.factor:g} × "
@@ -168,16 +201,19 @@ class RunClaim(Claim):
     """One claim about a run: that a metric has a relation to a target, or to the same metric elsewhere.
 
     A claim with `than`, the name of another run, or `than_axis`, another axis, compares with what was measured there:
-    on the same axis (or that other one) at the same step, or by motor.
+    on the same axis (or that other one) at the same step, or by motor. The extreme of `columns`, such as
+    "plant.v.position", is that of this run `together_with` others that the figure draws over the same axis.
     """
 
     NOUN = "metric"
     KNOWN = METRICS
-    PICKS = ("band", "axes", "motors")
+    PICKS = ("band", "axes", "motors", "columns", "together_with")
 
     quantity: str | None = Field(default=None, alias="metric")
     motors: list[str] | None = None
     band: Metres | None = None
+    columns: list[str] | None = Field(default=None, min_length=1)
+    together_with: list[str] | None = None
     than: str | None = None
     than_axis: str | None = None
 
@@ -191,8 +227,10 @@ class RunClaim(Claim):
     @property
     def subject(self) -> str:
         """What is measured, such as "settling time to 0.1 mm"."""
-        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
-        return str(self.quantity).replace("_", " ") + band
+        where = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
+        if self.columns is not None:
+            where = f" {', '.join([*self.columns, *(f'also of {run}' for run in self.together_with or ())])}"
+        return str(self.quantity).replace("_", " ") + where
 
     @property
     def elsewhere(self) -> str | None:
@@ -238,7 +276,8 @@ class ProcedureClaim(Claim):
         """What is measured, such as "mean cogging force, gap 10 to 15 mm"."""
         average = "mean " if self.over == "mean" or self.comparative else ""
         name = "" if self.quantity == "constant" else str(self.quantity).replace("_", " ")
-        words = " ".join(word for word in (name, self.constant) if word)
+        axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
+        words = " ".join(word for word in (name, self.constant, axes) if word)
         return average + words + place(self.epsilon, self.gaps)
 
     @property

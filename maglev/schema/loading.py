@@ -58,6 +58,10 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
         if claim.than is not None and claim.than not in siblings and claim.than not in packaged_runs():
             raise ScenarioError(f"{path}: claims.than = {claim.than!r}: there is no such run; nearest is "
                                 f"{nearest(claim.than, [*siblings, *packaged_runs()])}")
+        for run in claim.together_with or ():
+            if run not in siblings and run not in packaged_runs():
+                raise ScenarioError(f"{path}: claims.together_with = {run!r}: there is no such run; nearest is "
+                                    f"{nearest(run, [*siblings, *packaged_runs()])}")
     for source in sorted(plan.needs):
         if source == plan.name or (source not in siblings and source not in packaged_runs()):
             raise ScenarioError(f"{path}: start_from.run = {source!r}: expected another run; nearest is "

@@ -8,9 +8,10 @@ from maglev.units import to_unit
 PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "A": "A", "N": "N"}   # those of the thesis, by the SI unit
 
 # What a quantity is measured on, and the keys with which a claim may pick some of its values.
-MeasuredOn = Literal["step", "tracking", "motor", "run", "procedure"]
+MeasuredOn = Literal["step", "tracking", "motor", "column", "run", "procedure"]
 PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
-    "step": ("axes",), "tracking": ("axes",), "motor": ("motors",), "run": (), "procedure": ("epsilon", "axes", "gaps")}
+    "step": ("axes",), "tracking": ("axes",), "motor": ("motors",), "column": ("together_with",), "run": (),
+    "procedure": ("epsilon", "axes", "gaps")}
 
 
 class MeasuredQuantity(NamedTuple):
@@ -19,10 +20,10 @@ class MeasuredQuantity(NamedTuple):
     Attributes
     ----------
     on : str
-        A step of an axis, the tracking of an axis, a motor, the whole run, or a procedure.
+        A step of an axis, the tracking of an axis, a motor, a recorded column, the whole run, or a procedure.
     unit : str or None
         SI unit of measured values and of plain numbers as targets; None: a plain number. Of a count it is none, that
-        of a constant depends on the constant.
+        of a constant depends on the constant, and a claim about a column gives its own.
     needs : str or None
         Key without which a claim does not say what it is about.
     infinite : str
@@ -65,6 +66,9 @@ METRICS = {
     "mean_current": MeasuredQuantity("motor", "A"),
     "peak_command": MeasuredQuantity("motor", "A"),
     "mean_command": MeasuredQuantity("motor", "A"),
+    "lowest": MeasuredQuantity("column", needs="columns"),    # value over the run
+    "highest": MeasuredQuantity("column", needs="columns"),
+    "largest": MeasuredQuantity("column", needs="columns"),   # absolute value
     "trip_time": MeasuredQuantity("run", "s", infinite="never"),
     "lost_setpoints": MeasuredQuantity("run"),
     "stop_contact": MeasuredQuantity("run", yes_no=True),
@@ -76,8 +80,10 @@ PROCEDURE_VALUES = {
     "constant": MeasuredQuantity("procedure", needs="constant"),           # estimate
     "average_constant": MeasuredQuantity("procedure", needs="constant"),   # mean over the air gaps
     "thrust": MeasuredQuantity("procedure"),                        # L at an air gap, by parabola fit, m/(s² A)
+    "estimated_thrust": MeasuredQuantity("procedure"),              # L at an air gap, by the estimator
     "estimator_deviation": MeasuredQuantity("procedure", "1"),      # of L by the estimator from L by parabola fit
     "simultaneous_deviation": MeasuredQuantity("procedure", "1"),   # of L with both axes moving from L with one
+    "equilibrium_current": MeasuredQuantity("procedure", "A"),      # measured
     "equilibrium_deviation": MeasuredQuantity("procedure", "A"),    # of the predicted current from the measured one
     "cogging_force": MeasuredQuantity("procedure", "N"),            # peak
     "position_deviation": MeasuredQuantity("procedure", "1"),       # RMS of model - rig over RMS of the rig's motion

@@ -8,7 +8,7 @@ import numpy as np
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import ClaimResult
+from maglev.judging.verdicts import OF_BOUNDS, ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.report.page import report_page
 from maglev.schema.claims import RunClaim
@@ -76,8 +76,16 @@ def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str 
     """A claim with a verdict."""
     if verdict == "not testable":
         return ClaimResult(RunClaim(text=text, source=source, not_testable=reason or "no data"), None, verdict)
+    if verdict in OF_BOUNDS:
+        return ClaimResult(bound(), 0.0225, verdict)
     claim = RunClaim(text=text, source=source, metric="overshoot", relation="<", target=0.3, reason=reason)
     return ClaimResult(claim, None if verdict == "not run" else 0.25, verdict)
+
+
+def bound(figure: str = "4.18", column: str = "plant.v.encoder", **table) -> RunClaim:
+    """A bound by the axis of a figure."""
+    return RunClaim.model_validate({"figure": figure, "metric": "highest", "column": column, "unit": "mm",
+                                    "target": [22, 24], **table})
 
 
 @dataclass

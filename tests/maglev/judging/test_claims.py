@@ -1,6 +1,7 @@
 """Verdicts on claims about a run, by the metrics that they are about."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -30,8 +31,8 @@ def judged(metrics=METRICS, **table):
     return result
 
 
-def verdict(**table):
-    result = judged(**table)
+def verdict(metrics=METRICS, **table):
+    result = judged(metrics, **table)
     return result.verdict, result.measured
 
 
@@ -95,3 +96,45 @@ def test_a_run_without_the_metric_is_refused():
     empty = Metrics((), (), (), {}, None, None, False)
     with pytest.raises(MeasurementError, match="'a claim': the run has no overshoot"):
         judged(empty, metric="overshoot", relation="<", target="30 %")
+
+
+def with_extremes(**columns):
+    return replace(METRICS, extremes={name.replace("_", "."): extremes for name, extremes in columns.items()})
+
+
+HIGHEST = {"figure": "4.27", "metric": "highest", "columns": ["plant.h"], "unit": "mm", "target": [60, 80]}
+
+
+@pytest.mark.parametrize(("change", "extremes", "expected"), [
+    ({}, (0.0, 0.07), ("met", 0.07)),
+    ({}, (0.0, 0.08), ("met", 0.08)),
+    # At 60 mm the axis would have ended: the rule puts its limit at the last tick that holds the data.
+    ({}, (0.0, 0.06), ("not met", 0.06)),
+    ({}, (0.0, 0.0801), ("not met", 0.0801)),
+    ({}, (0.0, 0.0599), ("not met", 0.0599)),
+    ({"metric": "lowest", "target": [-40, -20]}, (-0.04, 0.0), ("met", -0.04)),
+    ({"metric": "lowest", "target": [-40, -20]}, (-0.02, 0.0), ("not met", -0.02)),
+    ({"metric": "largest"}, (-0.07, 0.01), ("met", 0.07)),
+    ({"metric": "largest"}, (-0.01, 0.07), ("met", 0.07))])
+def test_bounds_of_figures(change, extremes, expected):
+    assert verdict(metrics=with_extremes(plant_h=extremes), **{**HIGHEST, **change}) == expected
+
+
+def test_a_bound_is_one_of_all_that_its_axis_shows():
+    here, there = with_extremes(plant_h=(-0.01, 0.02), plant_v=(0.0, 0.03)), with_extremes(plant_h=(-0.05, 0.07))
+
+    def extreme(metric, target, others, **table):
+        (result,) = judge_run([claim(**{**HIGHEST, "metric": metric, "target": target, **table})], here, others)
+        return result.verdict, result.measured
+
+    both = {"together_with": ["linear"]}
+    assert extreme("highest", [20, 40], {}, columns=["plant.h", "plant.v"]) == ("met", 0.03)
+    assert extreme("highest", [60, 80], {"linear": there}, **both) == ("met", 0.07)
+    assert extreme("lowest", [-60, -40], {"linear": there}, **both) == ("met", -0.05)
+    assert extreme("highest", [60, 80], {"linear": None}, **both) == ("not run", None)
+    assert extreme("highest", [60, 80], {}, **both) == ("not run", None)
+
+
+def test_a_bound_of_what_was_not_recorded_names_the_nearest_column():
+    with pytest.raises(MeasurementError, match="column = 'plant.h' was not recorded, nearest is 'plant.v'"):
+        judged(metrics=with_extremes(plant_v=(0.0, 1.0)), **HIGHEST)

@@ -141,3 +141,13 @@ def test_bad_columns_are_refused(columns, words):
 def test_no_samples_are_refused():
     with pytest.raises(MeasurementError, match="at least one sample"):
         evaluate(plan(), np.array([]), {})
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=len(TIME) // 1000, max_size=len(TIME) // 1000))
+def test_extremes_of_every_column_of_numbers(values):
+    column = np.interp(TIME, np.linspace(0.0, 10.0, len(values)), values)
+    columns = {"plant.y.position": column, "controller.y.reference": 0.5 * column, "flag": column > 0.0,
+               "broken": np.where(TIME > 5.0, np.nan, column)}
+    assert evaluate(plan(), TIME, columns).extremes == {
+        "plant.y.position": (min(column), max(column)),
+        "controller.y.reference": (0.5 * min(column), 0.5 * max(column))}

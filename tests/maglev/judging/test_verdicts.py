@@ -7,7 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
-from maglev.judging.verdicts import VERDICTS, ClaimResult, MeasuredValue, count_verdicts, judge
+from maglev.judging.verdicts import (
+    VERDICTS,
+    ClaimResult,
+    MeasuredValue,
+    bounds,
+    bounds_met,
+    count_verdicts,
+    judge,
+    sentences,
+)
 from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
 
 WORDS = {"text": "a claim", "source": "p. 1"}
@@ -85,3 +94,23 @@ def test_every_verdict_is_counted() -> None:
     results = [ClaimResult(claim, None, verdict) for k, verdict in enumerate(VERDICTS) for _ in range(k)]
     assert list(count_verdicts(results).items()) == [(verdict, k) for k, verdict in enumerate(VERDICTS)]
     assert sum(count_verdicts([]).values()) == 0
+
+
+@given(st.lists(numbers, min_size=1, max_size=4), numbers, numbers, st.sampled_from(["all", "any", "mean"]))
+def test_a_range_is_met_when_all_any_or_the_mean_lie_in_it(measured, low, width, over) -> None:
+    claim = ProcedureClaim.model_validate(
+        {"figure": "4.9", "value": "thrust", "target": [low, low + width + 1.0], "over": over})
+    inside = [low <= value <= low + width + 1.0 for value in measured]
+    expected = {"all": all(inside), "any": any(inside),
+                "mean": low <= sum(measured) / len(measured) <= low + width + 1.0}[over]
+    assert judge(claim, values(*measured)).verdict == ("met" if expected else "not met")
+
+
+def test_bounds_are_counted_apart() -> None:
+    words = about_a_run(relation="<", target=1.0)
+    bound = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [1, 2]})
+    results = [ClaimResult(words, 0.5, "reproduced"), ClaimResult(bound, 1.5, "met"),
+               ClaimResult(bound, 3.0, "not met"), ClaimResult(bound, None, "not run")]
+    assert sentences(results) == results[:1]
+    assert bounds(results) == results[1:]
+    assert (bounds_met(results), bounds_met(results[:1])) == ("1 of 2", "")

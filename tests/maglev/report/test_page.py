@@ -5,10 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from packed_series import unpack
-from report_runs import Page, all_recorded, failed, judged, packaged, page_of, recorded, renamed, without_anything
+from report_runs import (
+    Page,
+    all_recorded,
+    bound,
+    failed,
+    judged,
+    packaged,
+    page_of,
+    recorded,
+    renamed,
+    without_anything,
+)
 
 from maglev.errors import ScenarioError
-from maglev.judging.verdicts import VERDICTS
+from maglev.judging.verdicts import VERDICTS, ClaimResult
 from maglev.report import page as page_module
 from maglev.report.figures import MOVING, read_figures, shown_figures
 from maglev.report.page import (
@@ -155,3 +166,17 @@ def test_noisy_runs_get_fewer_rows(monkeypatch):
     small = runs_data(results, shown)["2dof-setpoints"]
     assert len(small["data"]) <= len(whole["data"]) // 3
     assert small["signals"].keys() == whole["signals"].keys()
+
+
+def test_bounds_are_shaded_in_the_panels_that_draw_them():
+    claims = [ClaimResult(bound("4.18"), 0.023, "met"),
+              ClaimResult(bound("4.18", "plant.v.velocity", metric="largest", unit="m/s", target=[0.1, 0.2]), 0.3,
+                          "not met"),
+              ClaimResult(bound("4.18", "plant.h.encoder"), 0.023, "met"),   # in no panel of this figure
+              ClaimResult(bound("4.19", "plant.v.encoder"), 0.023, "met"),   # of another figure
+              judged("reproduced")]
+    data = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).data["figures"]
+    assert data["figure-4-18"]["bounds"] == [
+        {"panel": 0, "low": 0.022, "high": 0.024, "met": True},
+        {"panel": 1, "low": 0.1, "high": 0.2, "met": False}, {"panel": 1, "low": -0.2, "high": -0.1, "met": False}]
+    assert data["figure-4-20"]["bounds"] == []

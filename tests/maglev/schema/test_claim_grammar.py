@@ -183,3 +183,53 @@ def test_quantities_are_told_apart_and_have_units_to_print() -> None:
     ("constant", 13.944, "13.94"), ("cogging_force", 4.7, "4.7 N"), ("estimator_deviation", 0.1 / 3.0, "3.33 %")])
 def test_values_are_printed_in_the_units_of_the_thesis(name: str, value: float | bool, text: str) -> None:
     assert (METRICS | PROCEDURE_VALUES)[name].printed(value) == text
+
+
+BOUND = {"figure": "4.27", "metric": "highest", "column": "plant.h.encoder", "unit": "mm", "target": [60, 80]}
+FORCE_BOUND = {"figure": "4.11", "value": "cogging_force", "target": ["4 N", 4.5]}
+
+
+def bound(**table: Any) -> Claim:
+    """Bound by the axis of a figure, which has no words of its own."""
+    return (ProcedureClaim if "value" in table else RunClaim).model_validate(table)
+
+
+@pytest.mark.parametrize(("table", "target", "criterion"), [
+    (BOUND, (0.06, 0.08), "highest plant.h.encoder in 60 … 80 mm"),
+    ({**BOUND, "metric": "lowest", "target": [-4, -2], "together_with": ["slow"]}, (-0.004, -0.002),
+     "lowest plant.h.encoder, also of slow in -4 … -2 mm"),
+    ({"figure": "4.20", "metric": "largest", "columns": ["plant.motor.i_a", "plant.motor.i_b"], "unit": "A",
+      "target": [2, 4]}, (2.0, 4.0), "largest plant.motor.i_a, plant.motor.i_b in 2 … 4 A"),
+    (FORCE_BOUND, (4.0, 4.5), "cogging force in 4 … 4.5 N")])
+def test_a_bound_says_where_the_data_of_a_figure_end(table: dict[str, Any], target: tuple[float, float],
+                                                     criterion: str) -> None:
+    made = bound(**table)
+    assert (made.target, made.criterion) == (target, criterion)
+    assert (made.source, made.relation) == (f"axis of Fig. {table['figure']}", "in")
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    ({"target": 60}, ["target", "two limits, the lower one first"]),
+    ({"target": [80, 60]}, ["target", "the lower limit first"]),
+    ({"target": [60, 80, 100]}, ["target", "two limits"]),
+    ({"target": ["60 A", 80]}, ["target", "60 A", "in mm"]),
+    ({"unit": None}, ["'unit'", "required for the metric highest in"]),
+    ({"column": None}, ["'columns'", "required for the metric highest in"]),
+    ({"relation": "<"}, ["target", "[60, 80]"]),
+    ({"relation": "<", "target": 60}, ["'relation'", "expected in for"]),
+    ({"axis": "h"}, ["'axes'", "no meaning"]),
+    ({"digits": 2}, ["'digits'", "no meaning"]),
+    ({"columns": ["a"]}, ["'column'", "got both"])])
+def test_rules_of_bounds(change: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(ValidationError) as caught:
+        bound(**{key: value for key, value in {**BOUND, **change}.items() if value is not None})
+    message = str(caught.value.errors()[0])
+    assert all(word in message for word in words), message
+
+
+def test_words_have_no_range_and_other_quantities_no_unit_or_together() -> None:
+    assert "expected < or > or about" in refusal(**{**FORCE, "relation": "in", "target": [1, 2]})
+    assert "has no meaning for the" in refusal(**{**FORCE, "unit": "N"})
+    assert "has no meaning for the" in refusal(**{**OVERSHOOT, "together_with": ["slow"]})
+    assert "has no meaning for the bound of a figure" in refusal(
+        figure="4.27", metric="overshoot", relation="in", than="fast")
