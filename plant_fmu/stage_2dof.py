@@ -35,7 +35,7 @@ class Stage2DOF:
         self.C4 = 0.12       # m/(s² A²), parameter: coils on iron
         self.attraction_modulation = 0.027   # parameter
         self.v = Axis(MASS_V, 0.2, 4.0, 0.3e-3, 2.0, 8.0e-3, 28.0e-3, 20.0e-3)
-        self.h = Axis(MASS_H, 0.1, 0.5, 0.3e-3, 1.0, -55.0e-3, 55.0e-3, 0.0)
+        self.h = Axis(MASS_H, 0.1, 0.5, 0.3e-3, 1.0, -70.0e-3, 70.0e-3, 0.0)
         self.h.ripple.period = SLOT_PITCH
         self.motor = MotorSupply(PEAK_CURRENT_2DOF, CONTINUOUS_CURRENT_2DOF)
         self.encoder = Encoder(ENCODER_RESOLUTION)

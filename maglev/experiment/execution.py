@@ -198,7 +198,7 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
     for result in results:
         name = result.plan.name
         claims = judge_run(result.plan.claims, result.metrics, metrics)
-        others = [{name, claim.than, *(claim.together_with or ())} & modified for claim in result.plan.claims]
+        others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
         judged[name] = [each for claim, other in zip(claims, others, strict=True)
                         for each in (of_modified_runs([claim]) if other else [claim])]
     return judged

@@ -48,7 +48,7 @@ def require_own_names(runs: Sequence[RunPlan]) -> None:
 def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
     """Runs that claims of the given ones compare with, and that are not among them."""
     names = {run.name for run in runs}
-    named = [claim.than for run in runs for claim in run.claims if claim.than is not None]
+    named = [name for run in runs for claim in run.claims for name in claim.other_runs]
     missing = dict.fromkeys(name for name in named if name not in names)
     found = []
     for run in runs:

@@ -14,6 +14,8 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 OF_BOUNDS: tuple[Verdict, ...] = ("met", "not met")   # bounds by the axis of a figure; the others are on sentences
 
+ROUNDING = 1e-9   # m, A, or share of a limit: what an encoder shows is a whole number of its steps up to this
+
 CLOSE = 0.1   # share of the target within which a missed claim is "within 10 %"
 
 T = TypeVar("T")
@@ -146,7 +148,8 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
     """
     low, high = limits
     measured = decisive(claim, values, mean, lambda value: max(low - value, value - high))
-    at_inner = measured == {"lowest": high, "highest": low, "largest": low}.get(str(claim.quantity))
+    inner = {"lowest": high, "highest": low, "largest": low}.get(str(claim.quantity), math.inf)
+    at_inner = math.isclose(measured, inner, rel_tol=ROUNDING, abs_tol=ROUNDING)
     return ClaimResult(claim, measured, "met" if low <= measured <= high and not at_inner else "not met")
 
 

@@ -225,6 +225,11 @@ class RunClaim(Claim):
         return self
 
     @property
+    def other_runs(self) -> list[str]:
+        """Names of the other runs that the claim cannot be judged without."""
+        return [*([] if self.than is None else [self.than]), *(self.together_with or ())]
+
+    @property
     def subject(self) -> str:
         """What is measured, such as "settling time to 0.1 mm"."""
         where = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"

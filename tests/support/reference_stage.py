@@ -149,7 +149,7 @@ def reference_2dof() -> ReferenceStage:
     """The 2-DOF stage: axes v, h."""
     return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027,
                           [ReferenceAxis(4.350, 0.2, 4.0, 0.3e-3, 2.0, 8e-3, 28e-3),
-                           ReferenceAxis(1.594, 0.1, 0.5, 0.3e-3, 1.0, -55e-3, 55e-3)], 9.0)
+                           ReferenceAxis(1.594, 0.1, 0.5, 0.3e-3, 1.0, -70e-3, 70e-3)], 9.0)
 
 
 def reference_3dof() -> ReferenceStage:
