@@ -24,7 +24,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
                              list(runs.values())))
     data = {"runs": runs_data(list(runs.values()), figures),
-            "figures": {f"figure-{number}": figure_data(shown) for number, shown in enumerate(figures)}}
+            "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)}}
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
         style=read("style.css"), name=escape(name), title=escape(title),
         endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
