@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.native.build import build_native_fmu, host_platform, translated_blocks
+from fmi_export.native.build import build_native_fmu, build_webassembly, host_platform, translated_blocks
 from fmi_export.native.compiler import library, require_zig
 from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
@@ -170,6 +170,21 @@ def build_step_loop(folder: Path) -> None:
 
     platform, = host_platform().values()
     (folder / LIBRARY).write_bytes(library({"step_loop.c": source()}, Path(LIBRARY).stem, platform))
+
+
+@build_errors()
+def build_wasm(names: Iterable[str], folder: Path) -> list[Path]:
+    """Build FMUs, and those of systems, as WebAssembly modules with their descriptions; returns the modules' paths.
+
+    Errors as of `build_native`; after an error the folder is as it was.
+    """
+    chosen = [definition(name) for name in with_parts(names)]
+    version, _ = project()
+    require_zig()
+    translation = translated_blocks(chosen, PACKAGES)
+    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
+        made = list(pool.map(lambda each: build_webassembly(each, translation, version, PACKAGES, unfinished), chosen))
+    return [folder / module.name for module, _ in made]
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:

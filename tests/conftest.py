@@ -8,10 +8,11 @@ import pytest
 from hypothesis import settings
 from native_builds import built_once, missing_native_tools, require_native_tools
 
-from maglev.catalogue import DEFINITIONS, build, build_native
+from maglev.catalogue import DEFINITIONS, build, build_native, build_wasm
 from maglev.cosim.fmu import Fmu, read_description
 
 NAMES = tuple(DEFINITIONS)
+FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled")))
 
 # No deadline: a loaded machine is no failure. In CI always the same examples, so that a failure is the change's.
 settings.register_profile("anywhere", deadline=None)
@@ -60,6 +61,13 @@ def native_fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: py
     asked: Path | None = request.config.option.fmus
     return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True),
                       asked and asked / "native")
+
+
+@pytest.fixture(scope="session")
+def wasm_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with plants and controllers as WebAssembly modules."""
+    require_native_tools()
+    return built_once(tmp_path_factory, "wasm_fmus", lambda folder: build_wasm(FLOWN_LIVE, folder))
 
 
 @pytest.fixture(scope="session")

@@ -5,18 +5,21 @@ import re
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple
 
 from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, Platform, library
+from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, WEBASSEMBLY, Platform, library
 from fmi_export.native.model_table import model_table
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
+from fmi_export.whole_file import whole_file
 
 LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
+WEBASSEMBLY_HOST = "webassembly_host.c"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 TABLE = "model.c"
 PREFIX = "prefix.h"
@@ -57,26 +60,57 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     ExportError
         If ziglang is not installed, or refuses the sources.
     """
-    blocks = files_of(carried_modules(definition.block.__module__, packages), translation)
-    layer = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in LAYER}
-    headers = {name: fmi_header(name) for name in FMI_HEADERS}   # not in the FMU: FMI leaves them to the importer (2.3)
     chosen = host_platform() if host_only else PLATFORMS
-    prefix = prefix_header(definition.name, [text for name, text in {**blocks, **layer}.items() if name.endswith(".h")])
-    without_guid = {**blocks, **layer, PREFIX: prefix, TABLE: model_table(definition, "")}
+    made = native_sources(definition, translation, version, packages, chosen, LAYER)
+    contents = {f"sources/{name}": text.encode("utf-8") for name, text in made.files.items()}
+    contents |= {f"binaries/{folder}/{definition.name}{each.ending}":
+                 library({**made.files, **made.headers}, definition.name, each) for folder, each in chosen.items()}
+    contents |= described(definition, version, licence)
+    contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[FMI_HEADERS[0]]).encode("utf-8")
+    contents["modelDescription.xml"] = made.description
+    return write_archive(destination / f"{definition.name}.fmu", contents)
+
+
+def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str], version: str,
+                      packages: tuple[str, ...], destination: Path) -> tuple[Path, Path]:
+    """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
+
+    Arguments and errors as of `build_native_fmu`; returns both paths.
+    """
+    chosen = {"wasm32": WEBASSEMBLY}
+    made = native_sources(definition, translation, version, packages, chosen, (*LAYER, WEBASSEMBLY_HOST))
+    module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
+    with whole_file(module) as unfinished:
+        unfinished.write_bytes(library({**made.files, **made.headers}, definition.name, chosen["wasm32"]))
+    with whole_file(description) as unfinished:
+        unfinished.write_bytes(made.description)
+    return module, description
+
+
+class NativeSources(NamedTuple):
+    """An FMU as C: files by name, the FMI headers that they need, and modelDescription.xml with the same GUID."""
+
+    files: dict[str, str]
+    headers: dict[str, str]
+    description: bytes
+
+
+def native_sources(definition: FmuDefinition, translation: Mapping[str, str], version: str, packages: tuple[str, ...],
+                   platforms: Iterable[str], layer: Iterable[str]) -> NativeSources:
+    """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it."""
+    blocks = files_of(carried_modules(definition.block.__module__, packages), translation)
+    above = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in layer}
+    headers = {name: fmi_header(name) for name in FMI_HEADERS}   # not in the FMU: FMI leaves them to the importer (2.3)
+    prefix = prefix_header(definition.name, [text for name, text in {**blocks, **above}.items() if name.endswith(".h")])
+    without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "")}
     units = sorted(name for name in without_guid if name.endswith(".c"))
     date = build_date()
     described_as = model_description(definition, "", version, date, units).decode("utf-8")
     parts = [described_as, *(part for item in sorted({**without_guid, **headers}.items()) for part in item),
-             *sorted(chosen)]
+             *sorted(platforms)]
     guid = f"{{{digest(parts)[:32]}}}"
-    sources = {**without_guid, TABLE: model_table(definition, guid)}
-    contents = {f"sources/{name}": text.encode("utf-8") for name, text in sources.items()}
-    contents |= {f"binaries/{folder}/{definition.name}{each.ending}":
-                 library({**sources, **headers}, definition.name, each) for folder, each in chosen.items()}
-    contents |= described(definition, version, licence)
-    contents["documentation/licenses/fmi.txt"] = fmi_licence(headers[FMI_HEADERS[0]]).encode("utf-8")
-    contents["modelDescription.xml"] = model_description(definition, guid, version, date, units)
-    return write_archive(destination / f"{definition.name}.fmu", contents)
+    return NativeSources({**without_guid, TABLE: model_table(definition, guid)}, headers,
+                         model_description(definition, guid, version, date, units))
 
 
 def host_platform() -> dict[str, Platform]:

@@ -1,4 +1,4 @@
-"""Shared libraries for several platforms from one machine, by zig's C compiler."""
+"""Libraries for several platforms from one machine, by zig's C compiler."""
 
 import os
 import subprocess
@@ -14,27 +14,31 @@ from fmi_export.native.mach_o import universal
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
 # visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s", "-shared",
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s",
          "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
 
 
 class Platform(NamedTuple):
-    """An FMI platform: zig's targets (several make a universal binary), the file's ending, further flags."""
+    """A platform: zig's targets (several make a universal binary), the file's ending, further flags."""
 
     targets: tuple[str, ...]
     ending: str
-    flags: tuple[str, ...] = ()
+    flags: tuple[str, ...]
 
 
 # Linked against the oldest C library that zig has for both processors; newer ones run it.
-LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm"))
+LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm"))
 
 PLATFORMS = {
-    "linux64": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-fPIC", "-lm")),
+    "linux64": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
     "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
-    "win64": Platform(("x86_64-windows-gnu",), ".dll"),
-    "darwin64": Platform(("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", ("-fPIC",)),
+    "win64": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
+    "darwin64": Platform(("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", ("-shared", "-fPIC")),
 }
+
+# One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc.
+WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", ("-mexec-model=reactor", "-Wl,--export-dynamic",
+                                                   "-Wl,--export=malloc", "-Wl,--export=free"))
 
 
 def require_zig() -> None:
@@ -44,7 +48,7 @@ def require_zig() -> None:
 
 
 def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
-    """Shared library of C files by name, and their headers, for a platform; `name` is its file name's stem.
+    """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
     Raises
     ------

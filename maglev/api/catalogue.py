@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, build_written, definition
+from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, build_wasm, build_written, definition
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.schema.layers import merged, packaged_files, run_layers
@@ -74,8 +74,9 @@ def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "
         Folder for the files, made if it is not there.
     native : bool
         FMUs that need no Python, into the folder's folder `native`; needs the extra `native`.
-    target : "all" or "host"
-        With `native`: binaries for Linux, Windows and macOS, or one for this machine.
+    target : "all", "host" or "wasm"
+        With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
+        WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
 
@@ -95,11 +96,15 @@ def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "
     >>> [path.name for path in maglev.build(["PID3DOF"])]
     ['PID3DOF.fmu']
     """
-    if target not in ("all", "host") or (target == "host" and not native):
-        raise ScenarioError(f"--target {target}: expected all or host, and --native with it")
+    if target not in ("all", "host", "wasm") or (target != "all" and not native):
+        raise ScenarioError(f"--target {target}: expected all, host or wasm, and --native with it")
     given = [names] if isinstance(names, (str, Path)) else list(names)
     folder = Path(fmus) / "native" if native else Path(fmus)
     files = [Path(name) for name in given if is_written(Path(name))]
+    if target == "wasm":
+        if files:
+            raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
+        return build_wasm(map(str, given or DEFINITIONS), Path(fmus) / "wasm")
     written = [build_written(path, folder, native, target == "host") for path in files]
     chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else [*DEFINITIONS, *SYSTEMS])
     ours = (build_native(chosen, folder, target == "host") if native else build_in_python(chosen, folder)) \

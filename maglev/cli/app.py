@@ -78,8 +78,9 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
           fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
                                                "native; needs the extra `native`.")] = False,
-          target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS, or "
-                                              "`host`, one for this machine.")] = "all",
+          target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
+                                              "`host`, one for this machine; `wasm`, WebAssembly modules for "
+                                              "browsers, into the folder's folder wasm.")] = "all",
           debug: Debug = False) -> None:
     """Build FMUs from the blocks, or from a controller of yours: the same sources give the same bytes.
 

@@ -181,10 +181,10 @@ def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, m
     assert list(tmp_path.rglob("*.fmu*")) == []
 
 
-@pytest.mark.parametrize("arguments", [("--native", "--target", "linux"), ("--target", "host")])
+@pytest.mark.parametrize("arguments", [("--native", "--target", "linux"), ("--target", "host"), ("--target", "wasm")])
 def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     said = error_line(maglev("build", *arguments, "PID2DOF", "--fmus", tmp_path))
-    assert f"--target {arguments[-1]}: expected all or host" in said
+    assert f"--target {arguments[-1]}: expected all, host or wasm" in said
 
 
 @pytest.mark.usefixtures("slow")

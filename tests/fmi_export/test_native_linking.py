@@ -1,37 +1,32 @@
 """Sources of two FMUs in one program: names of their own (FMI 2.0.5, section 2.1.1), the results of the libraries."""
 
 import subprocess
-from importlib.resources import files
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
-from native_builds import GENERATED, HERE, STRICT, built_once, require_command, unpacked_sources
+from native_builds import (
+    GENERATED,
+    HERE,
+    STRICT,
+    built_once,
+    prefixing_headers,
+    require_command,
+    two_fmus_flown,
+    unpacked_sources,
+)
 
 from maglev.cosim.master import FmuSetup, Master
 
 STEP = 2e-4   # s
 STEPS = 1000
 COMPILED = ("Plant3DOF", "Regulator3DOF", "ScheduledRegulator3DOF", "PID2DOF", "Estimator3DOF", "ClosedLoop2DOF")
-# The header of the standard prepends the prefix; that of fmpy, which makes shared libraries alone, does not.
-WITHOUT_PREFIX = "#define fmi2FullName(name) name\n"
-WITH_PREFIX = """\
-#define PASTED(a, b) a ## b
-#define PASTED_VALUES(a, b) PASTED(a, b)
-#define fmi2FullName(name) PASTED_VALUES(FMI2_FUNCTION_PREFIX, name)
-"""
 
 
 @pytest.fixture(scope="session")
 def headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with FMI headers that heed FMI2_FUNCTION_PREFIX."""
-    folder = tmp_path_factory.mktemp("headers")
-    for header in files("fmpy").joinpath("c-code").iterdir():
-        if header.name.startswith("fmi2") and header.name.endswith(".h"):
-            (folder / header.name).write_text(header.read_text().replace(WITHOUT_PREFIX, WITH_PREFIX))
-    assert "PASTED" in (folder / "fmi2Functions.h").read_text()
-    return folder
+    return prefixing_headers(tmp_path_factory.mktemp("headers"))
 
 
 @pytest.fixture(scope="session")
@@ -66,17 +61,9 @@ def test_two_fmus_in_one_program(objects: Path, headers: Path, native_fmus: Path
     subprocess.run([require_command("gcc"), *STRICT, "-I", headers, HERE / "two_fmus.c",
                     *(objects / "Plant3DOF" / "sources").glob("*.o"),
                     *(objects / "Regulator3DOF" / "sources").glob("*.o"), "-lm", "-o", program], check=True)
-    plant, controller = (fmpy.read_model_description(str(native_fmus / f"{name}.fmu"))
-                         for name in ("Plant3DOF", "Regulator3DOF"))
-    of_plant, of_controller = ({v.name: v.valueReference for v in each.modelVariables} for each in (plant, controller))
     measured = [(f"{axis}.encoder", f"{axis}.measured") for axis in "yxz"]
     commanded = [f"{pair}.i_{phase}_cmd" for pair in ("alpha", "beta") for phase in "abc"]
-    text = f"{len(measured)} {len(commanded)}\n" + "\n".join(
-        [*(f"{of_plant[a]} {of_controller[b]}" for a, b in measured),
-         *(f"{of_controller[each]} {of_plant[each]}" for each in commanded)])
-    done = subprocess.run([program, repr(STEP), str(STEPS), plant.guid, controller.guid], input=text,
-                          check=True, capture_output=True, text=True)
-    there = np.array([[int(each, 16) for each in line.split()] for line in done.stdout.splitlines()], dtype=np.uint64)
+    there = two_fmus_flown(program, native_fmus, measured, STEP, STEPS)
     connections = [*((f"plant.{a}", f"controller.{b}") for a, b in measured),
                    *((f"controller.{each}", f"plant.{each}") for each in commanded)]
     with Master([FmuSetup("controller", native_fmus / "Regulator3DOF.fmu"),
@@ -84,5 +71,5 @@ def test_two_fmus_in_one_program(objects: Path, headers: Path, native_fmus: Path
         columns = master.run(STEPS * STEP, {}).columns
     here = np.stack([columns[f"plant.{a}"][:-1] for a, _ in measured], axis=1)
     assert there.shape == here.shape == (STEPS, 3)
-    assert np.array_equal(there, here.view(np.uint64))
+    assert np.array_equal(there, here)
     assert np.ptp(here, axis=0)[0] > 0.0

@@ -10,6 +10,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import fmpy
+import numpy as np
 import pytest
 
 HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
@@ -18,6 +20,23 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 # pyccel keeps the results of calls that it does not need.
 GENERATED = ("-Wno-unused-but-set-variable",)
 FMI_HEADERS = ("-I", str(files("fmpy").joinpath("c-code")))   # an FMU leaves them to its importer
+
+# The header of the standard prepends the prefix; that of fmpy, which makes shared libraries alone, does not.
+WITHOUT_PREFIX = "#define fmi2FullName(name) name\n"
+WITH_PREFIX = """\
+#define PASTED(a, b) a ## b
+#define PASTED_VALUES(a, b) PASTED(a, b)
+#define fmi2FullName(name) PASTED_VALUES(FMI2_FUNCTION_PREFIX, name)
+"""
+
+
+def prefixing_headers(folder: Path) -> Path:
+    """Write FMI headers that heed FMI2_FUNCTION_PREFIX into a folder; returns it."""
+    for header in files("fmpy").joinpath("c-code").iterdir():
+        if header.name.startswith("fmi2") and header.name.endswith(".h"):
+            (folder / header.name).write_text(header.read_text().replace(WITHOUT_PREFIX, WITH_PREFIX))
+    assert "PASTED" in (folder / "fmi2Functions.h").read_text()
+    return folder
 
 
 def missing_native_tools() -> list[str]:
@@ -77,3 +96,21 @@ def compiled(sources: Path, output: Path, *flags: str | Path, extra: tuple[Path,
                            *units, "-o", output, "-lm"], capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
     return output
+
+
+def two_fmus_flown(program: Path, fmus: Path, measured: list[tuple[str, str]], step: float, steps: int) -> np.ndarray:
+    """What the program made of `two_fmus.c` measures at every step, shape (steps, measurements).
+
+    `fmus` has the FMUs whose sources are in it, `measured` the plant's outputs and the regulator's inputs.
+    """
+    plant, controller = (fmpy.read_model_description(str(fmus / f"{name}.fmu"))
+                         for name in ("Plant3DOF", "Regulator3DOF"))
+    of_plant, of_controller = ({v.name: v.valueReference for v in each.modelVariables} for each in (plant, controller))
+    commanded = [f"{pair}.i_{phase}_cmd" for pair in ("alpha", "beta") for phase in "abc"]
+    text = f"{len(measured)} {len(commanded)}\n" + "\n".join(
+        [*(f"{of_plant[a]} {of_controller[b]}" for a, b in measured),
+         *(f"{of_controller[each]} {of_plant[each]}" for each in commanded)])
+    done = subprocess.run([program, repr(step), str(steps), plant.guid, controller.guid], input=text,
+                          check=True, capture_output=True, text=True)
+    rows = [[int(each, 16) for each in line.split()] for line in done.stdout.splitlines()]
+    return np.array(rows, dtype=np.uint64).view(np.float64)
