@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from maglev.api.comparing import Comparison, compare
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
+    from maglev.api.live import write_live
     from maglev.api.running import Results, run, run_all
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
@@ -46,13 +47,13 @@ PLACES = {
     "linearise": "maglev.linear.linearise", "linearise_loop": "maglev.linear.loop",
     "new_controller": "maglev.written.new", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
-    "write_identification": "maglev.api.identifying"}
+    "write_identification": "maglev.api.identifying", "write_live": "maglev.api.live"}
 
 __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
     "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed",
     "ScenarioError", "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise", "linearise_loop",
-    "new_controller", "run", "run_all", "scenarios", "update", "write_identification"]
+    "new_controller", "run", "run_all", "scenarios", "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

@@ -47,6 +47,8 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 
 `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF` flies one experiment with each of them
 
+`maglev live` writes a page that flies the stages in a browser
+
 `maglev check` asks whether every experiment still gives what it gave
 
 Exit codes: 0 done, 1 a check deviates, 2 an error or a run that was not flown to its end, 130 after Ctrl-C, 143 after
@@ -186,6 +188,24 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
         print_results(run_all(names or None, out=out, page=True, jobs=jobs, watch=progress_of, say=say, set=settings,
                               model=model, plant=plant, controller=controller, ports=ports, step=step, fmus=fmus,
                               native=native, timeout=timeout), debug=debug)
+
+
+@app.command()
+def live(out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+    """Write the page `live.html`, which flies the stages in a browser: drag, kick, change parameters, swap controllers.
+
+    It needs no network and nothing installed. The FMUs in it are WebAssembly, which
+    `maglev build --native --target wasm` makes.
+
+    **Examples:**
+
+    `maglev live --out page`
+    """
+    with one_line_errors(debug):
+        from maglev.api.live import write_live
+
+        path = write_live(out, fmus=fmus)
+        typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
 @app.command()

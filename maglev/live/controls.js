@@ -1,0 +1,147 @@
+"use strict";
+// The panel: elements that set a run's parameters, made from tables; each reads what it shows from the settings.
+
+function make(name, attributes, parent, text = "") {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  element.textContent = text;
+  parent?.append(element);
+  return element;
+}
+
+/** Names `fmu.variable` of the parameters of what flies, whose ends match. */
+function parametersLike(run, controller, pattern) {
+  return [["plant", run.plant], ["controller", controller]].flatMap(([part, model]) => live.fmus[model].variables
+    .filter(({ causality, name }) => causality === "parameter" && pattern.test(`${part}.${name}`))
+    .map(({ name }) => `${part}.${name}`));
+}
+
+/** A knob on one or several parameters: by a factor on what was planned, by an addition, or their value in a unit. */
+const KNOBS = [
+  { id: "payload", label: "payload", unit: "kg", low: 0, high: 2, step: 0.05, like: /^plant\.\w+\.mass$/, by: "sum" },
+  { id: "friction", label: "guide friction", unit: "×", low: 0, high: 3, step: 0.1, by: "factor",
+    like: /^plant\.\w+\.friction\.(coulomb|viscous)$/ },
+  { id: "bias", label: "bias", unit: "×", low: -3, high: 3, step: 0.25, like: /^plant\.\w+\.bias$/, by: "factor" },
+  { id: "encoder", zero: "exact", label: "encoder's step", unit: "µm", low: 0, high: 100, step: 5, scale: 1e-6, by: "value",
+    like: /^plant\.encoder\.resolution$/ },
+  { id: "peak", label: "amplifiers' peak", unit: "A", low: 0.5, high: 12, step: 0.5, by: "value",
+    like: /^plant\.\w+\.amplifier\.peak$/ },
+  { id: "limit", label: "current limit", zero: "none", unit: "A", low: 0, high: 9, step: 0.25, by: "value",
+    like: /^controller\.current_limit$/ },
+  { id: "gains", label: "all gains", unit: "×", low: 0.2, high: 2, step: 0.05, like: /^controller\.\w+\.k[1-5]$/,
+    by: "factor" },
+];
+
+/** What a knob shows for the present values of its parameters; undefined if nothing of what flies has them. */
+function knobValue(knob, run, controller, valueOf) {
+  const names = parametersLike(run, controller, knob.like);
+  if (!names.length) return undefined;
+  const full = names.find((name) => plannedValue(run, controller, name) !== 0) ?? names[0];
+  const planned = plannedValue(run, controller, full), now = valueOf(full);
+  if (knob.by === "sum") return now - planned;
+  if (knob.by === "factor") return planned === 0 ? 1 : now / planned;
+  return now / (knob.scale ?? 1);
+}
+
+/** Values of its parameters that a knob sets. */
+function knobSettings(knob, run, controller, value) {
+  const digits = (number) => Number(number.toPrecision(12));
+  return Object.fromEntries(parametersLike(run, controller, knob.like).map((full) => {
+    const planned = plannedValue(run, controller, full);
+    return [full, digits(knob.by === "sum" ? planned + value : knob.by === "factor" ? planned * value
+      : value * (knob.scale ?? 1))];
+  }));
+}
+
+/** A labelled range with its value beside it; `act` gets the number. */
+function slider(parent, { id, label, unit, low, high, step, zero }, act) {
+  const row = make("div", { class: "slider" }, parent);
+  make("label", { for: id }, row, label);
+  const input = make("input", { type: "range", id, min: low, max: high, step }, row);
+  const shown = make("output", { for: id }, row);
+  const show = (value) => {
+    const off = value === undefined;
+    input.disabled = off;
+    const text = off ? "—" : value === 0 && zero ? zero : `${Number(value.toFixed(2))} ${unit}`.replace("-", "−");
+    if (shown.textContent !== text) {
+      shown.textContent = text;
+      input.setAttribute("aria-valuetext", text);
+    }
+    if (!off && document.activeElement !== input && Number(input.value) !== value) input.value = value;
+  };
+  input.addEventListener("input", () => { act(Number(input.value)); });
+  return show;
+}
+
+/** Radio buttons; `act` gets the chosen value. Returns a function that replaces the choices and shows one. */
+function choices(parent, name, legend, act) {
+  const group = make("fieldset", { class: "choices", id: name }, parent);
+  make("legend", {}, group, legend);
+  const place = make("div", {}, group);
+  return (options, chosen) => {
+    const key = JSON.stringify(options);
+    if (place.dataset.key !== key) {
+      place.dataset.key = key;
+      place.replaceChildren();
+      for (const [value, text] of options) {
+        const label = make("label", {}, place);
+        const input = make("input", { type: "radio", name, value }, label);
+        make("span", {}, label, text);
+        input.addEventListener("change", () => { if (input.checked) act(value); });
+      }
+    }
+    for (const input of place.querySelectorAll("input")) input.checked = input.value === chosen;
+  };
+}
+
+/** Any parameter by its name: a list to choose from, its value, and what it is. */
+function parameterForm(parent, act) {
+  const form = make("form", { class: "parameter" }, parent);
+  make("label", { for: "parameter-name" }, form, "any parameter");
+  const names = make("select", { id: "parameter-name" }, form);
+  make("label", { for: "parameter-value" }, form, "its value (SI)");
+  const row = make("div", { class: "row" }, form);
+  const value = make("input", { id: "parameter-value", type: "text", autocomplete: "off" }, row);
+  make("button", { type: "submit" }, row, "Set");
+  const about = make("p", { class: "about", id: "parameter-about" }, form);
+  let now = () => undefined, run = null, controller = "";
+  const show = () => {
+    const variable = variableOf(run, controller, names.value);
+    value.value = String(now(names.value));
+    about.textContent = `${variable.description}${variable.unit ? `, ${variable.unit}` : ""}`
+      + `${variable.fixed ? "; starts anew when it changes" : ""}`;
+  };
+  names.addEventListener("change", show);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    act(names.value, value.value);
+  });
+  return (nextRun, nextController, valueOf) => {
+    now = valueOf;
+    if (run === nextRun && controller === nextController) {
+      if (document.activeElement !== value && document.activeElement !== names) show();
+      return;
+    }
+    [run, controller] = [nextRun, nextController];
+    const before = names.value, all = parametersLike(run, controller, /./);
+    names.replaceChildren(...all.map((full) => make("option", { value: full }, null, full)));
+    names.value = all.includes(before) ? before : all[0];
+    show();
+  };
+}
+
+/** The settings that differ from the plan, each with a button that takes it back. */
+function settingsList(parent, act) {
+  const list = make("ul", { class: "settings", "aria-label": "What differs from the run as planned" }, parent);
+  return (settings) => {
+    const key = JSON.stringify(settings);
+    if (list.dataset.key === key) return;
+    list.dataset.key = key;
+    list.replaceChildren();
+    for (const [full, value] of Object.entries(settings)) {
+      const item = make("li", {}, list, `${full} = ${value} `);
+      make("button", { type: "button", "aria-label": `Take back ${full}` }, item, "×")
+        .addEventListener("click", () => act(full));
+    }
+  };
+}

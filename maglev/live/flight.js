@@ -1,0 +1,181 @@
+"use strict";
+// A run, stepped as the master of `maglev run` does: at t = k h the controller gets references and measurements and steps,
+// and the plant then steps under its currents (Gauss–Seidel, controller first).
+
+const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: the hand that holds the mover
+const KICK_TIME = 0.02;                                     // s
+
+/** Start values of an FMU of a run, by variable: the plan's, and over them the settings `fmu.variable`. */
+function startValues(run, part, settings) {
+  const values = new Map(Object.entries(run.fmus[part].start));
+  for (const [name, value] of Object.entries(settings)) {
+    if (name.startsWith(`${part}.`)) values.set(name.slice(part.length + 1), value);
+  }
+  return values;
+}
+
+class Flight {
+  /**
+   * @param {{modules: object, fmus: object}} library compiled modules, and descriptions, by name of the FMU
+   * @param {object} run the plan
+   * @param {string} model the controller
+   * @param {object} settings values by `fmu.variable`, over the plan's
+   */
+  constructor(library, run, model, settings) {
+    this.library = library;
+    this.run = run;
+    this.settings = settings;
+    this.k = 0;
+    this.kicks = [];
+    this.held = new Map();        // place (m) to which the hand pulls an axis
+    this.chosen = new Map();      // reference (m) of an axis in place of the plan's
+    this.plant = this.made("plant", run.fmus.plant.model);
+    this.forces = this.plant.ports(run.axes.map((axis) => `${axis}.force`));
+    this.motion = this.plant.ports(run.axes.flatMap((axis) => [`${axis}.position`, `${axis}.velocity`]));
+    this.seen = this.plant.ports(run.motors.flatMap((motor) => ["i_a", "i_b", "i_c", "i_d", "i_q"]
+      .map((current) => `${motor}.${current}`)));
+    this.wirePlant();
+    this.swap(model);
+    this.readOutputs();
+  }
+
+  made(part, model) {
+    const start = startValues(this.run, part, this.settings);
+    return new Fmu(this.library.modules[model], this.library.fmus[model], start, this.k * this.run.step);
+  }
+
+  /** Ports at the ends of the wires that go from one FMU to the other. */
+  wirePlant() {
+    const ends = (from, end) => this.run.wires.filter(([source]) => source.startsWith(`${from}.`))
+      .map((wire) => wire[end].slice(wire[end].indexOf(".") + 1));
+    this.measured = this.plant.ports(ends("plant", 0));
+    this.commanded = this.plant.ports(ends("controller", 1));
+    this.measuredNames = ends("plant", 1);
+    this.commandNames = ends("controller", 0);
+  }
+
+  /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. */
+  swap(model) {
+    const { axes, motors } = this.run;
+    const fmu = this.made("controller", model);
+    this.controller = fmu;
+    this.model = model;
+    this.measurements = fmu.ports(this.measuredNames);
+    this.references = fmu.ports(axes.map((axis) => `${axis}.reference`));
+    this.rates = fmu.ports(axes.map((axis) => `${axis}.reference_rate`));
+    this.commands = fmu.ports(this.commandNames);
+    this.commandsSeen = fmu.ports(motors.flatMap((motor) => [`${motor}.i_d_cmd`, `${motor}.i_q_cmd`]));
+    this.signals = axes.map((axis) => this.run.signals.find(({ to }) => to === `controller.${axis}.reference`));
+    this.fixedReferences = fmu.get(this.references).slice();
+  }
+
+  /** A flight from where this one is, with another controller. */
+  twin(model) {
+    const other = new Flight(this.library, this.run, model, this.settings);
+    other.k = this.k;
+    other.plant.restore(this.plant.state());
+    other.swap(model);
+    this.follow(other);
+    other.readOutputs();
+    return other;
+  }
+
+  /** Let another flight have the same hands on it. */
+  follow(other) {
+    other.chosen = this.chosen;
+    other.held = this.held;
+    other.kicks = this.kicks;
+  }
+
+  get time() { return this.k * this.run.step; }
+
+  readOutputs() {
+    this.plant.get(this.measured);
+    this.plant.get(this.motion);
+  }
+
+  reference(axis, t) {
+    const chosen = this.chosen.get(this.run.axes[axis]);
+    if (chosen !== undefined) return chosen;
+    const signal = this.signals[axis];
+    return signal ? signalValue(signal, t) : this.fixedReferences[axis];
+  }
+
+  referenceRate(axis, t) {
+    const signal = this.signals[axis];
+    return signal?.rate_to && !this.chosen.has(this.run.axes[axis]) ? signalRate(signal, t) : 0;
+  }
+
+  /** External force (N) on an axis: the hand that holds it, and kicks. */
+  force(number, t) {
+    const axis = this.run.axes[number], target = this.held.get(axis);
+    let force = 0;
+    if (target !== undefined) {
+      const { values } = this.motion;
+      const pull = HOLD.stiffness * (target - values[2 * number]) - HOLD.damping * values[2 * number + 1];
+      force = Math.min(HOLD.most, Math.max(-HOLD.most, pull));
+    }
+    for (const kick of this.kicks) if (kick.axis === axis && t < kick.until && t >= kick.from) force += kick.force;
+    return force;
+  }
+
+  kick(axis, impulse) {
+    const kick = { axis, from: this.time, until: this.time + KICK_TIME, force: impulse / KICK_TIME };
+    this.kicks.splice(0, this.kicks.length, ...this.kicks.filter(({ until }) => until > this.time), kick);
+  }
+
+  /** One communication step. */
+  step() {
+    const { plant, controller, run } = this, t = this.time;
+    for (let i = 0; i < run.axes.length; i++) {
+      this.references.values[i] = this.reference(i, t);
+      this.rates.values[i] = this.referenceRate(i, t);
+      this.forces.values[i] = this.force(i, t);
+    }
+    this.measurements.values.set(this.measured.values);
+    controller.put(this.references);
+    controller.put(this.rates);
+    controller.put(this.measurements);
+    controller.step(t, run.step);
+    this.commanded.values.set(controller.get(this.commands));
+    plant.put(this.commanded);
+    plant.put(this.forces);
+    plant.step(t, run.step);
+    this.readOutputs();
+    this.k++;
+  }
+
+  /** Set a parameter that can change in flight, where there is one of that name. */
+  tune(name, value) {
+    const fmu = name.startsWith("plant.") ? this.plant : this.controller;
+    const variable = name.slice(name.indexOf(".") + 1);
+    if (fmu.has(variable)) fmu.set(variable, value);
+  }
+
+  /** What is drawn and plotted: for each axis position, reference, force; for each motor its currents and commands. */
+  row(into, offset) {
+    const { axes, motors } = this.run, t = this.time;
+    const currents = this.plant.get(this.seen), commands = this.controller.get(this.commandsSeen);
+    let at = offset;
+    into[at++] = t;
+    axes.forEach((_, i) => {
+      into[at++] = this.motion.values[2 * i];
+      into[at++] = this.reference(i, t);
+      into[at++] = this.forces.values[i];
+    });
+    motors.forEach((_, i) => {
+      for (let c = 0; c < 5; c++) into[at++] = currents[5 * i + c];
+      into[at++] = commands[2 * i];
+      into[at++] = commands[2 * i + 1];
+    });
+  }
+
+  flags() {
+    const { plant, controller, run } = this;
+    return { stop: plant.flag("at_stop"), tripped: controller.flag("tripped"), limited: controller.flag("saturated"),
+      infeasible: !controller.flag("feasible"), clamped: run.motors.some((motor) => plant.flag(`${motor}.saturated`)) };
+  }
+}
+
+/** Numbers in a row of `Flight.row`. */
+const rowWidth = (run) => 1 + 3 * run.axes.length + 7 * run.motors.length;

@@ -1,0 +1,209 @@
+"use strict";
+// Hands on the stage: the panel's knobs, the pointer on the picture, keys; and what can be copied.
+
+const REFERENCE_STEP = 1e-3;   // m of an arrow key
+const KICK = { vertical: 0.4, horizontal: 1.5 };   // N s
+
+/** Where a pointer is on the stage: axis and place (m) across and upright in the view that it is in. */
+function pointed(event) {
+  const box = at("stage").getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
+  const view = page.views.find((each) => x >= each.left && x < each.left + each.width
+    && y >= each.top && y < each.top + each.height);
+  if (!view) return null;
+  const across = 1e-3 * (x - view.middle) / view.scale;
+  if (view.kind === "side") {
+    return { view, places: { [view.axis]: across, [vertical()]: 1e-3 * (y - view.stator) / view.scale } };
+  }
+  const [first, second] = page.run.motors.map((motor) => page.run.drives[motor]);
+  return { view, places: { [first]: across, [second]: -1e-3 * (y - view.centre) / view.scale } };
+}
+
+const dragsMover = () => document.querySelector("input[name=drag]:checked")?.value === "mover";
+
+function grab(event) {
+  const found = pointed(event), row = page.history?.last();
+  if (!found || !row) return;
+  const what = dragsMover() ? "position" : "reference";
+  page.drag = { mover: dragsMover(), view: found.view, offsets: Object.fromEntries(Object.entries(found.places)
+    .map(([axis, place]) => [axis, row.axes[axis][what] - place])) };
+  at("stage").setPointerCapture(event.pointerId);
+  event.preventDefault();
+}
+
+function move(event) {
+  if (!page.drag) return;
+  const found = pointed(event);
+  if (!found || found.view.kind !== page.drag.view.kind || found.view.axis !== page.drag.view.axis) return;
+  for (const [axis, place] of Object.entries(found.places)) {
+    const value = place + page.drag.offsets[axis];
+    if (page.drag.mover) post({ type: "hold", axis, value }); else refer(axis, value);
+  }
+}
+
+function letGo() {
+  if (page.drag?.mover) for (const axis of Object.keys(page.drag.offsets)) post({ type: "hold", axis, value: null });
+  page.drag = null;
+}
+
+/** Move a reference by a step from where it is. */
+function nudge(axis, by) {
+  const row = page.history?.last();
+  if (row) refer(axis, row.axes[axis].reference + by);
+}
+
+const across = () => page.run.drives[page.run.motors[0]];
+const upward = () => page.run.drives[page.run.motors.at(-1)];
+
+const KEYS = {
+  " ": () => play(!page.playing),
+  r: restart,
+  k: () => kick(across(), KICK.horizontal),
+  j: () => kick(vertical(), KICK.vertical),
+  g: () => {
+    const others = controllersOf(page.run).filter((model) => model !== page.state.controller);
+    setGhost(page.state.ghost ? "" : others[0]);
+  },
+};
+
+/** Keys on the stage alone: arrows, and page up and down for the gap where the arrows are taken. */
+const STAGE_KEYS = {
+  ArrowRight: () => nudge(across(), REFERENCE_STEP),
+  ArrowLeft: () => nudge(across(), -REFERENCE_STEP),
+  ArrowUp: () => (page.run.motors.length > 1 ? nudge(upward(), REFERENCE_STEP) : nudge(vertical(), -REFERENCE_STEP)),
+  ArrowDown: () => (page.run.motors.length > 1 ? nudge(upward(), -REFERENCE_STEP) : nudge(vertical(), REFERENCE_STEP)),
+  PageUp: () => nudge(vertical(), -REFERENCE_STEP),
+  PageDown: () => nudge(vertical(), REFERENCE_STEP),
+};
+
+function pressed(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || !page.run) return;
+  const inField = event.target.matches("input, select, button, textarea, summary, a");
+  const act = (event.target === at("stage") && STAGE_KEYS[event.key])
+    || (!inField && (KEYS[event.key] ?? swapKey(event.key)));
+  if (!act) return;
+  event.preventDefault();
+  act();
+}
+
+/** Digits swap the controller: 1 the first that there is, and so on. */
+function swapKey(key) {
+  const model = /^[1-9]$/.test(key) && controllersOf(page.run)[Number(key) - 1];
+  return model ? () => swap(model) : undefined;
+}
+
+async function copy(text, what) {
+  at("copied").value = text;
+  at("copied").hidden = false;
+  try {
+    await navigator.clipboard.writeText(text);
+    say(`Copied: ${what}.`);
+  } catch {
+    at("copied").focus();
+    at("copied").select();
+    say(`The ${what} is selected: copy it with the keys of your system.`);
+  }
+}
+
+/** Elements that depend on the rig: references, readings, kicks. */
+function rigPanel() {
+  const { axes } = page.run;
+  for (const id of ["references", "readings", "kicks"]) at(id).replaceChildren();
+  page.panel.references = {};
+  for (const axis of axes) {
+    const ends = ["lower", "upper"].map((end) => 1e3 * valueOf(`plant.${axis}.stop.${end}`));
+    page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: axis === vertical()
+      ? `gap ${axis}` : axis, unit: "mm", low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 },
+    (value) => refer(axis, 1e-3 * value));
+    const reading = make("div", {}, at("readings"));
+    make("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
+    make("dd", { id: `reading-${axis}` }, reading);
+    const impulse = axis === vertical() ? KICK.vertical : KICK.horizontal;
+    for (const [sign, arrowText] of axis === vertical() ? [[-1, "▲"], [1, "▼"]] : [[-1, "◀"], [1, "▶"]]) {
+      make("button", { type: "button", "aria-label": `Kick ${axis} by ${sign * impulse} N s` }, at("kicks"),
+        `${axis} ${arrowText}`).addEventListener("click", () => kick(axis, sign * impulse));
+    }
+  }
+}
+
+let shownRun = "";
+
+/** Show the state in the panel. */
+function showPanel() {
+  const { state, run, panel } = page, models = controllersOf(run);
+  if (shownRun !== run.plant) {
+    shownRun = run.plant;
+    rigPanel();
+  }
+  at("run").value = state.run;
+  at("about").textContent = run.title;
+  at("speed").value = String(state.speed);
+  panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(model)}`]), state.controller);
+  panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(model)])], state.ghost);
+  for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
+  at("antiwindup").checked = valueOf("controller.antiwindup") === true;
+  panel.parameter(run, state.controller, valueOf);
+  panel.settings(state.settings);
+  at("planned").hidden = !Object.keys(state.settings).length;
+}
+
+function setParameter(full, text) {
+  try {
+    change({ [full]: readValue(variableOf(page.run, page.state.controller, full), full, text) });
+    say(`${full} = ${text}.`);
+  } catch (error) {
+    say(error.message, true);
+  }
+}
+
+function buildPanel() {
+  const groups = { "3-DOF stage": "3DOF", "2-DOF stage": "2DOF" };
+  for (const [label, ending] of Object.entries(groups)) {
+    const group = make("optgroup", { label }, at("run"));
+    for (const [name, run] of Object.entries(live.runs)) {
+      if (run.plant.endsWith(ending)) make("option", { value: name }, group, name);
+    }
+  }
+  for (const speed of SPEEDS) make("option", { value: speed }, at("speed"), `${speed}×`);
+  page.panel = {
+    controller: choices(at("controllers"), "controller", "Controller", swap),
+    ghost: choices(at("controllers"), "ghost", "Flies along, transparent", setGhost),
+    knobs: Object.fromEntries(KNOBS.map((knob) => [knob.id, slider(at("knobs"), knob,
+      (value) => change(knobSettings(knob, page.run, page.state.controller, value)))])),
+    parameter: parameterForm(at("any"), setParameter),
+    settings: settingsList(at("changed"), (full) => change({ [full]: plannedValue(page.run, page.state.controller, full)
+      ?? plannedValue(page.run, page.run.fmus.controller.model, full) })),
+    references: {},
+  };
+  choices(at("dragging"), "drag", "Dragging moves", () => {})([["reference", "the reference"], ["mover", "the mover"]],
+    "reference");
+  at("run").addEventListener("change", () => {
+    begin(readFragment(`#run=${at("run").value}&speed=${page.state.speed}`).state);
+    at("released").hidden = true;
+    play(true);
+    say("");
+  });
+  at("speed").addEventListener("change", () => {
+    page.state.speed = Number(at("speed").value);
+    post({ type: "speed", value: page.state.speed });
+    stateChanged();
+  });
+  at("antiwindup").addEventListener("change", () => change({ "controller.antiwindup": at("antiwindup").checked }));
+  at("play").addEventListener("click", () => play(!page.playing));
+  at("restart").addEventListener("click", restart);
+  at("released").addEventListener("click", release);
+  at("planned").addEventListener("click", () => { page.state.settings = {}; restart(); });
+  at("copy-link").addEventListener("click", () => copy(location.href, "link"));
+  at("copy-command").addEventListener("click", () => copy(commandOf(page.state), "command"));
+  const stage = at("stage");
+  stage.addEventListener("pointerdown", grab);
+  stage.addEventListener("pointermove", move);
+  for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, letGo);
+  document.addEventListener("keydown", pressed);
+  addEventListener("resize", () => page.run && layout());
+  addEventListener("hashchange", () => {
+    const { state, problems } = readFragment(location.hash);
+    begin(state);
+    say(problems.join("; "), problems.length > 0);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
+}

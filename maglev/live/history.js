@@ -1,0 +1,62 @@
+"use strict";
+// Rows of a flight that are kept for the picture and the plots, the oldest ones overwritten.
+
+const MOST_KEPT = 16384;
+
+class FlightHistory {
+  constructor(run, width) {
+    this.run = run;
+    this.width = width;
+    this.data = new Float32Array(MOST_KEPT * width);
+    this.count = 0;   // rows that ever came
+  }
+
+  add(rows) {
+    for (let at = 0; at < rows.length; at += this.width) {
+      this.data.set(rows.subarray(at, at + this.width), (this.count % MOST_KEPT) * this.width);
+      this.count++;
+    }
+  }
+
+  get first() { return Math.max(0, this.count - MOST_KEPT); }
+
+  at(row, column) { return this.data[(row % MOST_KEPT) * this.width + column]; }
+
+  /** First row at or after a time (s). */
+  since(time) {
+    let low = this.first, high = this.count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.at(middle, 0) < time) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  /** The last row by names: time, and of each axis and motor what there is. */
+  last() {
+    if (!this.count) return null;
+    const value = (column) => this.at(this.count - 1, column);
+    const { axes, motors } = this.run;
+    return {
+      time: value(0),
+      axes: Object.fromEntries(axes.map((axis, i) => [axis, { position: value(columnOf.position(i)),
+        reference: value(columnOf.reference(i)), force: value(columnOf.force(i)) }])),
+      motors: Object.fromEntries(motors.map((motor, i) => {
+        const first = columnOf.phases(axes, i);
+        return [motor, { phases: [0, 1, 2].map((c) => value(first + c)), d: value(first + 3), q: value(first + 4) }];
+      })),
+    };
+  }
+}
+
+/** Columns of a row, as Flight.row writes them. */
+const columnOf = {
+  position: (axis) => 1 + 3 * axis,
+  reference: (axis) => 2 + 3 * axis,
+  force: (axis) => 3 + 3 * axis,
+  phases: (axes, motor) => 1 + 3 * axes.length + 7 * motor,
+  direct: (axes, motor) => 4 + 3 * axes.length + 7 * motor,
+  quadrature: (axes, motor) => 5 + 3 * axes.length + 7 * motor,
+  directCommand: (axes, motor) => 6 + 3 * axes.length + 7 * motor,
+  quadratureCommand: (axes, motor) => 7 + 3 * axes.length + 7 * motor,
+};

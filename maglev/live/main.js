@@ -1,0 +1,203 @@
+"use strict";
+// The page: a worker that flies, a picture and plots of what it sends, and hands that reach into the flight.
+
+const worker = new Worker(URL.createObjectURL(new Blob([document.getElementById("worker").textContent],
+  { type: "text/javascript" })));
+const at = (id) => document.getElementById(id);
+const post = (message) => worker.postMessage(message);
+const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
+  dirty: true, colours: {}, strips: [], drag: null, frames: 0, problems: [], waiting: [], flown: {} };
+window.maglevLive = page;
+
+const say = (text, bad = false) => {
+  at("status").textContent = text;
+  at("status").classList.toggle("bad", bad);
+};
+
+const known = new Map();
+
+/** Present value of a parameter `fmu.variable`: set, planned or the FMU's. */
+const valueOf = (full) => {
+  const set = page.state.settings[full];
+  if (set !== undefined && variableOf(page.run, page.state.controller, full)) return set;
+  if (!known.has(full)) known.set(full, plannedValue(page.run, page.state.controller, full));
+  return known.get(full);
+};
+
+/** What stands in the address, and all that shows the settings. */
+function stateChanged() {
+  known.clear();
+  page.strips = stripsOf(page.run, valueOf);
+  const fragment = fragmentOf(page.state);
+  if (location.hash !== fragment) history.replaceState(null, "", fragment);
+  showPanel();
+  page.dirty = true;
+}
+
+/** Begin a run from its start. */
+function begin(state) {
+  page.state = state;
+  page.run = live.runs[state.run];
+  page.history = page.ghost = null;
+  post({ type: "start", run: state.run, controller: state.controller, other: state.ghost, settings: { ...state.settings } });
+  post({ type: "speed", value: state.speed });
+  stateChanged();
+  layout();
+}
+
+const restart = () => { begin(page.state); say("Started anew."); };
+
+/** Change parameters: in flight where they can, with a new start where not. */
+function change(settings) {
+  const { state, run } = page;
+  const fixed = Object.keys(settings).some((full) => variableOf(run, state.controller, full)?.fixed);
+  for (const [full, value] of Object.entries(settings)) {
+    if (value === plannedValue(run, state.controller, full)) delete state.settings[full];
+    else state.settings[full] = value;
+  }
+  if (fixed) restart();
+  else post({ type: "tune", values: settings });
+  stateChanged();
+}
+
+function swap(controller) {
+  page.state.controller = controller;
+  post({ type: "swap", controller });
+  stateChanged();
+  say(`${lawOf(controller)} controller flies, from where the stage is.`);
+}
+
+function setGhost(other) {
+  page.state.ghost = other;
+  page.ghost = other ? new FlightHistory(page.run, page.width) : null;
+  post({ type: "ghost", other });
+  stateChanged();
+  say(other ? `A transparent stage flies along with the ${lawOf(other)} controller.` : "No stage flies along.");
+}
+
+function play(on) {
+  page.playing = on;
+  at("play").textContent = on ? "Pause" : "Play";
+  post({ type: "play", on });
+}
+
+const vertical = () => page.run.vertical;
+
+/** Keep a place (m) of an axis between the end stops. */
+function within(axis, value) {
+  const margin = 0.5e-3;
+  return Math.min(valueOf(`plant.${axis}.stop.upper`) - margin, Math.max(valueOf(`plant.${axis}.stop.lower`) + margin, value));
+}
+
+function refer(axis, value) {
+  post({ type: "reference", axis, value: value === null ? null : within(axis, value) });
+  at("released").hidden = false;
+}
+
+function release() {
+  for (const axis of page.run.axes) refer(axis, null);
+  at("released").hidden = true;
+  say("The references follow the run again.");
+}
+
+function kick(axis, impulse) {
+  post({ type: "kick", axis, impulse });
+  say(`A kick of ${impulse} N s along ${axis}.`);
+}
+
+function started({ width }) {
+  page.width = width;
+  page.history = new FlightHistory(page.run, width);
+  page.ghost = page.state.ghost ? new FlightHistory(page.run, width) : null;
+}
+
+const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
+  infeasible: "no current makes what is demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
+
+function frame(message) {
+  page.frame = message;
+  page.history?.add(message.rows);
+  page.ghost?.add(message.ghostRows);
+  page.dirty = true;
+  const before = at("flags").dataset.now ?? "";
+  const now = Object.keys(EVENTS).filter((name) => message.flags[name]);
+  if (before !== now.join()) {
+    at("flags").dataset.now = now.join();
+    at("flags").replaceChildren(...now.map((name) => make("span", { class: `flag ${name}` }, null, EVENTS[name])));
+    if (message.flags.stop && !before.includes("stop")) say(`At ${message.time.toFixed(2)} s an end stop is touched.`, true);
+  }
+  if (message.ghostFlags?.stop && !page.ghostDown) say("The stage that flies along touches an end stop.", true);
+  page.ghostDown = message.ghostFlags?.stop;
+}
+
+function refused({ text }) {
+  page.problems.push(text);
+  play(false);
+  say(`The flight has ended: ${text}`, true);
+}
+
+const RECEIVED = {
+  loaded: () => {
+    const { state, problems } = readFragment(location.hash);
+    begin(state);
+    play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+    say(problems.length ? problems.join("; ") : page.playing ? "" : "Paused, for your system asks for little motion.",
+      problems.length > 0);
+  },
+  started,
+  frame,
+  refused,
+  "ghost refused": ({ text }) => { setGhost(""); say(`The stage that flew along has ended: ${text}`, true); },
+  "not done": ({ text }) => say(text, true),
+  flown: (message) => { page.flown[message.run] = message; },
+};
+worker.onmessage = ({ data }) => RECEIVED[data.type](data);
+worker.onerror = (event) => { page.problems.push(event.message); say(event.message, true); };
+
+/** Fill in what changes with every frame, four times a second. */
+let lastReadings = 0;
+function readings(now) {
+  if (now - lastReadings < 250 || !page.frame) return;
+  lastReadings = now;
+  const row = page.history.last();
+  at("time").textContent = `${row.time.toFixed(2)} s`;
+  at("pace").textContent = page.playing ? `${page.frame.pace.toFixed(page.frame.pace < 1 ? 2 : 1)}× real time` : "paused";
+  for (const axis of page.run.axes) {
+    const { position, reference } = row.axes[axis];
+    page.panel.references[axis]?.(1e3 * reference);
+    at(`reading-${axis}`).textContent = `${(1e3 * position).toFixed(3)} mm`.replace("-", "−");
+  }
+}
+
+function draw(now) {
+  requestAnimationFrame(draw);
+  if (!page.dirty || !page.history?.count) return;
+  page.dirty = false;
+  page.frames++;
+  const row = page.history.last(), ghost = page.ghost?.last() ?? null;
+  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours);
+  drawStrips(at("strips"), page.strips, page.history, page.ghost, windowFor(page.state.speed), page.colours);
+  drawPlane(at("plane"), page.run, page.history, page.ghost, valueOf, page.colours);
+  readings(now);
+  post({ type: "drawn" });
+}
+
+/** Colours of the style sheet by the names of what they stand for; those of the axes are the run's. */
+function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "force", "north", "south"]
+    .map((name) => [name, colour(name)]));
+  page.run?.axes.forEach((axis, i) => { page.colours[axis] = colour(`axis-${i}`); });
+  page.dirty = true;
+}
+
+function layout() {
+  const stage = at("stage");
+  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth));
+  stage.style.height = `${height}px`;
+  at("strips").style.height = `${Math.min(520, Math.max(300, innerHeight - height - 125))}px`;   // all on one screen
+  stage.setAttribute("aria-label", `The stage: ${page.run.motors.length > 1 ? "two views from the side and one from above"
+    : "a view from the side"}. Arrow keys move the references by 1 mm; the readings below say where the mover is.`);
+  readColours();
+}

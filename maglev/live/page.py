@@ -1,0 +1,60 @@
+"""The page: data, modules and scripts in one file that needs no network."""
+
+import base64
+import gzip
+import json
+from importlib.metadata import version
+from pathlib import Path
+from string import Template
+
+from fmi_export.whole_file import write_whole
+from maglev.live.content import FLOWN, page_data
+
+FOLDER = Path(__file__).parent
+WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
+SCRIPTS = ("state.js", "history.js", "plots.js", "stage.js", "controls.js", "main.js", "hands.js", "start.js")
+NAME = "live.html"
+
+
+def write_live_page(folder: Path, fmus: Path) -> Path:
+    """Write `live.html` into a folder and return its path.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+    fmus : Path
+        Folder with the WebAssembly modules and their descriptions.
+
+    Raises
+    ------
+    FmuError
+        If a module is missing.
+    """
+    path = folder / NAME
+    write_whole(path, live_page(fmus))
+    return path
+
+
+def live_page(fmus: Path) -> str:
+    """Text of the page; the same files give the same text."""
+    data = json.dumps(page_data(fmus), allow_nan=False, separators=(",", ":"))
+    modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in FLOWN}
+    return Template(read("page.html")).substitute(
+        style=read("style.css"),
+        version=version("maglev-fmus"),
+        modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
+                          for name, text in modules.items()),
+        data=packed(data.encode("utf-8")),
+        worker="\n".join(read(name) for name in WORKER),
+        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+
+
+def read(name: str) -> str:
+    """Text of a file of this package."""
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
+def packed(data: bytes) -> str:
+    """Bytes as gzip in base64: its time is zero, so that the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")

@@ -1,0 +1,37 @@
+"use strict";
+// Reference signals of a run over time, in SI, as maglev.schema.signals has them.
+
+const TIME_TOLERANCE = 1e-9;   // s; a step at a multiple of the communication step must not be missed by rounding
+
+function envelope(signal, t) {
+  if (t >= signal.ramp) return 1;
+  const s = Math.max(t, 0) / signal.ramp;
+  return 3 * s ** 2 - 2 * s ** 3;
+}
+
+function envelopeRate(signal, t) {
+  if (t >= signal.ramp) return 0;
+  const s = Math.max(t, 0) / signal.ramp;
+  return (6 * s - 6 * s ** 2) / signal.ramp;
+}
+
+const oscillation = (signal, t) => signal.terms
+  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * Math.sin(omega * t + phase), 0);
+
+const slope = (signal, t) => signal.terms
+  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * omega * Math.cos(omega * t + phase), 0);
+
+/** Value of a signal at a time (s). */
+function signalValue(signal, t) {
+  if (signal.kind === "constant") return signal.level;
+  if (signal.kind === "sinusoids") return signal.offset + envelope(signal, t) * oscillation(signal, t);
+  let k = signal.times.length - 1;
+  while (k > 0 && signal.times[k] > t + TIME_TOLERANCE) k--;
+  return signal.values[k];
+}
+
+/** Rate of a signal at a time (s): none of steps. */
+function signalRate(signal, t) {
+  if (signal.kind !== "sinusoids") return 0;
+  return envelopeRate(signal, t) * oscillation(signal, t) + envelope(signal, t) * slope(signal, t);
+}

@@ -1,0 +1,245 @@
+"use strict";
+// The stage to scale: of each motor pair a view from the side, and of the 3-DOF stage one from above.
+// Slots, poles, magnets and gap are those of the data sheet; iron, and how much of the stator is shown, are drawn freely.
+
+const SLOTS = 15, POLES = 4;                       // shown
+const YOKE = 8, TEETH = 22, BACK = 13;             // mm: the stator's iron above its slots, their depth, the mover's iron
+const SIDE = { width: 366, height: 98, text: 38 }; // mm around a view from the side; px for its texts
+const ABOVE = { width: 366 };                      // mm of the view from above
+// Phase and direction of winding of successive slots: one slot for each pole and phase.
+const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
+const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
+
+/** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. */
+function viewsOf(run, width, height) {
+  const sides = run.motors.map((motor) => ({ kind: "side", motor, axis: run.drives[motor] }));
+  const narrow = width < 640, above = run.motors.length > 1;
+  const share = above && !narrow ? 0.68 : 1;
+  const high = (above && narrow ? height - 0.9 * width : height) / sides.length;   // px of a view from the side
+  const scale = Math.min(share * width / SIDE.width, (high - SIDE.text) / SIDE.height);
+  const views = sides.map((view, i) => ({ ...view, scale, left: 0, top: i * high, width: share * width,
+    height: high, middle: share * width / 2, stator: i * high + 17 + (YOKE + TEETH) * scale }));
+  if (!above) return views;
+  const [left, top, wide, tall] = narrow ? [0, 2 * high, width, height - 2 * high]
+    : [share * width, 0, (1 - share) * width, height];
+  views.push({ kind: "above", left, top, width: wide, height: tall, scale: Math.min(wide, tall - 24) / ABOVE.width,
+    middle: left + wide / 2, centre: top + 20 + (tall - 20) / 2 });
+  return views;
+}
+
+/** Height that the stage wants on a page of a width (px). */
+function stageHeight(run, width) {
+  const side = (share) => share * width / SIDE.width * SIDE.height + SIDE.text;
+  if (run.motors.length === 1) return Math.min(340, side(1));
+  return width < 640 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
+}
+
+function arrow(context, x, y, dx, dy, label, colours) {
+  const length = Math.hypot(dx, dy);
+  if (length < 3) return;
+  const [ux, uy] = [dx / length, dy / length];
+  context.strokeStyle = context.fillStyle = colours.force;
+  context.lineWidth = 2.5;
+  context.setLineDash([]);
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(x + dx - 6 * ux, y + dy - 6 * uy);
+  context.stroke();
+  context.beginPath();
+  context.moveTo(x + dx, y + dy);
+  context.lineTo(x + dx - 9 * ux - 4.5 * uy, y + dy - 9 * uy + 4.5 * ux);
+  context.lineTo(x + dx - 9 * ux + 4.5 * uy, y + dy - 9 * uy - 4.5 * ux);
+  context.fill();
+  context.font = "11px system-ui, sans-serif";
+  context.textAlign = ux < -0.5 ? "right" : "left";
+  context.textBaseline = "middle";
+  context.fillText(label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy);
+}
+
+function drawStator(context, view, phases, peak, colours) {
+  const { scale, middle, stator } = view, sheet = live.sheet;
+  const pitch = sheet.slot_pitch * 1e3 * scale, slot = sheet.slot_width * 1e3 * scale;
+  const left = middle - SLOTS * pitch / 2;
+  context.fillStyle = colours.iron;
+  context.fillRect(left, stator - (YOKE + TEETH) * scale, SLOTS * pitch, (YOKE + TEETH) * scale);
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  for (let k = 0; k < SLOTS; k++) {
+    const [phase, direction] = WINDING[k % WINDING.length];
+    const current = direction * phases[phase], strength = Math.min(1, Math.abs(current) / peak);
+    const x = left + (k + 0.5) * pitch - slot / 2, y = stator - TEETH * scale;
+    context.fillStyle = colours.paper;
+    context.fillRect(x, y, slot, TEETH * scale);
+    context.globalAlpha = 0.06 + 0.94 * strength;
+    context.fillStyle = colours.current;
+    context.fillRect(x, y, slot, TEETH * scale);
+    context.globalAlpha = 1;
+    context.fillStyle = colours.text;
+    context.font = `${Math.max(9, 0.5 * slot)}px system-ui, sans-serif`;
+    // Out of the plane or into it, as the point and the feathers of an arrow; the letter is the phase.
+    if (strength > 0.02) context.fillText(current > 0 ? "•" : "×", x + slot / 2, y + 0.3 * TEETH * scale);
+    context.fillText("abc"[phase], x + slot / 2, y + 0.74 * TEETH * scale);
+  }
+}
+
+function moverOutline(view, along, gap) {
+  const { scale, middle, stator } = view, width = POLES * live.sheet.pole_pitch * 1e3 * scale;
+  return [middle + along * scale - width / 2, stator + gap * scale, width,
+    (live.sheet.magnet_height * 1e3 + BACK) * scale];
+}
+
+function drawMover(context, view, along, gap, colours) {
+  const [x, y, width, height] = moverOutline(view, along, gap), magnet = live.sheet.magnet_height * 1e3 * view.scale;
+  context.fillStyle = colours.iron;
+  context.fillRect(x, y + magnet, width, height - magnet);
+  const pole = width / POLES;
+  context.font = `600 ${Math.max(8, 0.95 * magnet)}px system-ui, sans-serif`;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  for (let k = 0; k < POLES; k++) {
+    const north = k % 2 === 0;
+    context.fillStyle = north ? colours.north : colours.south;
+    context.fillRect(x + (k + 0.1) * pole, y, 0.8 * pole, magnet);
+    context.fillStyle = north ? colours.south : colours.north;
+    context.fillText(north ? "N" : "S", x + (k + 0.5) * pole, y + magnet / 2 + 0.5);
+  }
+}
+
+function drawScales(context, view, run, values, colours) {
+  const { scale, middle, stator, left, top, width } = view;
+  context.strokeStyle = colours.faint;
+  context.fillStyle = colours.faint;
+  context.lineWidth = 1;
+  context.font = "11px system-ui, sans-serif";
+  const bottom = stator + (SIDE.height - YOKE - TEETH) * scale - 2;
+  context.textAlign = "center";
+  context.textBaseline = "top";
+  for (let mm = -60; mm <= 60; mm += 10) {
+    const x = Math.round(middle + mm * scale) + 0.5;
+    context.beginPath();
+    context.moveTo(x, bottom);
+    context.lineTo(x, bottom + (mm % 30 ? 3 : 6));
+    context.stroke();
+    if (mm % (scale < 1.2 ? 60 : 30) === 0) context.fillText(mm ? String(mm).replace("-", "−") : `${view.axis} = 0 mm`, x, bottom + 7);
+  }
+  // End stops: of the gap beside the mover, of the displacement on the scale.
+  context.strokeStyle = colours.text;
+  context.lineWidth = 2;
+  for (const end of ["lower", "upper"]) {
+    const gap = 1e3 * values(`plant.${run.vertical}.stop.${end}`), along = 1e3 * values(`plant.${view.axis}.stop.${end}`);
+    for (const x of [middle - 0.495 * width + 4, middle + 0.495 * width - 14]) {
+      context.beginPath();
+      context.moveTo(x, stator + gap * scale);
+      context.lineTo(x + 10, stator + gap * scale);
+      context.stroke();
+    }
+    context.beginPath();
+    context.moveTo(middle + along * scale, bottom - 7);
+    context.lineTo(middle + along * scale, bottom + 7);
+    context.stroke();
+  }
+  context.textAlign = "left";
+  context.textBaseline = "top";
+  context.fillStyle = colours.text;
+  context.fillText(`from the side: ${view.axis} and air gap ${run.vertical}, motor${run.motors.length > 1
+    ? `s ${view.motor}` : ""}`, left + 4, top);
+}
+
+/** Forces (N) on the mover, from currents and gap by (4.3), (5.3): for the picture only. */
+function forcesOf(run, row, values) {
+  const { rig, vertical } = run, [f1, f2, f3, f4] = gapFunctions(row.axes[vertical].position);
+  const constant = (name) => values(`plant.${name}`), [attraction, coils, iron] = rig.vertical.map(constant);
+  let direct = 0, squares = 0;
+  for (const motor of run.motors) {
+    const { d, q } = row.motors[motor];
+    direct += d;
+    squares += d * d + q * q;
+  }
+  const acceleration = rig.carrying * attraction * f2 - rig.driving * coils * f3 * direct + rig.driving * iron * f4 * squares;
+  return { lift: rig.mass[vertical] * acceleration, weight: values(`plant.${vertical}.mass`) * live.sheet.gravity,
+    thrust: Object.fromEntries(run.motors.map((motor) => [run.drives[motor], -rig.mass[run.drives[motor]] * rig.driving
+      * constant(rig.thrust[run.drives[motor]]) * f1 * row.motors[motor].q])) };
+}
+
+/** Shape functions of the forces at an air gap (m), interpolated in the table that comes with the page. */
+function gapFunctions(gap) {
+  const { first, step, values } = live.gap;
+  const at = Math.min(values.length - 1.001, Math.max(0, (gap - first) / step)), k = Math.floor(at);
+  return values[k].map((low, i) => low + (at - k) * (values[k + 1][i] - low));
+}
+
+function drawSide(context, view, run, row, ghost, values, colours) {
+  const mm = (axis, what, from = row) => 1e3 * from.axes[axis][what], vertical = run.vertical;
+  const peak = values(`plant.${view.motor}.amplifier.peak`) || 5;
+  drawStator(context, view, row.motors[view.motor].phases, peak, colours);
+  drawScales(context, view, run, values, colours);
+  if (ghost) {
+    context.globalAlpha = 0.32;
+    drawMover(context, view, mm(view.axis, "position", ghost), mm(vertical, "position", ghost), colours);
+    context.globalAlpha = 1;
+  }
+  drawMover(context, view, mm(view.axis, "position"), mm(vertical, "position"), colours);
+  context.strokeStyle = colours.text;
+  context.lineWidth = 1.3;
+  context.setLineDash([5, 4]);
+  context.strokeRect(...moverOutline(view, mm(view.axis, "reference"), mm(vertical, "reference")));
+  context.setLineDash([]);
+  const [x, y, width, height] = moverOutline(view, mm(view.axis, "position"), mm(vertical, "position"));
+  const forces = forcesOf(run, row, values), middle = x + width / 2;
+  const newton = newtonsOf(view), thrust = newton * 4 * forces.thrust[view.axis];
+  arrow(context, middle - 0.12 * width, y, 0, -newton * forces.lift, "lift", colours);
+  arrow(context, middle + 0.12 * width, y + height, 0, newton * forces.weight, "weight", colours);
+  arrow(context, thrust > 0 ? x + width : x, y + height / 2, thrust, 0, "thrust ×4", colours);
+  const push = [row.axes[view.axis].force, row.axes[vertical].force];
+  arrow(context, middle, y + height, newton * push[0], newton * push[1], "push", colours);
+}
+
+function drawAbove(context, view, run, row, ghost, values, colours) {
+  const { scale, middle, centre, left, top } = view, size = POLES * live.sheet.pole_pitch * 1e3 * scale;
+  const [across, along] = run.motors.map((motor) => run.drives[motor]);
+  const place = (from, what) => [middle + 1e3 * from.axes[across][what] * scale, centre - 1e3 * from.axes[along][what] * scale];
+  const limits = (axis) => ["lower", "upper"].map((end) => 1e3 * values(`plant.${axis}.stop.${end}`) * scale);
+  const square = (from, what) => place(from, what).map((at) => at - size / 2);
+  context.font = "11px system-ui, sans-serif";
+  context.fillStyle = colours.text;
+  context.textAlign = "left";
+  context.textBaseline = "top";
+  context.fillText(`from above: ${across} to the right, ${along} up`, left + 4, top);
+  const body = (from) => {
+    const [x, y] = square(from, "position"), bar = 0.16 * size;
+    context.fillStyle = colours.iron;
+    context.fillRect(x, y, size, size);
+    for (const [axis, boxes] of [[across, [[x + bar, y, size - 2 * bar, bar], [x + bar, y + size - bar, size - 2 * bar, bar]]],
+      [along, [[x, y + bar, bar, size - 2 * bar], [x + size - bar, y + bar, bar, size - 2 * bar]]]]) {
+      context.fillStyle = colours[axis];
+      for (const box of boxes) context.fillRect(...box);
+    }
+  };
+  if (ghost) { context.globalAlpha = 0.32; body(ghost); context.globalAlpha = 1; }
+  body(row);
+  context.strokeStyle = colours.text;
+  context.lineWidth = 1.3;
+  context.setLineDash([5, 4]);
+  context.strokeRect(...square(row, "reference"), size, size);
+  context.setLineDash([]);
+  context.strokeStyle = colours.paper;
+  context.lineWidth = 2;
+  const [x0, x1] = limits(across), [z0, z1] = limits(along);
+  context.strokeRect(middle + x0, centre - z1, x1 - x0, z1 - z0);   // where the middle can be: the end stops
+  const [x, y] = place(row, "position");
+  context.fillStyle = colours.text;
+  context.beginPath();
+  context.arc(x, y, 4, 0, 2 * Math.PI);
+  context.fill();
+  const { thrust } = forcesOf(run, row, values), newton = newtonsOf(view) * 1.5;
+  arrow(context, x, y, newton * 4 * thrust[across], -newton * 4 * thrust[along], "thrust ×4", colours);
+  arrow(context, x, y, newton * row.axes[across].force, -newton * row.axes[along].force, "push", colours);
+}
+
+function drawStage(canvas, run, row, ghost, values, colours) {
+  const { context, width, height } = fitted(canvas), views = viewsOf(run, width, height);
+  for (const view of views) {
+    (view.kind === "side" ? drawSide : drawAbove)(context, view, run, row, ghost, values, colours);
+  }
+  return views;
+}

@@ -1,0 +1,25 @@
+"use strict";
+// What the page carries, unpacked: descriptions and runs as JSON, modules as bytes; then everything begins.
+
+/** Bytes of an element that holds gzip in base64. */
+async function unpacked(id) {
+  const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (character) => character.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+async function startPage() {
+  live = JSON.parse(new TextDecoder().decode(await unpacked("data")));
+  const names = Object.keys(live.fmus);
+  const bytes = await Promise.all(names.map((name) => unpacked(`fmu-${name}`)));
+  buildPanel();
+  requestAnimationFrame(draw);
+  post({ type: "load", about: live.fmus, plans: live.runs,
+    binaries: Object.fromEntries(names.map((name, i) => [name, bytes[i]])) });
+}
+
+startPage().catch((error) => {
+  page.problems.push(String(error));
+  say(`This page cannot start: ${error.message}. It needs WebAssembly and DecompressionStream, as browsers of 2023 have.`,
+    true);
+});

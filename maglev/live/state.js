@@ -1,0 +1,85 @@
+"use strict";
+// What is flown, as the fragment of the page's address and as a `maglev run` command: run, controller, settings.
+
+let live = null;   // what the page carries: descriptions of the FMUs, runs, and numbers for the picture
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
+const FIRST_RUN = "3dof-setpoints-improved";
+const LAWS = { Regulator: "nonlinear", LinearRegulator: "linear", ScheduledRegulator: "scheduled", PID: "PID" };
+
+/** Name of a controller's law, such as "linear" of "LinearRegulator3DOF". */
+const lawOf = (model) => LAWS[model.replace(/[23]DOF$/, "")];
+const controllersOf = (run) => Object.keys(live.fmus)
+  .filter((name) => !name.startsWith("Plant") && name.endsWith(run.plant.slice(-4)));
+
+/** The variable `fmu.variable` of a run with a controller; undefined if there is none. */
+function variableOf(run, controller, full) {
+  const [part, variable] = [full.slice(0, full.indexOf(".")), full.slice(full.indexOf(".") + 1)];
+  const model = { plant: run.plant, controller }[part];
+  return live.fmus[model]?.variables.find(({ name, causality }) => name === variable && causality === "parameter");
+}
+
+/** What a parameter starts with: the plan's value, or the FMU's; undefined if there is no such parameter. */
+function plannedValue(run, controller, full) {
+  const planned = run.fmus[full.slice(0, full.indexOf("."))]?.start[full.slice(full.indexOf(".") + 1)];
+  const variable = variableOf(run, controller, full);
+  return variable && (planned ?? variable.start);
+}
+
+/** Read a value for a parameter; throws what is wrong with it. */
+function readValue(variable, full, text) {
+  if (variable.boolean) {
+    if (text === "true" || text === "false") return text === "true";
+    throw new Error(`${full} = ${text}, expected true or false`);
+  }
+  const value = text.trim() === "" ? NaN : Number(text);
+  if (value >= variable.min && value <= variable.max) return value;
+  throw new Error(`${full} = ${text}, expected a number from ${variable.min} to ${variable.max} ${variable.unit}`);
+}
+
+/** State that a fragment asks for, and what in it cannot be done. */
+function readFragment(fragment) {
+  const problems = [], entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
+  const asked = entries.get("run");
+  if (asked !== null && !live.runs[asked]) problems.push(`run = ${asked}: there is no such run here`);
+  const name = live.runs[asked] ? asked : FIRST_RUN;
+  const run = live.runs[name], known = controllersOf(run);
+  const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {} };
+  for (const key of ["controller", "ghost"]) {
+    const model = entries.get(key);
+    if (known.includes(model)) state[key] = model;
+    else if (model) problems.push(`${key} = ${model}, expected one of ${known.join(", ")}`);
+  }
+  if (entries.has("speed")) {
+    if (SPEEDS.includes(Number(entries.get("speed")))) state.speed = Number(entries.get("speed"));
+    else problems.push(`speed = ${entries.get("speed")}, expected one of ${SPEEDS.join(", ")}`);
+  }
+  for (const [full, text] of entries) {
+    if (["run", "controller", "ghost", "speed"].includes(full)) continue;
+    const variable = variableOf(run, state.controller, full) ?? variableOf(run, run.fmus.controller.model, full);
+    try {
+      if (!variable) throw new Error(`${full}: there is no such parameter of ${name}`);
+      state.settings[full] = readValue(variable, full, text);
+    } catch (error) {
+      problems.push(error.message);
+    }
+  }
+  return { state, problems };
+}
+
+/** Fragment that asks for a state. */
+function fragmentOf({ run, controller, ghost, speed, settings }) {
+  const entries = [["run", run]];
+  if (controller !== live.runs[run].fmus.controller.model) entries.push(["controller", controller]);
+  if (ghost) entries.push(["ghost", ghost]);
+  if (speed !== 1) entries.push(["speed", speed]);
+  return `#${[...entries, ...Object.entries(settings)].map(([key, value]) => `${key}=${value}`).join("&")}`;
+}
+
+/** Command that flies a state without the page; what was dragged and kicked is not in it. */
+function commandOf({ run: name, controller, settings }) {
+  const run = live.runs[name];
+  const other = controller === run.fmus.controller.model ? "" : ` --controller fmus/native/${controller}.fmu`;
+  const known = Object.entries(settings).filter(([full]) => variableOf(run, controller, full));
+  return `maglev run ${name} --native${other}${known.map(([full, value]) => ` --set ${full}=${value}`).join("")}`;
+}

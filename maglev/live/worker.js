@@ -1,0 +1,166 @@
+"use strict";
+// The flights, in a thread of their own: drawing never delays them, and a long step never delays the drawing.
+
+const ROW_INTERVAL = 2e-3;   // s of the flight between two rows for the plots
+const TICK = 4;              // ms between two looks at the clock
+const MOST_BUSY = 24;        // ms of stepping before messages are heard
+const FRAME = 15;            // ms between two messages with rows, at least
+
+const library = { modules: {}, fmus: {} };
+let runs = {};
+let flight = null, ghost = null;
+let playing = false, speed = 1;
+let asked = 0, clock = 0;            // s of the flight that are due, ms of the clock when that was so
+let rows = [], ghostRows = [];
+let lastFrame = 0, waiting = false;  // whether the page has not drawn the last frame yet
+let pace = { since: 0, from: 0, value: 0 };
+
+const seen = (name) => library.fmus[name] !== undefined;
+
+async function load({ about, plans, binaries }) {
+  library.fmus = about;
+  runs = plans;
+  await Promise.all(Object.entries(binaries).map(async ([name, bytes]) => {
+    library.modules[name] = await WebAssembly.compile(bytes);
+  }));
+  postMessage({ type: "loaded" });
+}
+
+function start({ run, controller, other, settings }) {
+  flight = null;
+  ghost = null;
+  rows = [];
+  ghostRows = [];
+  const next = new Flight(library, runs[run], controller, settings);
+  if (seen(other)) {
+    ghost = new Flight(library, runs[run], other, settings);
+    next.follow(ghost);
+  }
+  flight = next;
+  resume();
+  record();
+  postMessage({ type: "started", width: rowWidth(flight.run) });
+  send(true);
+}
+
+function resume() {
+  asked = flight ? flight.time : 0;
+  clock = performance.now();
+  pace = { since: clock, from: asked, value: 0 };
+}
+
+function record() {
+  const width = rowWidth(flight.run);
+  const row = new Float32Array(width);
+  flight.row(row, 0);
+  rows.push(row);
+  if (!ghost) return;
+  const twin = new Float32Array(width);
+  ghost.row(twin, 0);
+  ghostRows.push(twin);
+}
+
+/** Step until the clock is met, or the time is up that stepping may take. */
+function fly() {
+  setTimeout(fly, TICK);
+  const begin = performance.now();
+  if (!playing || !flight) { clock = begin; send(false); return; }
+  asked += speed * Math.min(0.1, (begin - clock) / 1e3);
+  clock = begin;
+  const every = Math.round(ROW_INTERVAL / flight.run.step);
+  try {
+    while (flight.time + flight.run.step <= asked) {
+      flight.step();
+      if (ghost) stepGhost();
+      if (flight.k % every === 0) {
+        record();
+        if (performance.now() - begin > MOST_BUSY) { asked = flight.time; break; }
+      }
+    }
+  } catch (error) {
+    playing = false;
+    postMessage({ type: "refused", text: error.message });
+  }
+  if (begin - pace.since > 500) {
+    pace = { since: begin, from: flight.time, value: 1e3 * (flight.time - pace.from) / (begin - pace.since) };
+  }
+  send(false);
+}
+
+function stepGhost() {
+  try {
+    ghost.step();
+  } catch (error) {
+    ghost = null;
+    postMessage({ type: "ghost refused", text: error.message });
+  }
+}
+
+function joined(list) {
+  const all = new Float32Array(list.length * (list[0]?.length ?? 0));
+  list.forEach((row, i) => all.set(row, i * row.length));
+  return all;
+}
+
+function send(now) {
+  if (!flight || !rows.length || (!now && (waiting || performance.now() - lastFrame < FRAME))) return;
+  const frame = { type: "frame", rows: joined(rows), ghostRows: joined(ghostRows), flags: flight.flags(),
+    ghostFlags: ghost?.flags() ?? null, pace: playing ? pace.value : 0, time: flight.time };
+  rows = [];
+  ghostRows = [];
+  lastFrame = performance.now();
+  waiting = true;
+  postMessage(frame, [frame.rows.buffer, frame.ghostRows.buffer]);
+}
+
+/** Outputs of a run as they are planned, at every communication point until a time (s): for checks. */
+function flown({ run, until }) {
+  const checked = new Flight(library, runs[run], runs[run].fmus.controller.model, {});
+  const steps = Math.round(until / checked.run.step), width = checked.run.axes.length;
+  const positions = new Float64Array((steps + 1) * width);
+  const keep = (k) => { for (let i = 0; i < width; i++) positions[k * width + i] = checked.motion.values[2 * i]; };
+  const begin = performance.now();
+  keep(0);
+  for (let k = 1; k <= steps; k++) {
+    checked.step();
+    keep(k);
+  }
+  postMessage({ type: "flown", run, positions, took: performance.now() - begin });
+}
+
+const HANDLERS = {
+  load,
+  start,
+  flown,
+  play: (message) => { playing = message.on; if (flight) resume(); },
+  speed: (message) => { speed = message.value; if (flight) resume(); },
+  drawn: () => { waiting = false; },
+  tune: ({ values }) => {
+    for (const [name, value] of Object.entries(values)) {
+      flight.settings[name] = value;
+      flight.tune(name, value);
+      ghost?.tune(name, value);
+    }
+  },
+  swap: ({ controller }) => flight.swap(controller),
+  ghost: ({ other }) => {
+    ghost = seen(other) ? flight.twin(other) : null;
+    ghostRows = [];
+    rows = [];
+    record();
+  },
+  reference: ({ axis, value }) => {
+    if (value === null) flight.chosen.delete(axis); else flight.chosen.set(axis, value);
+  },
+  hold: ({ axis, value }) => { if (value === null) flight.held.delete(axis); else flight.held.set(axis, value); },
+  kick: ({ axis, impulse }) => flight.kick(axis, impulse),
+};
+
+onmessage = async ({ data }) => {
+  try {
+    await HANDLERS[data.type](data);
+  } catch (error) {
+    postMessage({ type: data.type === "start" || data.type === "load" ? "refused" : "not done", text: error.message });
+  }
+};
+fly();
