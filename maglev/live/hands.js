@@ -27,6 +27,7 @@ function grab(event) {
   page.drag = { mover: dragsMover(), view: found.view, offsets: Object.fromEntries(Object.entries(found.places)
     .map(([axis, place]) => [axis, row.axes[axis][what] - place])) };
   at("stage").setPointerCapture(event.pointerId);
+  at("stage").focus({ preventScroll: true });
   event.preventDefault();
 }
 
@@ -54,6 +55,7 @@ function nudge(axis, by) {
 const across = () => page.run.drives[page.run.motors[0]];
 const upward = () => page.run.drives[page.run.motors.at(-1)];
 
+// Keys act where the picture has the focus alone, so that no one who speaks or mistypes swaps a controller.
 const KEYS = {
   " ": () => play(!page.playing),
   r: restart,
@@ -63,10 +65,6 @@ const KEYS = {
     const others = controllersOf(page.run).filter((model) => model !== page.state.controller);
     setGhost(page.state.ghost ? "" : others[0]);
   },
-};
-
-/** Keys on the stage alone: arrows, and page up and down for the gap where the arrows are taken. */
-const STAGE_KEYS = {
   ArrowRight: () => nudge(across(), REFERENCE_STEP),
   ArrowLeft: () => nudge(across(), -REFERENCE_STEP),
   ArrowUp: () => (page.run.motors.length > 1 ? nudge(upward(), REFERENCE_STEP) : nudge(vertical(), -REFERENCE_STEP)),
@@ -77,9 +75,7 @@ const STAGE_KEYS = {
 
 function pressed(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || !page.run) return;
-  const inField = event.target.matches("input, select, button, textarea, summary, a");
-  const act = (event.target === at("stage") && STAGE_KEYS[event.key])
-    || (!inField && (KEYS[event.key] ?? swapKey(event.key)));
+  const act = KEYS[event.key] ?? swapKey(event.key);
   if (!act) return;
   event.preventDefault();
   act();
@@ -198,7 +194,7 @@ function buildPanel() {
   stage.addEventListener("pointerdown", grab);
   stage.addEventListener("pointermove", move);
   for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, letGo);
-  document.addEventListener("keydown", pressed);
+  stage.addEventListener("keydown", pressed);
   addEventListener("resize", () => page.run && layout());
   addEventListener("hashchange", () => {
     const { state, problems } = readFragment(location.hash);

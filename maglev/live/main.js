@@ -131,7 +131,6 @@ function frame(message) {
 }
 
 function refused({ text }) {
-  page.problems.push(text);
   play(false);
   say(`The flight has ended: ${text}`, true);
 }
@@ -198,6 +197,6 @@ function layout() {
   stage.style.height = `${height}px`;
   at("strips").style.height = `${Math.min(520, Math.max(300, innerHeight - height - 125))}px`;   // all on one screen
   stage.setAttribute("aria-label", `The stage: ${page.run.motors.length > 1 ? "two views from the side and one from above"
-    : "a view from the side"}. Arrow keys move the references by 1 mm; the readings below say where the mover is.`);
+    : "a view from the side"}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
   readColours();
 }

@@ -80,7 +80,8 @@ def test_plans_are_those_of_the_scenarios(data: Any) -> None:
 def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
     """Those of figures, but for identification, which flies estimators or starts from other runs."""
     shown = {plan.name for name in packaged_files() for plan in load_plans(name)
-             if plan.figures and plan.procedure is None and set(plan.fmus) == {"controller", "plant"} and not plan.needs}
+             if plan.figures and plan.procedure is None and not plan.needs
+             and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
     assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} == {
         name for rig in CONTROLLERS.values() for name in rig}
@@ -110,7 +111,7 @@ def test_forces_are_drawn_from_the_shape_functions() -> None:
 
 
 def test_a_missing_module_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules for the live page"):
+    with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
         page_data(tmp_path)
     said = error_line(maglev("live", "--fmus", tmp_path, "--out", tmp_path))
     assert "maglev build --native --target wasm" in said

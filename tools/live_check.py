@@ -1,0 +1,249 @@
+"""The live page in Chromium: runs against the native FMUs, what hands on it do, and how fast it draws.
+
+    python tools/live_check.py [--fmus fmus] [--pictures FOLDER]
+
+It needs a Chromium, Playwright, and the FMUs of `maglev build --native --target host` and `--target wasm`.
+"""
+
+import argparse
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from maglev.experiment.preparation import Experiment
+from maglev.live.content import live_runs
+from maglev.live.page import write_live_page
+from maglev.schema.run_plan import RunPlan
+
+UNTIL = 2.0                        # s of each run
+SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
+POSITION = "maglevLive.history.last().axes"
+
+
+class Problem(Exception):
+    """Something that is not as it should be."""
+
+
+def require(good: bool, what: str) -> None:
+    """Refuse what is not as it should be; an assert would go with -O."""
+    if not good:
+        raise Problem(what)
+
+
+def wait_until(page: Page, condition: str, most: float = 20.0) -> None:
+    """Wait for a condition; the page's policy forbids Playwright's own way."""
+    end = time.monotonic() + most
+    while not page.evaluate(condition):
+        require(time.monotonic() < end, f"still not so after {most} s: {condition}")
+        page.wait_for_timeout(50)
+
+
+class Tab:
+    """The page in a browser of its own; what goes wrong in it is kept."""
+
+    def __init__(self, browser: Browser, url: str, size: str = "desktop", **options: Any):
+        width, height = SIZES[size]
+        phone = size == "phone"
+        self.context = browser.new_context(offline=True, viewport={"width": width, "height": height}, is_mobile=phone,
+                                           has_touch=phone, **options)
+        self.page = self.context.new_page()
+        self.problems: list[str] = []
+        self.page.on("console", lambda message: self.problems.append(message.text))
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.goto(url)
+        wait_until(self.page, "maglevLive.frames > 5 || maglevLive.problems.length")
+
+    def close(self) -> None:
+        """Close, and refuse what went wrong."""
+        problems = self.problems + self.page.evaluate("maglevLive.problems")
+        self.context.close()
+        require(not problems, "; ".join(problems))
+
+
+def compare_runs(browser: Browser, url: str, fmus: Path) -> None:
+    """Every run of the page, its first seconds, against the native FMUs under the master."""
+    tab = Tab(browser, url)
+    tab.page.click("#play")   # the flight that is shown rests meanwhile
+    took = steps = 0.0
+    rows = []
+    for plan in live_runs():
+        there = native(plan, fmus)
+        tab.page.evaluate(f"post({{ type: 'flown', run: '{plan.name}', until: {UNTIL} }})")
+        wait_until(tab.page, f"maglevLive.flown['{plan.name}'] !== undefined", 60.0)
+        flown = tab.page.evaluate(f"(({{ positions, took }}) => [Array.from(positions), took])"
+                                  f"(maglevLive.flown['{plan.name}'])")
+        here = np.array(flown[0]).reshape(there.shape)
+        difference = np.abs(here - there).max(axis=1)
+        rows.append((plan.name, difference.max(), np.argmax(difference > 0.0) if difference.any() else -1))
+        took += flown[1]
+        steps += plan.steps * UNTIL / plan.stop_time
+    tab.close()
+    for name, most, first in sorted(rows, key=lambda row: row[1], reverse=True):
+        print(f"  {name:45} {most:8.1e} m, first at step {first}")
+    equal = sum(most == 0.0 for _, most, _ in rows)
+    close = sum(most < 1e-12 for _, most, _ in rows)
+    print(f"{len(rows)} runs of {UNTIL} s: {equal} equal, {close} within 1e-12 m, largest "
+          f"{max(most for _, most, _ in rows):.1e} m; {1e3 * took / steps:.1f} µs a step of plant and controller, "
+          f"{len(rows) * UNTIL / (1e-3 * took):.0f} times real time")
+    smooth = [most for name, most, _ in rows if "smooth" in name]
+    require(bool(smooth) and max(smooth) < 1e-15, f"runs without encoder differ by {max(smooth)} m")
+    require(max(most for _, most, _ in rows) < 100e-6, "a run differs by more than the check of the runs allows")
+
+
+def native(plan: RunPlan, fmus: Path) -> np.ndarray:
+    """Positions, shape (points, axes), in the order of the page."""
+    short = plan.model_copy(update={"stop_time": UNTIL})
+    files = {name: fmus / "native" / f"{fmu.model}.fmu" for name, fmu in plan.fmus.items()}
+    columns = Experiment(short, files, plan.step).run(None).columns
+    axes = {"Plant2DOF": "vh", "Plant3DOF": "yxz"}[str(plan.fmus["plant"].model)]
+    return np.stack([columns[f"plant.{axis}.position"] for axis in axes], axis=1)
+
+
+def hands(browser: Browser, url: str) -> None:
+    """What people do: swap, fly along, drag, kick, set, copy; each must show in the flight."""
+    tab = Tab(browser, url + "#run=3dof-setpoints-improved&speed=5")
+    page = tab.page
+    wait_until(page, "maglevLive.frame.time > 4")
+    page.select_option("#speed", "1")
+    # The stage is to stay where it is, also when the run's next step is due.
+    page.evaluate("for (const axis of maglevLive.run.axes) nudge(axis, 0)")
+
+    def excursion(act: Callable[[], None], seconds: float = 0.8) -> float:
+        """Largest error of the gap (m) in the seconds after something is done."""
+        before = page.evaluate("maglevLive.history.count")
+        act()
+        page.wait_for_timeout(1e3 * seconds)
+        return float(page.evaluate(f"""(() => {{ const rows = maglevLive.history; let most = 0;
+            for (let row = {before}; row < rows.count; row++) most = Math.max(most, Math.abs(
+                rows.at(row, columnOf.position(0)) - rows.at(row, columnOf.reference(0)))); return most; }})()"""))
+
+    for model in ("ScheduledRegulator3DOF", "PID3DOF", "LinearRegulator3DOF", "Regulator3DOF"):
+        most = excursion(lambda model=model: page.check(f"input[name=controller][value={model}]", force=True))
+        print(f"  swap to {model}: gap within {1e6 * most:.0f} µm")
+        require(most < 1.5e-3 and not page.evaluate("maglevLive.frame.flags.stop"), f"{model} loses the stage")
+    page.check("input[name=ghost][value=PID3DOF]", force=True)
+    wait_until(page, "maglevLive.ghost?.count > 50")
+    page.focus("#stage")
+    kicked = excursion(lambda: page.keyboard.press("j"))
+    print(f"  kick of 0.4 N s: gap within {1e6 * kicked:.0f} µm")
+    require(kicked > 50e-6, "a kick moves nothing")
+    before = page.evaluate(f"{POSITION}.x.reference")
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(80)
+    wait_until(page, f"Math.abs({POSITION}.x.reference - {before} - 4e-3) < 1e-6")
+    page.evaluate("window.scrollTo(0, 0)")
+    drag(page, 40.0)
+    after = page.evaluate(f"{POSITION}.x.reference")
+    require(abs(after - before) > 8e-3, f"dragging the reference moves it from {before} to {after} m")
+    page.check("input[name=drag][value=mover]", force=True)
+    page.mouse.move(*middle(page))
+    page.mouse.down()
+    page.mouse.move(middle(page)[0] + 60, middle(page)[1])
+    wait_until(page, f"Math.abs({POSITION}.x.force) > 5")
+    page.mouse.up()
+    wait_until(page, f"{POSITION}.x.force === 0")
+    page.fill("#payload", "0.5")
+    page.fill("#gains", "1.1")
+    page.select_option("#parameter-name", "plant.y.position_start")
+    page.fill("#parameter-value", "0.99")
+    page.click(".parameter button")
+    require("expected" in page.inner_text("#status") or "between" in page.inner_text("#status"), "a bad start is flown")
+    page.fill("#parameter-value", "0.024")
+    page.click(".parameter button")
+    wait_until(page, "maglevLive.frame.time < 2")
+    fragment = page.evaluate("location.hash")
+    page.click("#copy-command")
+    command = page.input_value("#copied")
+    print(f"  {fragment}\n  {command}")
+    require("plant.y.mass=7.4" in fragment and "--set plant.y.mass=7.4" in command, "settings are not in the address")
+    tab.close()
+    again = Tab(browser, url + fragment)
+    require(again.page.evaluate("location.hash") == fragment, "the address does not come back")
+    require(again.page.evaluate("valueOf('plant.y.mass')") == 7.4, "the address sets nothing")
+    again.close()
+
+
+def middle(page: Page) -> tuple[float, float]:
+    """Where the first view's mover is on the screen."""
+    return tuple(page.evaluate("""(() => { const box = document.getElementById("stage").getBoundingClientRect();
+        const view = maglevLive.views[0];
+        return [box.left + view.middle, box.top + view.stator + 28 * view.scale]; })()"""))
+
+
+def drag(page: Page, across: float) -> None:
+    """Drag on the stage (px)."""
+    x, y = middle(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + across, y, steps=8)
+    page.wait_for_timeout(200)
+    page.mouse.up()
+
+
+def pace(browser: Browser, url: str) -> None:
+    """Frames a second and speed, as it is and with a processor that is slower."""
+    for fragment in ("", "#run=3dof-tracking-nonlinear&ghost=PID3DOF", "#run=3dof-tracking-nonlinear&speed=20"):
+        tab = Tab(browser, url + fragment)
+        session = tab.context.new_cdp_session(tab.page)
+        for slower in (1, 4):
+            session.send("Emulation.setCPUThrottlingRate", {"rate": slower})
+            tab.page.wait_for_timeout(1000)
+            count = "[maglevLive.frames, performance.now(), maglevLive.frame.time]"
+            first = tab.page.evaluate(count)
+            tab.page.wait_for_timeout(4000)
+            last = tab.page.evaluate(count)
+            seconds = 1e-3 * (last[1] - first[1])
+            print(f"  {fragment or '(as it opens)':45} processor 1/{slower}: "
+                  f"{(last[0] - first[0]) / seconds:5.1f} frames/s, {(last[2] - first[2]) / seconds:5.2f} × real time")
+        tab.close()
+
+
+def pictures(browser: Browser, url: str, folder: Path) -> None:
+    """Pictures of the page, on several screens."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, size, scheme, fragment in (
+            ("desktop", "desktop", "light", "#run=3dof-setpoints-improved&ghost=PID3DOF"),
+            ("dark", "desktop", "dark", "#run=3dof-tracking-nonlinear&ghost=PID3DOF"),
+            ("2dof", "desktop", "light", "#run=2dof-setpoints"),
+            ("phone", "phone", "light", "#run=3dof-setpoints-improved")):
+        tab = Tab(browser, url + fragment, size, color_scheme=scheme)
+        tab.page.wait_for_timeout(2500)
+        width, available = tab.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
+        require(width <= available, f"{name}: the page is wider than the screen")
+        tab.page.screenshot(path=folder / f"{name}.png", full_page=size == "phone")
+        tab.close()
+
+
+def main() -> None:
+    """Check everything; the exit code is 1 if something is not as it should be."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--fmus", type=Path, default=Path("fmus"))
+    parser.add_argument("--pictures", type=Path)
+    arguments = parser.parse_args()
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        path = write_live_page(Path(folder), arguments.fmus / "wasm")
+        print(f"page: {path.stat().st_size / 1000:.0f} kB")
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        try:
+            compare_runs(browser, path.as_uri(), arguments.fmus)
+            hands(browser, path.as_uri())
+            pace(browser, path.as_uri())
+            if arguments.pictures:
+                pictures(browser, path.as_uri(), arguments.pictures)
+        except Problem as problem:
+            print(f"not as it should be: {problem}")
+            sys.exit(1)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
