@@ -6,13 +6,19 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report claims docs check check-all check-built test quick build native lint bench accuracy mutants clean
+.PHONY: demo report live claims docs check check-all check-built test quick build native lint bench live-check accuracy \
+	mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
 
 report: build
 	$(BIN)/maglev report
+
+# The stages in a browser, from the C of the FMUs as WebAssembly.
+live: .venv/.test
+	$(BIN)/maglev build --native --target wasm
+	$(BIN)/maglev live
 
 claims: build
 	$(BIN)/maglev run --all
@@ -67,6 +73,12 @@ bench: .venv/.test
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/gym_cost.py
 
+# The live page in a Chromium, which must be installed: runs against the native FMUs, hands, frames a second.
+live-check: .venv/.test
+	$(BIN)/maglev build --native --target host --fmus .venv/fmus
+	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
+	$(BIN)/python tools/live_check.py --fmus .venv/fmus
+
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
 
@@ -75,7 +87,7 @@ mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
 clean:
-	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native
+	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/wasm
 
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }

@@ -26,9 +26,9 @@ GAPS = 65   # of the table of shape functions
 
 
 def flies_live(plan: RunPlan) -> bool:
-    """Whether the page can fly a run: an experiment of one plant and one controller on references."""
+    """Whether the page can fly a run: a packaged experiment of one plant and one controller on references."""
     models = {name: fmu.model for name, fmu in plan.fmus.items()}
-    return (not plan.check_only and plan.procedure is None and not plan.needs
+    return (plan.path in packaged_files().values() and not plan.check_only and plan.procedure is None and not plan.needs
             and list(models) == ["controller", "plant"]
             and any(models["plant"] == PLANTS[rig] and models["controller"] in CONTROLLERS[rig] for rig in PLANTS)
             and all(signal.kind in SIGNALS and signal.to.endswith(".reference") for signal in plan.signals))

@@ -62,7 +62,7 @@ function slider(parent, { id, label, unit, low, high, step, zero }, act) {
   const show = (value) => {
     const off = value === undefined;
     input.disabled = off;
-    const text = off ? "—" : value === 0 && zero ? zero : `${Number(value.toFixed(2))} ${unit}`.replace("-", "−");
+    const text = off ? "—" : value === 0 && zero ? zero : `${Number(value.toFixed(step < 0.5 ? 2 : 1))} ${unit}`.replace("-", "−");
     if (shown.textContent !== text) {
       shown.textContent = text;
       input.setAttribute("aria-valuetext", text);

@@ -6,7 +6,7 @@ const worker = new Worker(URL.createObjectURL(new Blob([document.getElementById(
 const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: [], drag: null, frames: 0, problems: [], waiting: [], flown: {} };
+  dirty: true, colours: {}, strips: null, drag: null, frames: 0, problems: [], waiting: [], flown: {} };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -27,7 +27,7 @@ const valueOf = (full) => {
 /** What stands in the address, and all that shows the settings. */
 function stateChanged() {
   known.clear();
-  page.strips = stripsOf(page.run, valueOf);
+  page.strips = new Strips(stripsOf(page.run, valueOf), windowFor(page.state.speed));
   const fragment = fragmentOf(page.state);
   if (location.hash !== fragment) history.replaceState(null, "", fragment);
   showPanel();
@@ -175,7 +175,7 @@ function draw(now) {
   page.frames++;
   const row = page.history.last(), ghost = page.ghost?.last() ?? null;
   page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours);
-  drawStrips(at("strips"), page.strips, page.history, page.ghost, windowFor(page.state.speed), page.colours);
+  page.strips.draw(at("strips"), page.history, page.ghost, page.colours, !page.playing);
   drawPlane(at("plane"), page.run, page.history, page.ghost, valueOf, page.colours);
   readings(now);
   post({ type: "drawn" });

@@ -12,7 +12,8 @@ from maglev.live.content import FLOWN, page_data
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
-SCRIPTS = ("state.js", "history.js", "plots.js", "stage.js", "controls.js", "main.js", "hands.js", "start.js")
+SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "stage.js", "controls.js", "main.js", "hands.js",
+           "start.js")
 NAME = "live.html"
 
 

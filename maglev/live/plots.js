@@ -4,8 +4,8 @@
 const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
 const LEAST_ERROR = 1e-6, LARGEST_ERROR = 0.1;       // m
 
-/** Canvas as large as its place, in px of the page. */
-function fitted(canvas) {
+/** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
+function fitted(canvas, clear = true) {
   const ratio = Math.min(2, devicePixelRatio || 1);
   const { clientWidth: width, clientHeight: height } = canvas;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
@@ -14,8 +14,8 @@ function fitted(canvas) {
   }
   const context = canvas.getContext("2d");
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
+  if (clear) context.clearRect(0, 0, width, height);
+  return { context, width, height, ratio };
 }
 
 const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s shown
@@ -26,7 +26,7 @@ function stripsOf(run, values) {
   const vertical = axes.findIndex((axis) => axis === run.vertical);
   const others = axes.map((_, i) => i).filter((i) => i !== vertical);
   const position = (i) => ({ colour: axes[i], value: (h, r) => 1e3 * h.at(r, columnOf.position(i)), name: axes[i] });
-  const reference = (i) => ({ colour: axes[i], thin: true, step: true,
+  const reference = (i) => ({ colour: axes[i], thin: true,
     value: (h, r) => 1e3 * h.at(r, columnOf.reference(i)) });
   const error = (i) => ({ colour: axes[i], name: axes[i], value: (h, r) => Math.log10(Math.max(LEAST_ERROR,
     Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i))))) });
@@ -93,80 +93,102 @@ function drawFrame(context, strip, box, colours) {
   return y;
 }
 
-/** A line of the history: of each pixel's column the first, the least and the largest value, and the last. */
-function drawLine(context, history, value, since, box, x, y) {
-  context.beginPath();
-  const first = Math.max(history.first, history.since(since) - 1);
-  let column = -1, low = 0, high = 0, last = 0, begun = false;
-  const flush = () => {
-    if (column < 0) return;
-    const at = box.left + column;
-    if (!begun) context.moveTo(at, y(low)); else context.lineTo(at, y(low));
-    begun = true;
-    if (high !== low) context.lineTo(at, y(high));
-    if (last !== high) context.lineTo(at, y(last));
-  };
-  for (let row = first; row < history.count; row++) {
-    const at = Math.max(0, Math.floor(x(history.at(row, 0)))), now = value(history, row);
-    if (at !== column) {
-      flush();
-      column = at;
-      low = high = now;
-    }
-    if (now < low) low = now;
-    if (now > high) high = now;
-    last = now;
+/** Plots of a flight and of the one that flies along. Lines stay where they are drawn and are moved: only new ones cost. */
+class Strips {
+  constructor(strips, span) {
+    this.strips = strips;
+    this.span = span;
+    this.lines = new Map();   // traces of each line, of both flights
+    this.picture = document.createElement("canvas");   // the lines alone, in px of the screen
+    this.key = "";            // what the picture holds; if it is another one, all is drawn anew
+    this.drawn = -1;          // column that was drawn last, counted from time 0
   }
-  flush();
-  context.stroke();
+
+  /** Traces of a line of a flight, up to date. */
+  trace(line, rows) {
+    const lines = this.lines.get(rows) ?? this.lines.set(rows, new Map()).get(rows);
+    const trace = lines.get(line) ?? lines.set(line, new Trace(line.value, this.bucket, this.columns + 2)).get(line);
+    trace.update(rows);
+    return trace;
+  }
+
+  /** Draw, unless so little has happened that nothing would move by two px. */
+  draw(canvas, rows, ghost, colours, now) {
+    const { context, width, height, ratio } = fitted(canvas, false);
+    this.columns = Math.round((width - LEFT - RIGHT) * ratio);
+    this.bucket = this.span / this.columns;
+    const latest = Math.floor(rows.last().time / this.bucket);
+    if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
+    for (const flight of [...this.lines.keys()]) if (flight !== rows && flight !== ghost) this.lines.delete(flight);
+    const size = `${width} ${height} ${ratio}`;
+    if (!this.key.startsWith(size)) this.lines.clear();
+    const each = (height - 16) / this.strips.length;
+    const shown = this.strips.map((planned, i) => {
+      const flown = planned.lines.map((line) => [line, this.trace(line, rows), ghost && !line.thin && this.trace(line, ghost)]);
+      return { strip: ranged(planned, flown), flown, top: i * each + TOP, height: each - TOP - BOTTOM };
+    });
+    const key = `${size} ${shown.map(({ strip }) => strip.high)} ${ghost?.first ?? ""} ${Object.values(colours)}`;
+    this.drawLines(shown, latest, key, ratio, height, colours);
+    context.clearRect(0, 0, width, height);
+    for (const { strip, top, height: tall } of shown) {
+      drawFrame(context, strip, { left: LEFT, top, width: width - LEFT - RIGHT, height: tall }, colours);
+    }
+    context.drawImage(this.picture, LEFT, 0, this.columns / ratio, height);
+    this.drawTimes(context, Math.max(0, latest - this.columns + 1) * this.bucket, this.bucket * ratio, height, colours);
+  }
+
+  /** Bring the picture of the lines up to a column: moved to the left, and with what is new. */
+  drawLines(shown, latest, key, ratio, height, colours) {
+    const { picture, columns } = this, context = picture.getContext("2d"), tall = Math.round(height * ratio);
+    const first = Math.max(0, latest - columns + 1);
+    let begin = Math.max(first, this.drawn);
+    if (key !== this.key || latest < this.drawn || this.drawn < first) {
+      picture.width = columns;   // which empties it
+      picture.height = tall;
+      begin = first;
+    } else {
+      const moved = first - Math.max(0, this.drawn - columns + 1);
+      context.globalCompositeOperation = "copy";
+      if (moved) context.drawImage(picture, -moved, 0);
+      context.globalCompositeOperation = "source-over";
+      context.clearRect(begin - first, 0, columns, tall);
+    }
+    for (const { strip, flown, top, height: high } of shown) {
+      const y = (value) => ratio * (top + (strip.high - value) / (strip.high - strip.low) * high);
+      context.save();
+      context.beginPath();
+      context.rect(0, ratio * (top - 1), columns, ratio * (high + 2));
+      context.clip();
+      for (const [line, trace, other] of flown) {
+        context.fillStyle = colours[line.colour];
+        context.globalAlpha = 0.4;
+        if (other) other.draw(context, begin, begin - first, y, 1.5 * ratio, false);
+        context.globalAlpha = line.thin ? 0.8 : 1;
+        trace.draw(context, begin, begin - first, y, (line.thin ? 1 : 1.7) * ratio, line.thin);
+      }
+      context.restore();
+    }
+    this.key = key;
+    this.drawn = latest;
+  }
+
+  drawTimes(context, since, bucket, height, colours) {
+    context.fillStyle = colours.faint;
+    context.textBaseline = "bottom";
+    context.textAlign = "center";
+    const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
+    for (let time = every * Math.ceil(since / every); time < since + this.span; time += every) {
+      context.fillText(`${time} s`, LEFT + (time - since) / bucket, height);
+    }
+  }
 }
 
 /** Range of a strip that follows its lines, widened to tens. */
-function ranged(strip, history, since) {
+function ranged(strip, flown) {
   if (!strip.auto) return strip;
-  let most = 10;
-  for (let row = history.since(since); row < history.count; row += 8) {
-    for (const line of strip.lines) most = Math.max(most, Math.abs(line.value(history, row)));
-  }
-  most = Math.min(strip.high, 10 * Math.ceil(1.05 * most / 10));
+  const largest = Math.max(10, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
+  const most = Math.min(strip.high, 10 * Math.ceil(1.05 * largest / 10));
   return { ...strip, low: -most, high: most, ticks: [-most / 2, 0, most / 2] };
-}
-
-function drawStrips(canvas, strips, history, ghost, span, colours) {
-  const { context, width, height } = fitted(canvas);
-  const now = history.last()?.time ?? 0, since = Math.max(0, now - span);
-  const each = (height - 16) / strips.length;
-  strips.forEach((planned, i) => {
-    const strip = ranged(planned, history, since);
-    const box = { left: LEFT, top: i * each + TOP, width: width - LEFT - RIGHT, height: each - TOP - BOTTOM };
-    const y = drawFrame(context, strip, box, colours);
-    const x = (time) => (time - since) / span * box.width;
-    context.save();
-    context.beginPath();
-    context.rect(box.left, box.top, box.width, box.height);
-    context.clip();
-    for (const line of strip.lines) {
-      context.strokeStyle = colours[line.colour];
-      context.lineWidth = line.thin ? 1 : 1.6;
-      context.setLineDash(line.thin ? [2, 3] : []);
-      if (ghost && !line.thin) {
-        context.globalAlpha = 0.45;
-        drawLine(context, ghost, line.value, since, box, x, y);
-      }
-      context.globalAlpha = line.thin ? 0.8 : 1;
-      drawLine(context, history, line.value, since, box, x, y);
-      context.globalAlpha = 1;
-    }
-    context.restore();
-  });
-  context.setLineDash([]);
-  context.fillStyle = colours.faint;
-  context.textBaseline = "bottom";
-  for (let second = Math.ceil(since); second <= now; second++) {
-    if (second < 0 || (span > 10 && second % 5)) continue;
-    context.textAlign = "center";
-    context.fillText(`${second} s`, LEFT + (second - since) / span * (width - LEFT - RIGHT), height);
-  }
 }
 
 /** The plane of the direct and the quadrature current: where each motor is and has been for a moment, and its limits. */

@@ -13,6 +13,8 @@ from fmi_export.whole_file import write_whole
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
+from maglev.live.content import flies_live
+from maglev.live.page import NAME as LIVE_PAGE
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings
 from maglev.report.charts import ShownChart, chart_data, in_order, shown_charts
@@ -67,7 +69,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
         If plotly is not installed.
     """
     require_plotly()
-    page = report_page(results, judgements, plotly_script(), outcomes)
+    page = report_page(results, judgements, plotly_script(), outcomes, path.with_name(LIVE_PAGE).is_file())
     write_whole(path, page)
 
 
@@ -78,8 +80,8 @@ def plotly_script() -> str:
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str,
-                outcomes: Sequence[Outcome] = ()) -> str:
-    """Text of the page; `plotly` is the source of plotly.js."""
+                outcomes: Sequence[Outcome] = (), live: bool = False) -> str:
+    """Text of the page; `plotly` is the source of plotly.js, `live` whether the live page lies beside it."""
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
@@ -93,7 +95,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: st
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
-        figures="\n".join(figure_element(each, judgements) for each in shown) or no_figure(results),
+        figures="\n".join(figure_element(each, judgements, live) for each in shown) or no_figure(results),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result) for result in results),
         data=json_in_html(data),
@@ -170,15 +172,15 @@ def no_figure(results: Sequence[RunResult]) -> str:
     return "<p>No figure shows these runs.</p>" if recorded else "<p>No run was recorded.</p>"
 
 
-def figure_element(shown: Shown | ShownChart, judgements: Judgements) -> str:
-    """One figure: caption, what it is about, place for the plot, claims about it."""
+def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool) -> str:
+    """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it."""
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
         caption, height = shown.chart.caption, 120 + 240 * len(shown.chart.panels)
         about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
     else:
         caption, height = shown.figure.caption, 120 + 180 * len(shown.panels)
-        about = "".join(f"<li>{run_link(run, judgements)}"
+        about = "".join(f"<li>{run_link(run, judgements)}{live_link(run) if live else ''}"
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
                                   for text in run_status(run)) + "</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}"><figcaption><h3>{escape(shown.title)}</h3><p>{escape(caption)}</p>'
@@ -193,6 +195,14 @@ def run_link(run: RunResult, judgements: Judgements) -> str:
     if not is_listed(run, judgements):
         return escape(name)
     return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
+
+
+def live_link(run: RunResult) -> str:
+    """Link that opens a run in the live page; empty for one that it cannot fly as it was flown here."""
+    if run.modified or not flies_live(run.plan):
+        return ""
+    name = escape(run.plan.name)
+    return f' (<a href="{LIVE_PAGE}#run={name}" aria-label="open {name} live">open this run live</a>)'
 
 
 def description(result: RunResult) -> str:

@@ -69,6 +69,17 @@ def test_every_figure_and_run_is_on_the_page(page):
     assert page.data["moving"] == list(MOVING)
 
 
+def test_runs_open_live_where_the_live_page_lies_beside(tmp_path):
+    """Those that it can fly as they were flown here."""
+    results = [recorded(packaged("2dof-setpoints")), recorded(packaged("2dof-identification-rig"))]
+    (tmp_path / "live.html").touch()
+    write_report(tmp_path / "report.html", results, {})
+    write_report(tmp_path / "elsewhere" / "report.html", results, {})
+    beside, alone = ((tmp_path / name).read_text() for name in ("report.html", "elsewhere/report.html"))
+    assert set(re.findall(r'href="(live\.html[^"]*)"', beside)) == {"live.html#run=2dof-setpoints"}
+    assert "live.html" not in alone.replace(plotly_script(), "")
+
+
 def test_text_is_escaped():
     plan = renamed("2dof-setpoints", f"mine {HOSTILE}").model_copy(
         update={"title": HOSTILE, "description": HOSTILE})
