@@ -24,7 +24,7 @@ const KNOBS = [
   { id: "bias", label: "bias", unit: "×", low: -3, high: 3, step: 0.25, like: /^plant\.\w+\.bias$/, by: "factor" },
   { id: "encoder", zero: "exact", label: "encoder's step", unit: "µm", low: 0, high: 100, step: 5, scale: 1e-6, by: "value",
     like: /^plant\.encoder\.resolution$/ },
-  { id: "peak", label: "amplifiers' peak", unit: "A", low: 0.5, high: 12, step: 0.5, by: "value",
+  { id: "peak", label: "amplifier peak", unit: "A", low: 0.5, high: 12, step: 0.5, by: "value",
     like: /^plant\.\w+\.amplifier\.peak$/ },
   { id: "limit", label: "current limit", zero: "none", unit: "A", low: 0, high: 9, step: 0.25, by: "value",
     like: /^controller\.current_limit$/ },

@@ -4,7 +4,10 @@
 const MOST_KEPT = 16384;
 
 class FlightHistory {
+  static made = 0;
+
   constructor(run, width) {
+    this.number = ++FlightHistory.made;
     this.run = run;
     this.width = width;
     this.data = new Float32Array(MOST_KEPT * width);

@@ -127,7 +127,7 @@ class Strips {
       const flown = planned.lines.map((line) => [line, this.trace(line, rows), ghost && !line.thin && this.trace(line, ghost)]);
       return { strip: ranged(planned, flown), flown, top: i * each + TOP, height: each - TOP - BOTTOM };
     });
-    const key = `${size} ${shown.map(({ strip }) => strip.high)} ${ghost?.first ?? ""} ${Object.values(colours)}`;
+    const key = `${size} ${shown.map(({ strip }) => strip.high)} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
     this.drawLines(shown, latest, key, ratio, height, colours);
     context.clearRect(0, 0, width, height);
     for (const { strip, top, height: tall } of shown) {

@@ -13,7 +13,7 @@ const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
 /** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. */
 function viewsOf(run, width, height) {
   const sides = run.motors.map((motor) => ({ kind: "side", motor, axis: run.drives[motor] }));
-  const narrow = width < 640, above = run.motors.length > 1;
+  const narrow = width < 520, above = run.motors.length > 1;
   const share = above && !narrow ? 0.68 : 1;
   const high = (above && narrow ? height - 0.9 * width : height) / sides.length;   // px of a view from the side
   const scale = Math.min(share * width / SIDE.width, (high - SIDE.text) / SIDE.height);
@@ -31,7 +31,7 @@ function viewsOf(run, width, height) {
 function stageHeight(run, width) {
   const side = (share) => share * width / SIDE.width * SIDE.height + SIDE.text;
   if (run.motors.length === 1) return Math.min(340, side(1));
-  return width < 640 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
+  return width < 520 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
 }
 
 function arrow(context, x, y, dx, dy, label, colours) {

@@ -97,7 +97,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: st
         findings=section,
         figures="\n".join(figure_element(each, judgements, live) for each in shown) or no_figure(results),
         assumptions=read("assumptions.html"),
-        descriptions="\n".join(description(result) for result in results),
+        descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
         plotly=plotly,
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
@@ -205,8 +205,8 @@ def live_link(run: RunResult) -> str:
     return f' (<a href="{LIVE_PAGE}#run={name}" aria-label="open {name} live">open this run live</a>)'
 
 
-def description(result: RunResult) -> str:
-    """Name, title and description of a run."""
+def description(result: RunResult, live: bool) -> str:
+    """Name, title and description of a run, with a link to the live page."""
     plan = result.plan
-    return (f"<dt>{escape(plan.name)}: {escape(plan.title)}</dt>"
+    return (f"<dt>{escape(plan.name)}: {escape(plan.title)}{live_link(result) if live else ''}</dt>"
             f"<dd>{escape(plan.description) or 'no description'}</dd>")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import maglev
 from native_builds import HERE, prefixing_headers, two_fmus_flown, unpacked_sources
 from webassembly import CO_SIMULATION, WebAssemblyFmu, flown
 
@@ -28,6 +29,14 @@ def test_a_module_asks_for_nothing_and_has_the_functions_of_fmi(wasm_fmus: Path)
     for name in ("fmi2Instantiate", "fmi2DoStep", "fmi2SetReal", "fmi2GetBoolean", "fmi2SerializeFMUstate", "malloc"):
         assert name in fmu.exports
     assert (wasm_fmus / "Plant3DOF.wasm").read_bytes().find(b"maglev_compiler_") == -1
+
+
+def test_the_same_sources_give_the_same_bytes(wasm_fmus: Path, tmp_path: Path) -> None:
+    done = maglev("build", "--native", "--target", "wasm", "PID2DOF", "--fmus", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert sorted(path.name for path in (tmp_path / "wasm").iterdir()) == ["PID2DOF.wasm", "PID2DOF.xml"]
+    for path in (tmp_path / "wasm").iterdir():
+        assert path.read_bytes() == (wasm_fmus / path.name).read_bytes()
 
 
 def test_a_module_is_an_fmu_of_its_description_alone(wasm_fmus: Path) -> None:
