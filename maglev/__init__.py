@@ -23,6 +23,7 @@ from maglev.errors import (
     MeasurementError,
     QuantityError,
     ScenarioError,
+    StabilityError,
     UnknownName,
 )
 
@@ -37,23 +38,26 @@ if TYPE_CHECKING:
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
+    from maglev.stability.analysis import Region, region
     from maglev.written.new import new_controller
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Comparison": "maglev.api.comparing", "Results": "maglev.api.running", "Run": "maglev.api.flown",
-    "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue", "check": "maglev.api.checking",
-    "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue", "identify": "maglev.api.identifying",
-    "linearise": "maglev.linear.linearise", "linearise_loop": "maglev.linear.loop",
-    "new_controller": "maglev.written.new", "run": "maglev.api.running", "run_all": "maglev.api.running",
+    "Comparison": "maglev.api.comparing", "Region": "maglev.stability.analysis", "Results": "maglev.api.running",
+    "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
+    "check": "maglev.api.checking", "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
+    "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
+    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.written.new",
+    "region": "maglev.stability.analysis", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying", "write_live": "maglev.api.live"}
 
 __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
-    "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Results", "Run", "RunFailed",
-    "ScenarioError", "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise", "linearise_loop",
-    "new_controller", "run", "run_all", "scenarios", "update", "write_identification", "write_live"]
+    "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Region", "Results", "Run", "RunFailed",
+    "ScenarioError", "StabilityError", "UnknownName", "build", "check", "compare", "fmus", "identify", "linearise",
+    "linearise_loop", "new_controller", "region", "run", "run_all", "scenarios", "update", "write_identification",
+    "write_live"]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,6 +12,7 @@
     ├── IdentificationError    data, settings or a model file of an identification
     ├── ControllerError        a Python file or class that cannot be flown as a controller
     ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
+    ├── StabilityError         a loop whose region of stability cannot be told
     └── BuildError             an FMU cannot be built
 
     KeyboardInterrupt
@@ -76,6 +77,10 @@ class LinearModelError(MaglevError):
 
 class ControllerError(MaglevError):
     """A Python file or class that cannot be flown as a controller; one line with file, line and what was expected."""
+
+
+class StabilityError(MaglevError):
+    """A loop whose region of stability cannot be told: unstable, without a limit, or without a solver."""
 
 
 class BuildError(MaglevError):

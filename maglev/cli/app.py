@@ -27,6 +27,7 @@ from maglev.cli.options import (
     Step,
     Timeout,
 )
+from maglev.cli.region import region
 from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
 from maglev.errors import ScenarioError
 
@@ -255,6 +256,7 @@ app.add_typer(new, name="new")
 app.command()(compare)
 app.command()(identify)
 app.command()(linearise)
+app.command()(region)
 
 if __name__ == "__main__":
     app()

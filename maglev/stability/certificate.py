@@ -1,0 +1,267 @@
+"""Regions of stability by linear matrix inequalities, and antiwindup gains by the same inequalities.
+
+Generalised sector condition of J. M. Gomes da Silva Jr. and S. Tarbouriech, "Antiwindup design with guaranteed regions
+of stability: an LMI-based approach", IEEE Transactions on Automatic Control 50(1), 2005; see docs/region.md.
+"""
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from maglev.errors import StabilityError
+from maglev.linear.model import Matrix
+from maglev.stability.axis_loop import AxisLoop
+
+# The optimum itself lies on the border of what the inequalities allow, where rounding decides: shares of its step with
+# which a certificate is asked for that has room to spare.
+SHARES = (0.998, 0.995, 0.99, 0.97, 0.9)
+TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4)   # of the solver, the next where it gives up: what it gives is verified
+LARGEST_STEP = 0.25     # m, twice the way between the stops of any axis: what lies beyond is not looked for
+LEAST_DECREASE = 1e-6   # 1/s, of V/V: much more than rounding errors make
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """Ellipsoid χᵀ P χ ≤ 1 from which the loop comes back to rest whatever the limit cuts off: V = χᵀ P χ decreases.
+
+    Attributes
+    ----------
+    gains : ndarray, shape (3,)
+        Ec: m s²/A, m s/A, m/A.
+    P : ndarray, shape (n, n)
+        Positive definite.
+    G : ndarray, shape (n,)
+        Of the sector condition, A: φ(u) (φ(u) − G χ) ≤ 0 wherever |(K − G) χ| is within the limit.
+    T : float
+        Weight of the sector condition.
+    step : float
+        Largest step of the reference that starts in the ellipsoid, m; about LARGEST_STEP if that is reached.
+    decrease : float
+        V decreases by at least this share of itself and of φ² T a second, 1/s.
+    """
+
+    gains: Matrix
+    P: Matrix
+    G: Matrix
+    T: float
+    step: float
+    decrease: float
+
+    def level(self, states: Matrix) -> Matrix:
+        """V of states, the columns of an array of shape (n, m): at most 1 inside."""
+        return np.asarray(np.einsum("im,ij,jm->m", states, self.P, states))
+
+    def section(self, directions: Matrix) -> Matrix:
+        """Shape matrix of the ellipse {c: V(directions c) ≤ 1} for two directions, shape (n, 2)."""
+        return np.asarray(directions.T @ self.P @ directions)
+
+    def projection(self, first: int, second: int) -> Matrix:
+        """Shape matrix of the ellipsoid's shadow on two states."""
+        return np.asarray(np.linalg.inv(np.linalg.inv(self.P)[np.ix_([first, second], [first, second])]))
+
+
+def solver() -> Any:
+    """cvxpy, an extra of this project with its solver Clarabel; StabilityError if one is not installed."""
+    for module in ("cvxpy", "clarabel"):
+        if find_spec(module) is None:
+            raise StabilityError(f"a region needs {module}, expected it to be installed: "
+                                 "pip install 'maglev-fmus[region]'")
+    import cvxpy
+
+    return cvxpy
+
+
+def certify(loop: AxisLoop, gains: Matrix, decay: float = 0.0) -> Certificate:
+    """Find the ellipsoid with the largest step in it.
+
+    Parameters
+    ----------
+    loop : AxisLoop
+    gains : ndarray, shape (3,)
+        Ec of the antiwindup; zeros for none.
+    decay : float
+        V is to decrease at least as exp(−2 decay t), 1/s.
+
+    Raises
+    ------
+    StabilityError
+        If there is none, or cvxpy is missing.
+    """
+    scaled = Scaled(loop)
+    inequalities = Inequalities(solver(), scaled, decay, gains)
+    best = inequalities.largest_step()
+    for share in SHARES:
+        inequalities.most_room(share * best)
+        found = certificate(loop, scaled, gains, inequalities.values(), decay)
+        if found is not None:
+            return found
+    raise StabilityError(f"{loop.name}: the solver's solution does not hold, expected a certificate; try a smaller "
+                         f"decay than {decay:g} 1/s")
+
+
+def synthesise(loop: AxisLoop, decay: float) -> Matrix:
+    """Antiwindup gains Ec, shape (3,), with the largest certified step at a rate of decay (1/s).
+
+    S = 1/T is a number, and Z = Ec S takes the place of the product: the inequalities are linear in Q, Y, S, Z.
+
+    Raises
+    ------
+    StabilityError
+        If there are none, or cvxpy is missing.
+    """
+    inequalities = Inequalities(solver(), Scaled(loop), decay, None)
+    inequalities.largest_step()
+    return inequalities.gains()
+
+
+class Scaled:
+    """A loop in the coordinates of its modes, each as large as the limit or a typical step drives it.
+
+    Positions, integrals of integrals and currents differ by orders of magnitude, and the modes' rates by a thousand.
+    """
+
+    STEP = 0.02   # m, typical
+
+    def __init__(self, loop: AxisLoop):
+        values, vectors = np.linalg.eig(loop.A)
+        modes = [part for value, vector in zip(values, vectors.T, strict=True) if value.imag >= 0.0
+                 for part in ([vector.real, vector.imag] if value.imag > 0.0 else [vector.real])]
+        rates = [abs(value) for value in values if value.imag >= 0.0 for _ in range(2 if value.imag > 0.0 else 1)]
+        basis: Matrix = np.array(modes, dtype=np.float64).T
+        driven = np.linalg.solve(basis, np.column_stack([loop.limit * loop.B, self.STEP * loop.A @ loop.at_step]))
+        sizes = np.linalg.norm(driven, axis=1) / np.array(rates)
+        self.modes: Matrix = np.asarray(basis * sizes, dtype=np.float64)
+        self.back: Matrix = np.asarray(np.linalg.inv(self.modes), dtype=np.float64)
+        self.A: Matrix = self.back @ loop.A @ self.modes
+        # Currents in units of the limit.
+        self.B: Matrix = self.back @ loop.B * loop.limit
+        self.E: Matrix = self.back @ loop.E * loop.limit
+        self.K: Matrix = loop.K @ self.modes / loop.limit
+        self.at_step: Matrix = self.back @ loop.at_step * self.STEP
+        self.limit, self.sample_time, self.name = loop.limit, loop.sample_time, loop.name
+
+
+class Inequalities:
+    """The matrix inequalities of docs/region.md in Q = P⁻¹, Y = G Q, S = 1/T and, where Ec is looked for, Z = Ec S.
+
+    `gains` are given, or looked for where None.
+    """
+
+    def __init__(self, cvxpy: Any, scaled: Scaled, decay: float, gains: Matrix | None):
+        n = len(scaled.A)
+        self.cvxpy, self.scaled, self.fixed = cvxpy, scaled, gains
+        self.Q = cvxpy.Variable((n, n), symmetric=True)
+        self.Y = cvxpy.Variable((1, n))
+        self.S = cvxpy.Variable((1, 1))
+        self.step = cvxpy.Variable((1, 1))
+        self.sizes = np.linalg.norm(scaled.E, axis=0)
+        if gains is None:
+            self.Z = cvxpy.Variable((3, 1))
+            bs = scaled.B[:, None] @ self.S + (scaled.E / self.sizes) @ self.Z
+        else:
+            bs = (scaled.B + scaled.E @ gains)[:, None] @ self.S
+        aq, root = scaled.A @ self.Q, np.sqrt(scaled.sample_time)
+        rows = [[aq + aq.T + 2.0 * decay * self.Q, self.Y.T - bs], [self.Y - bs.T, -2.0 * self.S]]
+        if scaled.sample_time:
+            # The square of a sample's change, (A χ − B φ)ᵀ P (A χ − B φ) Ts, by its Schur complement.
+            rows = [[*rows[0], root * aq.T], [*rows[1], -root * bs.T], [root * aq, -root * bs, -self.Q]]
+        self.decrease = cvxpy.bmat(rows)
+        kq, start = scaled.K[None] @ self.Q - self.Y, scaled.at_step[:, None] @ self.step
+        self.constraints = [cvxpy.bmat([[self.Q, kq.T], [kq, np.eye(1)]]) >> 0,
+                            cvxpy.bmat([[np.eye(1), start.T], [start, self.Q]]) >> 0,
+                            self.step <= LARGEST_STEP / scaled.STEP]
+
+    def largest_step(self) -> float:
+        """Solve for the largest step in the ellipsoid, in units of the scale."""
+        self.solve(self.cvxpy.Maximize(self.step[0, 0]), [self.decrease << 0])
+        return float(self.step.value[0, 0])
+
+    def most_room(self, step: float) -> None:
+        """Solve for an ellipsoid with this step in it that is farthest from the border of the inequality."""
+        room = self.cvxpy.Variable()
+        size = self.decrease.shape[0]
+        self.solve(self.cvxpy.Maximize(room), [self.decrease << -room * np.eye(size), self.step == step])
+
+    def solve(self, objective: Any, constraints: list[Any]) -> None:
+        """Solve, and refuse what has no solution."""
+        import warnings
+
+        problem = self.cvxpy.Problem(objective, [*self.constraints, *constraints])
+        for tolerance in TOLERANCES:
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")   # that it may be inaccurate: what it gives is verified
+                    problem.solve(solver=self.cvxpy.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance,
+                                  tol_feas=tolerance, accept_unknown=True)
+                break
+            except self.cvxpy.SolverError:
+                continue
+        else:
+            raise StabilityError(f"{self.scaled.name}: Clarabel gave up, expected a solution; try a smaller rate of "
+                                 "decay")
+        if self.Q.value is None:
+            raise StabilityError(f"{self.scaled.name}: the inequalities are {problem.status}, expected a solution; "
+                                 "try a smaller rate of decay")
+
+    def gains(self) -> Matrix:
+        """Ec of the solution."""
+        if self.fixed is not None:
+            return self.fixed
+        return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[0, 0])
+
+    def values(self) -> tuple[Matrix, Matrix, float]:
+        """Q, Y and S of the solution."""
+        return np.asarray(self.Q.value), np.asarray(self.Y.value[0]), float(self.S.value[0, 0])
+
+
+def certificate(loop: AxisLoop, scaled: Scaled, gains: Matrix, solution: tuple[Matrix, Matrix, float], decay: float
+                ) -> Certificate | None:
+    """Certificate of a solution if it is one, by eigenvalues and without the solver's word."""
+    q, y, s = solution
+    if s <= 0.0 or np.linalg.eigvalsh(q)[0] <= 0.0:
+        return None
+    p: Matrix = np.asarray(np.linalg.inv(q), dtype=np.float64)
+    g = p @ y
+    decrease = decrease_of(scaled.A, scaled.B + scaled.E @ gains, g, p, 1.0 / s, scaled.sample_time, decay)
+    if decrease < LEAST_DECREASE:
+        return None
+    # Between K and G the sector condition reaches to the limit: shrink the ellipsoid until it is inside.
+    reach = float((scaled.K - g) @ q @ (scaled.K - g))
+    p = p * max(1.0, reach)
+    original = scaled.back.T @ p @ scaled.back
+    original = 0.5 * (original + original.T)
+    return Certificate(gains, original, g @ scaled.back * scaled.limit, 1.0 / s / scaled.limit**2 * max(1.0, reach),
+                       float(1.0 / np.sqrt(loop.at_step @ original @ loop.at_step)), decrease)
+
+
+def decrease_of(a: Matrix, b: Matrix, g: Matrix, p: Matrix, t: float, sample_time: float, decay: float) -> float:
+    """Least decrease of V + 2 decay V + 2 φ T (φ − G χ) for χᵀ P χ + T φ² = 1, 1/s; negative where it grows.
+
+    Parameters
+    ----------
+    a, b, g, p : ndarray, shapes (n, n), (n,), (n,), (n, n)
+        With χ' = a χ − b φ, or the divided difference of a sampled loop.
+    t : float
+        T, above 0.
+    sample_time : float
+        s, 0 for continuous time.
+    decay : float
+        1/s.
+    """
+    change = np.column_stack([a, -b])
+    n = len(a)
+    matrix = np.zeros((n + 1, n + 1))
+    matrix[:n] = p @ change
+    matrix += matrix.T
+    matrix[:n, :n] += 2.0 * decay * p
+    matrix += sample_time * change.T @ p @ change
+    matrix[n, :n] += t * g
+    matrix[:n, n] += t * g
+    matrix[n, n] -= 2.0 * t
+    root = np.zeros((n + 1, n + 1))
+    root[:n, :n] = np.linalg.cholesky(p)
+    root[n, n] = np.sqrt(t)
+    balanced = np.linalg.solve(root, np.linalg.solve(root, matrix).T)
+    return float(-np.linalg.eigvalsh(0.5 * (balanced + balanced.T))[-1])

@@ -1,0 +1,115 @@
+"""The linear loop with its limit, simulated: which states come back to rest, and how."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import StabilityError
+from maglev.linear.model import Matrix
+from maglev.stability.axis_loop import AxisLoop
+from maglev.stability.certificate import LARGEST_STEP, Certificate
+
+HORIZON = 20.0       # s, after which a state that is not back is taken for lost
+LOOK = 500           # samples between two looks at who is back or lost
+LOST = 30.0          # m or m/s
+STEPS = 40           # steps that are tried at a time, of either sign
+BAND = 1e-4          # m, of settling: the specification of the thesis (section 5.5)
+SHOWN = 5.0          # s, of a response
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Answer to a step of the reference at 0 s.
+
+    Attributes
+    ----------
+    step : float
+        m.
+    time, position, command : ndarray, shape (k,)
+        s; m from where the step began; A.
+    """
+
+    step: float
+    time: Matrix
+    position: Matrix
+    command: Matrix
+
+    @property
+    def overshoot(self) -> float:
+        """Farthest way beyond the reference, as a share of the step."""
+        return max(0.0, float((self.position / self.step).max()) - 1.0)
+
+    @property
+    def settling(self) -> float:
+        """Time after which the error stays below 0.1 mm, s; inf if it does not within the response."""
+        outside = np.flatnonzero(np.abs(self.position - self.step) >= BAND)
+        if len(outside) == 0:
+            return 0.0
+        return float(self.time[outside[-1] + 1]) if outside[-1] + 1 < len(self.time) else float("inf")
+
+
+class Samples:
+    """One sample of a loop after the other, of many states at a time."""
+
+    def __init__(self, loop: AxisLoop, gains: Matrix):
+        if loop.sample_time <= 0.0:
+            raise StabilityError(f"{loop.name}: sample_time = {loop.sample_time:g} s, expected a sampled loop")
+        self.K, self.lower, self.upper = loop.K, loop.lower, loop.upper
+        self.A: Matrix = np.eye(len(loop.A)) + loop.sample_time * loop.A
+        self.B: Matrix = loop.sample_time * (loop.B + loop.E @ gains)[:, None]
+
+    def after(self, states: Matrix) -> tuple[Matrix, Matrix]:
+        """States after one sample, shape (n, m), and the limited commands, A, as deviations, shape (m,)."""
+        wanted = self.K @ states
+        # np.clip takes five times as long for as few.
+        command = np.minimum(np.maximum(wanted, self.lower), self.upper)
+        return self.A @ states - self.B * (wanted - command), command
+
+
+def comes_back(loop: AxisLoop, found: Certificate, states: Matrix) -> NDArray[np.bool_]:
+    """Whether states, the columns of an array of shape (n, m), come back to rest: into the certified ellipsoid."""
+    samples = Samples(loop, found.gains)
+    back = np.zeros(states.shape[1], bool)
+    going = np.arange(states.shape[1])
+    for _ in range(int(np.ceil(HORIZON / (LOOK * loop.sample_time)))):
+        inside = found.level(states) <= 1.0
+        back[going[inside]] = True
+        stay = ~inside & (np.abs(states[:2]) < LOST).all(axis=0)
+        going, states = going[stay], states[:, stay]
+        if len(going) == 0:
+            break
+        for _ in range(LOOK):
+            states, _ = samples.after(states)
+    return back
+
+
+def largest_step(loop: AxisLoop, found: Certificate) -> float:
+    """Largest step of the reference, m, below which steps of either sign come back; LARGEST_STEP if all do.
+
+    Steps in a geometric sequence are tried, then, between the first that does not come back and that before it, again.
+    """
+    low, high = min(0.5 * found.step, 0.5 * LARGEST_STEP), LARGEST_STEP
+    for _ in range(2):
+        steps = np.geomspace(low, high, STEPS)
+        both = comes_back(loop, found, np.outer(loop.at_step, np.concatenate([steps, -steps])))
+        back = both[:STEPS] & both[STEPS:]
+        if back.all():
+            return float(steps[-1])
+        first = int(np.argmin(back))
+        if first == 0:
+            return 0.0
+        low, high = steps[first - 1], steps[first]
+    return float(low)
+
+
+def respond(loop: AxisLoop, gains: Matrix, step: float) -> Response:
+    """Response of a loop to a step of its reference (m)."""
+    samples, count = Samples(loop, gains), int(SHOWN / loop.sample_time)
+    state = -step * loop.at_step[:, None]
+    position, command = np.zeros(count), np.zeros(count)
+    for k in range(count):
+        position[k] = step + state[0, 0]
+        state, now = samples.after(state)
+        command[k] = loop.at_rest + now[0]
+    return Response(step, np.asarray(loop.sample_time * np.arange(count), dtype=np.float64), position, command)
