@@ -1,0 +1,130 @@
+"""Regions from Python and from the command line: contents, flights, pictures, and what is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+
+import maglev as tool
+from maglev.errors import MaglevError, StabilityError
+from maglev.stability import certificate
+from maglev.stability.analysis import Region, region
+from maglev.stability.axis_loop import axis_loop
+from maglev.stability.flight import Flights
+
+SMOOTH = {f"plant.{axis}.{effect}": 0.0 for axis in "yxz" for effect in ("bias", "friction.coulomb",
+                                                                        "friction.viscous")}
+
+
+@pytest.fixture(scope="module")
+def found() -> Region:
+    return region("3dof", "x", "25 mm", synthesise=True, step="20 mm")
+
+
+def test_a_region_has_what_was_asked_for(found: Region) -> None:
+    assert [each.name for each in found.candidates] == ["as set", "without", "synthesised"]
+    assert found["as set"].gains == pytest.approx([1.1e-4] * 3)
+    for each in found.candidates:
+        assert each.certificate.step < each.simulated
+        assert each.response.step == 0.02
+    assert found["synthesised"].response.overshoot < found["as set"].response.overshoot
+    assert found["without"].response.overshoot > found["as set"].response.overshoot
+    assert tool.region is region
+    with pytest.raises(StabilityError, match="region: no candidate 'best', expected one of as set, without, synthes"):
+        found["best"]
+
+
+def test_pictures_text_and_data(found: Region, tmp_path: Path) -> None:
+    found.plot().savefig(tmp_path / "region.png")
+    assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
+    assert "17.3" in str(found) and "14.4" in str(found)
+    data = json.loads(json.dumps(found.as_data(), allow_nan=False))
+    candidate = data["candidates"]["as set"]
+    start = candidate["certified_step"] * found.loop.at_step
+    assert start @ np.array(candidate["P"]) @ start == pytest.approx(1.0)
+
+
+def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
+    """No state of the section is outside the shadow, and steps end where the section does."""
+    certified = found["as set"].certificate
+    plane = np.column_stack([found.loop.at_step, found.loop.in_motion])
+    assert certified.section(plane)[0, 0] ** -0.5 == pytest.approx(certified.step)
+    assert np.linalg.eigvalsh(certified.section(plane) - certified.projection(0, 1)).min() > 0.0
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    ({"rig": "4dof"}, "rig = '4dof', expected one of 2dof, 3dof"),
+    ({"axis": "v"}, "3dof: axis = 'v', expected one of y, x, z"),
+    ({"gap": "31 mm"}, "Plant3DOF at y = 31 mm: alpha needs i_d = -4.65 A, i_q = 0.159 A, expected at most "),
+    ({"gap": "35 mm"}, "Plant3DOF at y = 35 mm: beyond the end stops, expected y within 18.5…32 mm"),
+    ({"gap": "19 mm", "set": {"controller.current_limit": 1.0}}, "is beyond current_limit = 1 A"),
+    ({"controller": "PID3DOF"}, "3dof: controller = 'PID3DOF', expected an output regulator, which has an antiwindup"),
+    ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A is none, expected a limit above"),
+    ({"set": {"controller.x.k1": 463.0}}, "the loop is unstable, its slowest pole is "),
+    ({"set": {"controller.x.k9": 1.0}}, "Regulator3DOF: no parameter 'x.k9'; nearest is "),
+    ({"set": {"x.k1": 1.0}}, "set x.k1: expected plant.… or controller.…, such as controller.x.ec1"),
+    ({"decay": -1.0}, "decay = -1.0 1/s, expected a finite rate of 0 1/s or more"),
+    ({"decay": 100.0, "synthesise": True}, "x of Plant3DOF with Regulator3DOF at y = 25 mm: "),
+    ({"step": "0 mm"}, "step = 0 m, expected one above 0 m"),
+    ({"step": "3 s"}, "step: '3 s' is in s, expected a quantity in m"),
+    ({"fly": True, "fmus": "nowhere"}, "there is no file nowhere/Regulator3DOF.fmu, expected an FMU"),
+])
+def test_refusals(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(MaglevError) as caught:
+        region(**{"rig": "3dof", "axis": "x", "gap": "25 mm", **arguments})
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certificate, "find_spec", lambda _: None)
+    line = error_line(maglev("region", "3dof", "x", "--gap", "25mm"))
+    assert line == ("maglev: a region needs cvxpy, expected it to be installed: pip install 'maglev-fmus[region]'")
+
+
+def test_command_line(tmp_path: Path) -> None:
+    done = maglev("region", "3dof", "z", "--gap", "25mm", "--set", "controller.z.ec1=2e-4", "--json",
+                  tmp_path / "z.json", "--plot", "--out", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert "z of Plant3DOF with Regulator3DOF at y = 25 mm: 0.2 ms" in done.stdout
+    assert json.loads((tmp_path / "z.json").read_text())["candidates"]["as set"]["Ec"] == [2e-4, 1.25e-4, 1.25e-4]
+    assert (tmp_path / "region-3dof-z.png").is_file()
+    assert error_line(maglev("region", "3dof", "x", "--gap", "31mm")).startswith("maglev: Plant3DOF at y = 31 mm: ")
+    assert "expected a name, = and a value" in error_line(maglev("region", "3dof", "x", "--gap", "25mm", "--set", "a"))
+
+
+def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
+    """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
+    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH)
+    settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
+    flights = Flights("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True)
+    for each in flown.candidates:
+        gains = {f"x.ec{k}": float(gain) for k, gain in enumerate(each.gains, 1)}
+        response, held = flights.fly(0.02, gains)
+        assert held
+        assert np.abs(response.position[:25000] - each.response.position[:25000]).max() < 20e-6
+        assert response.overshoot == pytest.approx(each.response.overshoot, abs=1e-3)
+
+
+def test_flown_steps_reach_beyond_the_certified_ones(fastest_fmus: Path) -> None:
+    flown = region("3dof", "x", "25 mm", fly=True, fmus=fastest_fmus)
+    for each in flown.candidates:
+        assert each.flown is not None and each.flown.held and each.flown.largest_locked is not None
+        assert each.certificate.step < each.flown.largest < each.flown.largest_locked
+    assert "gap locked (mm)" in str(flown)
+
+
+def test_the_page_has_what_is_certified() -> None:
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in
+            (Path(__file__).parents[3] / "docs" / "region.md").read_text(encoding="utf-8").splitlines()
+            if line.startswith(("| x |", "| y |", "| z |"))]
+    assert len(rows) == 9
+    for axis, name, printed, certified, *_ in rows:
+        loop = axis_loop("3dof", axis, "25 mm")
+        gains = np.array([float(gain) for gain in printed.replace("−", "-").split(",")]) * np.ones(3)
+        if name == "(5.15)":
+            assert gains == pytest.approx(loop.gains)
+        assert certificate.certify(loop, gains).step == pytest.approx(1e-3 * float(certified), rel=0.02)
