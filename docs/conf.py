@@ -16,7 +16,8 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_
 exclude_patterns = ["_build", "site"]
 nitpicky = False
 root_doc = "index"
-default_role = "code"   # single backticks in docstrings
+default_role = "code"           # single backticks in docstrings
+highlight_language = "text"     # most blocks are for a shell, or formulas; examples with >>> are known by it
 
 # Equations as MathML, which browsers draw by themselves: the site needs no network.
 html_math_renderer = "mathml"
