@@ -1,0 +1,55 @@
+"""What the examples share: the ports of a controller of the 3-DOF stage, and its motors, feedback-linearised."""
+
+from controller_fmu.feedback_linearisation import demanded_current
+from controller_fmu.motor_command import MotorCommand
+from controller_fmu.regulator_3dof import Regulator3DOF
+from pmlsm.gap_functions import gap_functions
+from pmlsm.saturation import saturate
+from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
+
+SAMPLE_TIME = 0.2e-3   # s
+LIMIT = 4.0            # A, of i_d and i_q, as of the thesis's regulator (section 5.6.2)
+
+INPUTS = {f"{axis}.{port}": "m" for axis in ("y", "x", "z") for port in ("reference", "measured")}
+OUTPUTS = {f"{motor}.i_{current}_cmd": "A" for motor in ("alpha", "beta") for current in ("a", "b", "c", "d", "q")}
+
+KNOWN = Regulator3DOF()   # its constants are those that the thesis's regulator knows, not those of the stage
+THRUST_X, THRUST_Z = 2.0 * KNOWN.C1, 2.0 * KNOWN.C2            # m/(s² A)
+VERTICAL = (4.0 * KNOWN.C3, 4.0 * KNOWN.C4, 4.0 * KNOWN.C5)    # attraction, coils, iron of (5.7)
+
+
+class Axis:
+    """Ports of one axis."""
+
+    def __init__(self, position: float):
+        self.reference = position       # m, input
+        self.measured = position        # m, input
+
+
+def accelerations(gap: float, i_d: float, i_qa: float, i_qb: float) -> tuple[float, float, float]:
+    """Accelerations of y, x, z (m/s²) that currents (A) make at an air gap (m), as the regulator knows the stage."""
+    f1, f2, f3, f4 = gap_functions(gap)
+    return (normal_acceleration(*VERTICAL, f2, f3, f4, i_d, i_d**2 + 0.5 * (i_qa**2 + i_qb**2)),
+            thrust_acceleration(THRUST_X, f1, i_qa), thrust_acceleration(THRUST_Z, f1, i_qb))
+
+
+def quadrature_currents(gap: float, x: float, z: float) -> tuple[float, float]:
+    """Currents i_qα, i_qβ (A), limited, for accelerations of x and z (m/s²) at an air gap (m) (5.7)."""
+    thrust, _, _, _ = gap_functions(gap)
+    return saturate(-x / (THRUST_X * thrust), LIMIT), saturate(-z / (THRUST_Z * thrust), LIMIT)
+
+
+def command(alpha: MotorCommand, beta: MotorCommand, demands: tuple[float, float, float], gap: float, x: float,
+            z: float) -> tuple[float, float, float]:
+    """Command the currents for accelerations of y, x, z (m/s²) at measured positions (m), as far as the limit goes.
+
+    Unlike in (5.7), the direct current makes up for the quadrature currents as they are limited: a step of x that asks
+    for 20 A must not take from the gap what only 20 A would do to it. Returns the accelerations that the limited
+    currents make; antiwindup and observers have to know them.
+    """
+    i_qa, i_qb = quadrature_currents(gap, demands[1], demands[2])
+    _, f2, f3, f4 = gap_functions(gap)
+    i_d, _ = demanded_current(demands[0], 0.5 * VERTICAL[2] * f4 * (i_qa**2 + i_qb**2), *VERTICAL, f2, f3, f4)
+    alpha.command(i_d, i_qa, LIMIT, x)
+    beta.command(i_d, i_qb, LIMIT, z)
+    return accelerations(gap, alpha.i_d_cmd, i_qa, i_qb)
