@@ -72,6 +72,7 @@ bench: .venv/.test
 	$(BIN)/python benchmarks/whole_run.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/gym_cost.py
+	$(BIN)/python benchmarks/study_cost.py
 
 # The live page in a Chromium, which must be installed: runs against the native FMUs, hands, frames a second.
 live-check: .venv/.test

@@ -28,6 +28,7 @@ from maglev.cli.options import (
     Timeout,
 )
 from maglev.cli.region import region
+from maglev.cli.study import study, sweep
 from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
 from maglev.errors import ScenarioError
 
@@ -49,6 +50,8 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF` flies one experiment with each of them
 
 `maglev live` writes a page that flies the stages in a browser
+
+`maglev study payload-friction` flies an experiment many times, with what varies in a file; `maglev sweep`, without
 
 `maglev check` asks whether every experiment still gives what it gave
 
@@ -257,6 +260,8 @@ app.command()(compare)
 app.command()(identify)
 app.command()(linearise)
 app.command()(region)
+app.command()(study)
+app.command()(sweep)
 
 if __name__ == "__main__":
     app()

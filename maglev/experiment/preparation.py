@@ -14,12 +14,12 @@ from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_ste
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.errors import ScenarioError, nearest
 from maglev.experiment.port_check import check_names
 from maglev.experiment.provenance import Provenance, provenance
 from maglev.experiment.replacement import Replacement, fit, known_ports, require_essential
-from maglev.schema.run_plan import FmuTable, RunPlan, StartValue, read_start_value
-from maglev.units import number_or_text
+from maglev.schema.run_plan import FmuTable, RunPlan
+from maglev.schema.settings import read_setting, with_references
 from maglev.written.source import is_written
 
 
@@ -161,7 +161,8 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     replaced : mapping of str to Replacement
         FMUs that take the place of the plan's, by name in the run.
     settings : iterable of str
-        Start values that go before the plan's, `fmu.variable=value`, the value with or without a unit.
+        Start values that go before the plan's, `fmu.variable=value`, the value with or without a unit; or other
+        references, `reference.AXIS.amplitude=value`, see `with_reference`.
     step : float, optional
         Communication step that takes the place of the plan's, s.
     order : str
@@ -188,7 +189,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
                 for name, replacement in replaced.items()}
     start = {name: dict(fmu.start) for name, fmu in plan.fmus.items()}
     start_from = {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}
-    settings = list(settings)
+    plan, settings, other_references = with_references(plan, settings)
     overruled: list[str] = []
     for setting in settings:
         name, variable, value = read_setting(setting)
@@ -213,7 +214,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     experiment = Experiment(fitted.plan, files, plan.step if step is None else step, tuple(left_out), order,
                             {name: replacement.ports for name, replacement in replaced.items()},
                             (*fitted.notes, *overruled))
-    changes = changes_of(experiment, plan, asked)
+    changes = (*other_references, *changes_of(experiment, plan, asked))
     if changes or put_in:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
     return replace(experiment, changes=changes, put_in=put_in, timeout=timeout)
@@ -264,21 +265,6 @@ def known_participant(plan: RunPlan, key: str, name: str) -> None:
     if name not in plan.fmus:
         raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
                             f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
-
-
-def read_setting(setting: str) -> tuple[str, str, StartValue]:
-    """FMU, variable and value of a setting `fmu.variable=value`."""
-    path, equals, text = setting.partition("=")
-    name, dot, variable = path.strip().partition(".")
-    if not (equals and dot and variable):
-        raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
-    text = text.strip()
-    if text.lower() in ("true", "false"):
-        return name, variable, StartValue(text.lower() == "true", None, text, f"--set {setting}")
-    try:
-        return name, variable, read_start_value(number_or_text(text))._replace(origin=f"--set {setting}")
-    except QuantityError as error:
-        raise ScenarioError(f"--set {setting}: {error}") from error
 
 
 def fmu_file(fmu: FmuTable, folder: Path) -> Path:

@@ -1,0 +1,223 @@
+"""Studies: a scenario flown many times on a Dask cluster, one Parquet dataset of all samples, and a page."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from maglev.api.flown import extra
+from maglev.api.options import FlightOptions, Value, experiments_of, settings_of
+from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.errors import MaglevError, ScenarioError, UnknownName
+from maglev.processors import processors
+from maglev.schema.loading import load_plan
+
+if TYPE_CHECKING:
+    from maglev.studies.schema import StudyFile
+
+Vary = Mapping[str, Sequence[Value] | str]
+
+
+class Study:
+    """A study that was flown: its dataset, and ways on to other tools.
+
+    Attributes
+    ----------
+    path : Path
+        The Parquet dataset, which pandas, Polars and DuckDB read.
+    about : mapping
+        What its metadata say: design, limits, provenance.
+    """
+
+    def __init__(self, path: str | Path):
+        from maglev.studies.dataset import metadata_of
+
+        self.path = Path(path)
+        self.about: Mapping[str, Any] = metadata_of(self.path)
+        if not self.about:
+            raise MaglevError(f"{path}: cannot be read as the dataset of a study, expected one that maglev study wrote")
+
+    @property
+    def name(self) -> str:
+        """Name of the study."""
+        return str(self.about["name"])
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns, empty text of shares and counts."""
+        schema = extra("pyarrow.parquet", "study").read_schema(self.path)
+        return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
+
+    def __repr__(self) -> str:
+        return f"<Study {self.name}: {self.about['samples']} samples of {self.about['scenario']} in {self.path}>"
+
+    def to_arrow(self) -> Any:
+        """Table of the samples, a pyarrow.Table."""
+        return extra("pyarrow.parquet", "study").read_table(self.path)
+
+    def to_pandas(self) -> Any:
+        """Table of the samples, a pandas.DataFrame by number of the sample; `attrs["units"]` has the units."""
+        extra("pandas", "data")
+        frame = self.to_arrow().replace_schema_metadata(None).to_pandas().set_index("sample")
+        frame.attrs["units"] = self.units
+        return frame
+
+    def to_xarray(self) -> Any:
+        """Metrics of a full grid over what varies, an xarray.Dataset; ScenarioError for another design."""
+        if self.about["design"]["kind"] != "grid":
+            raise ScenarioError(f"{self.name}: design is {self.about['design']['kind']!r}, expected 'grid' for "
+                                "dimensions; to_pandas() has the samples as they are")
+        xarray, frame, units = extra("xarray", "data"), self.to_pandas(), self.units
+        dimensions = [each["name"] for each in self.about["vary"]]
+        settings = [name for name in self.about["targets"] if name in frame and name not in dimensions]
+        grid = frame.drop(columns=[*settings, "failure"]).set_index(dimensions)
+        found = xarray.Dataset.from_dataframe(grid)
+        for name in found.variables:
+            found[name].attrs["units"] = units.get(str(name), "")
+        return found.assign_attrs(name=self.name, scenario=self.about["scenario"])
+
+    def command(self, sample: int) -> str:
+        """The command that flies a sample again, as a full run with files and all."""
+        from maglev.studies.page.again import command_of
+
+        if not 0 <= sample < self.about["samples"]:
+            raise UnknownName(f"{self.name}: there is no sample {sample}, expected 0 to {self.about['samples'] - 1}")
+        return command_of(self.about, self.to_arrow().slice(sample, 1).to_pylist()[0])
+
+    def write_page(self, path: str | Path | None = None) -> Path:
+        """Write the page about the study, one HTML file; beside the dataset if no path is given."""
+        from maglev.studies.page.page import write_page
+
+        found = self.path.with_suffix(".html") if path is None else Path(path)
+        write_page(found, self.to_arrow(), self.about)
+        return found
+
+
+def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: int | None = None,
+          scheduler: str | None = None, resume: bool = False, watch: Watch | None = None, say: Say | None = None,
+          **options: Unpack[FlightOptions]) -> Study:
+    """Fly a study, and give its dataset.
+
+    Parameters
+    ----------
+    file : str or Path
+        A study of the package by its name, or a TOML file (docs/studies.md).
+    out : path
+        Folder for NAME.parquet, and NAME.trajectories.parquet if trajectories are kept.
+    jobs : int, optional
+        Processes of this machine; as many as processors if not given.
+    scheduler : str, optional
+        Address of a Dask scheduler, "tcp://host:8786", whose workers fly in place of this machine's.
+    resume : bool
+        Go on with what an interrupted study has done.
+    watch, say : callable, optional
+        As of `run_all`.
+    **options
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+
+    Returns
+    -------
+    Study
+        The same, bit for bit, whoever flew it, in whatever order, after whatever interruptions.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used: before the first flight.
+    KeyboardInterrupt
+        After Ctrl-C; what is done is kept.
+    """
+    require_study()
+    from maglev.studies.planning import plan_study
+    from maglev.studies.running import run_study
+    from maglev.studies.schema import StudyFile, load_study
+
+    found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
+    beside = path.parent / found.scenario
+    scenario = beside if found.scenario.endswith(".toml") else Path(found.scenario)
+    plan = load_plan(scenario)
+    settings = [*settings_of(found.set), *settings_of(options.get("set"))]
+    options = {**options, "set": settings}
+    experiment, = experiments_of([plan], options)
+    say_notes([experiment], say or warn)
+    planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
+    with (watch or unwatched)([found.name]) as watcher:
+        return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
+                               partial(watcher, found.name)))
+
+
+def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
+          **options: Any) -> Study:
+    """Fly every combination of values; a study without a file.
+
+    Parameters
+    ----------
+    scenario : str or Path
+        As of `run`.
+    vary : mapping of str to sequence, or to str
+        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`; or "from:to:number".
+    name : str, optional
+        Of the study; "SCENARIO.sweep" if not given.
+    keep : sequence of str
+        Signals whose trajectories are kept.
+    **options
+        As of `study`.
+
+    Returns
+    -------
+    Study
+
+    Examples
+    --------
+    >>> import maglev
+    >>> study = maglev.sweep("2dof-smooth-nonlinear", {"plant.v.mass": "4:5:3"})   # doctest: +SKIP
+    >>> study.to_xarray()["overshoot of v"].dims                                   # doctest: +SKIP
+    ('plant.v.mass',)
+    """
+    require_study()
+    from maglev.studies.schema import read_study
+
+    entries = [{"set": target, **(grid_of(target, values) if isinstance(values, str)
+                                  else {"kind": "list", "values": list(values)})} for target, values in vary.items()]
+    table = {"name": name or f"{Path(scenario).stem}.sweep", "scenario": str(Path(scenario).absolute())
+             if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": list(keep)}
+    return study(read_study(table, Path("sweep")), **options)
+
+
+def grid_of(target: str, text: str) -> dict[str, Any]:
+    """A grid "from:to:number", or values "a,b,c"."""
+    from maglev.units import number_or_text
+
+    parts = text.split(":")
+    if len(parts) == 1:
+        words = [part.strip() for part in text.split(",")]
+        return {"kind": "list", "values": [word == "true" if word in ("true", "false") else number_or_text(word)
+                                           for word in words]}
+    if len(parts) != 3 or not parts[2].strip().isdigit():
+        raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
+                            "with commas between")
+    return {"kind": "grid", "from": number_or_text(parts[0].strip()), "to": number_or_text(parts[1].strip()),
+            "number": int(parts[2])}
+
+
+def run_command(scenario: str, options: FlightOptions) -> list[str]:
+    """The command that flies a scenario with the same options."""
+    found = ["maglev", "run", scenario]
+    flags = {"model": "--model", "plant": "--plant", "controller": "--controller", "ports": "--map", "step": "--step"}
+    for key, flag in flags.items():
+        value = options.get(key)
+        found += [] if value is None else [flag, str(value)]
+    if options.get("order", "sequential") != "sequential":
+        found += ["--order", str(options["order"])]
+    if Path(options.get("fmus", "fmus")) != Path("fmus"):
+        found += ["--fmus", str(options["fmus"])]
+    found += ["--native"] if options.get("native") else []
+    for setting in settings_of(options.get("set")):
+        found += ["--set", setting]
+    return found
+
+
+def require_study() -> None:
+    """Raise MaglevError if something of the extra `study` is not installed."""
+    for module in ("distributed", "pyarrow"):
+        extra(module, "study")

@@ -1,0 +1,112 @@
+"""The commands `maglev study` and `maglev sweep`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from maglev.cli.options import (
+    Controller,
+    Debug,
+    Fmus,
+    Model,
+    Native,
+    Ordering,
+    Out,
+    Plant,
+    PortsFile,
+    Settings,
+    Step,
+    run_names,
+)
+from maglev.cli.terminal import one_line_errors, progress_of, report_console, say
+from maglev.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from maglev.api.studying import Study
+
+Processes = Annotated[int | None, typer.Option("--jobs", min=1, help="Processes of this machine; as many as processors "
+                                               "if not given.", show_default=False)]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose "
+                                               "workers fly in place of this machine's.", show_default=False)]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted study has done.")]
+
+
+def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file.")],
+          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
+          ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
+          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
+          resume: Resume = False, debug: Debug = False) -> None:
+    """Fly a scenario many times: what varies, by which design, and what is kept is in a TOML file (docs/studies.md).
+
+    The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
+    Ctrl-C, `--resume` goes on.
+
+    **Examples:**
+
+    `maglev study payload-friction --native`
+
+    `maglev study my_study.toml --native --scheduler tcp://host:8786`
+    """
+    with one_line_errors(debug):
+        from maglev.api.studying import study as fly_study
+
+        finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
+                         set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
+                         order=order, fmus=fmus, native=native))
+
+
+def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or "
+                                                  "a TOML file.", autocompletion=run_names)],
+          vary: Annotated[list[str], typer.Argument(metavar="FMU.variable=FROM:TO:NUMBER", help="What varies; several: "
+                                                    "every combination. Also single values, with commas between.")],
+          keep: Annotated[list[str] | None, typer.Option("--keep", metavar="FMU.variable", help="Keep the trajectory "
+                                                         "of a signal; to be repeated.", show_default=False)] = None,
+          name: Annotated[str | None, typer.Option(help="Name of the results.", show_default="SCENARIO.sweep")] = None,
+          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
+          ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
+          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
+          resume: Resume = False, debug: Debug = False) -> None:
+    """Fly a scenario with every combination of values, a study without a file; results as of `maglev study`.
+
+    **Examples:**
+
+    `maglev sweep 3dof-setpoints controller.y.k1=-2000:-800:20 --native`
+
+    `maglev sweep 2dof-setpoints plant.v.mass=4:5:5 reference.v.amplitude=0.5,1,1.5`
+    """
+    with one_line_errors(debug):
+        from maglev.api.studying import sweep as fly_sweep
+
+        finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), out=out, jobs=jobs,
+                         scheduler=scheduler, resume=resume, watch=progress_of, say=say, set=settings, model=model,
+                         plant=plant, controller=controller, ports=ports, step=step, order=order, fmus=fmus,
+                         native=native))
+
+
+def values_of(vary: list[str]) -> dict[str, str]:
+    """What varies, by name."""
+    found: dict[str, str] = {}
+    for each in vary:
+        target, equals, values = each.partition("=")
+        if not equals or not values:
+            raise ScenarioError(f"{each}: expected FMU.variable=FROM:TO:NUMBER, such as plant.y.mass=6:8:5")
+        if target in found:
+            raise ScenarioError(f"{each}: {target} is given twice, expected once")
+        found[target] = values
+    return found
+
+
+def finish(flown: "Study") -> None:
+    """Write the page where it can be, and print what the study found."""
+    from importlib.util import find_spec
+
+    from maglev.studies.page.text import show_study
+
+    files = [flown.path]
+    show_study(report_console(), flown.to_arrow(), flown.about)
+    if find_spec("plotly") is not None:
+        files.append(flown.write_page())
+    else:
+        say("a page needs plotly: pip install 'maglev-fmus[report]'")
+    typer.echo(f"results: {', '.join(map(str, files))}")

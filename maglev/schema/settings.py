@@ -1,0 +1,90 @@
+"""Settings of the user: start values `fmu.variable=value`, and references `reference.x.amplitude=1.2`."""
+
+from collections.abc import Iterable
+
+from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.schema.run_plan import RunPlan, StartValue, read_start_value
+from maglev.schema.signals import Constant, Signal, Sinusoids, Steps
+from maglev.units import number_or_text, si_unit
+
+REFERENCE = "reference"   # in the place of an FMU's name
+UNITS = {"amplitude": "1", "start": "m", "end": "m"}
+
+
+def read_setting(setting: str) -> tuple[str, str, StartValue]:
+    """FMU, variable and value of a setting `fmu.variable=value`."""
+    path, equals, text = setting.partition("=")
+    name, dot, variable = path.strip().partition(".")
+    if not (equals and dot and variable):
+        raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
+    text = text.strip()
+    if text.lower() in ("true", "false"):
+        return name, variable, StartValue(text.lower() == "true", None, text, f"--set {setting}")
+    try:
+        return name, variable, read_start_value(number_or_text(text))._replace(origin=f"--set {setting}")
+    except QuantityError as error:
+        raise ScenarioError(f"--set {setting}: {error}") from error
+
+
+def with_references(plan: RunPlan, settings: Iterable[str]) -> tuple[RunPlan, list[str], list[str]]:
+    """Plan with the references that settings ask for, the settings that are about FMUs, and those about references."""
+    others, about_fmus = [], []
+    for setting in settings:
+        if setting.partition(".")[0].strip() != REFERENCE or REFERENCE in plan.fmus:
+            about_fmus.append(setting)
+            continue
+        _, variable, value = read_setting(setting)
+        unit = UNITS.get(variable.rpartition(".")[2], "1")
+        if value.unit is not None and si_unit(value.unit) != unit or isinstance(value.value, bool):
+            raise ScenarioError(f"--set {setting}: expected a number, or a quantity in {unit}")
+        plan = with_reference(plan, variable, float(value.value))
+        others.append(f"{REFERENCE}.{variable} = {value.written}")
+    return plan, about_fmus, others
+
+
+def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
+    """Plan with another reference of an axis.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    setting : str
+        "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
+        "AXIS.end": the first or the last value of steps, or that of a constant, m.
+    value : float
+        SI.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such axis or no such reference, or it is of a kind that has none of these.
+    """
+    axis, _, what = setting.rpartition(".")
+    if what not in UNITS:
+        raise ScenarioError(f"reference.{setting}: expected reference.AXIS.{', .'.join(UNITS)}; nearest is "
+                            f"{nearest(what, UNITS)}")
+    if axis not in plan.axes:
+        raise ScenarioError(f"reference.{setting}: {plan.name} has no axis {axis!r}, nearest is "
+                            f"{nearest(axis, plan.axes)}")
+    to = plan.axes[axis].reference
+    if not any(signal.to == to for signal in plan.signals):
+        raise ScenarioError(f"reference.{setting}: {plan.name} has no signal to {to}, expected one to change")
+    return plan.model_copy(update={"signals": [changed(signal, setting, what, value) if signal.to == to else signal
+                                               for signal in plan.signals]})
+
+
+def changed(signal: Signal, setting: str, what: str, value: float) -> Signal:
+    """A signal with another amplitude, start or end."""
+    if isinstance(signal, Steps):
+        values = list(signal.values)
+        if what == "amplitude":
+            values = [level if value == 1.0 else values[0] + value * (level - values[0]) for level in values]
+        else:
+            values[0 if what == "start" else -1] = value
+        return signal.model_copy(update={"values": values})
+    if isinstance(signal, Constant) and what != "amplitude":
+        return signal.model_copy(update={"level": value})
+    if isinstance(signal, Sinusoids) and what == "amplitude":
+        terms = [term.model_copy(update={"amplitude": value * term.amplitude}) for term in signal.terms]
+        return signal.model_copy(update={"terms": terms})
+    raise ScenarioError(f"reference.{setting}: {signal.to} is of kind {signal.kind}, which has no {what} to change")

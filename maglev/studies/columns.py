@@ -1,0 +1,127 @@
+"""What a study keeps of each flight: columns of metrics by name, and the limits on them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import inf, isnan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.judging.measures import Measure, measures
+from maglev.judging.metrics import Metrics, evaluate
+from maglev.schema.run_plan import RunPlan
+from maglev.studies.schema import Limit
+from maglev.units import read_quantity
+
+# Of every flight; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
+EVENTS = {"failed": "", "time of trip": "s", "time of stop contact": "s", "lost set-points": ""}
+
+AT_STEP = " at t = "   # in the name of a metric of one step
+
+
+@dataclass(frozen=True)
+class Column:
+    """A metric that a study keeps: its name, its SI unit (empty of a share or a count), and its limits."""
+
+    name: str
+    unit: str
+    min: float = -inf
+    max: float = inf
+
+    def passes(self, value: float) -> bool:
+        """Whether a value is within the limits; one that was not measured is not."""
+        return (self.min == -inf and self.max == inf) or self.min <= value <= self.max
+
+
+def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]]:
+    """Values and units of a flight by name.
+
+    "overshoot of x at t = 6 s" is that of one step, "overshoot of x" the largest of all steps.
+    """
+    found: dict[str, tuple[float, str]] = {}
+    for name, value in zip(EVENTS, (float(metrics.failed), inf if metrics.tripped is None else metrics.tripped,
+                                    inf if metrics.stop_contact is None else metrics.stop_contact,
+                                    float(len(metrics.lost))), strict=True):
+        found[name] = value, EVENTS[name]
+    steps: dict[str, tuple[float, str]] = {}
+    for each in measures(plan, metrics):
+        name = group_of(each)
+        if each.time is not None:
+            steps[f"{name}{AT_STEP}{each.time:g} s"] = each.value, each.unit
+            found[name] = max(found.get(name, (-inf, ""))[0], each.value), each.unit
+        else:
+            found[name] = each.value, each.unit
+    return {**found, **steps}
+
+
+def group_of(measure: Measure) -> str:
+    """Name of a measure, whichever step it is about."""
+    return f"{measure.quantity} of {measure.of}"
+
+
+def metrics_at_rest(plan: RunPlan, time: NDArray[np.float64], drives: Mapping[str, NDArray[np.float64]]) -> Metrics:
+    """Metrics of a flight that follows its references exactly: what can be measured, without a flight."""
+    rest = np.zeros(len(time))
+    columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
+    columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
+    for axis in plan.axes.values():
+        columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
+    return evaluate(plan, time, columns)
+
+
+def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
+               origin: str) -> list[Column]:
+    """Columns that a study keeps, those of limits among them.
+
+    Parameters
+    ----------
+    known : mapping
+        As `named_values` gives them.
+    asked : iterable of str or None
+        Names; "overshoot" means those of all axes or motors. None: all but those of single steps.
+    limits : mapping of str to Limit
+        By name, likewise.
+    origin : str
+        What refusals name.
+    """
+    names = [name for name in known if AT_STEP not in name] if asked is None else [
+        *EVENTS, *(name for each in asked for name in meant(known, each, f"{origin}: metrics"))]
+    bounds: dict[str, tuple[float, float]] = {}
+    for each, limit in limits.items():
+        for name in meant(known, each, f"{origin}: limits"):
+            unit = known[name][1] or "1"
+            low, high = ((default if given is None else limit_value(given.written, unit, f"{origin}: limits.{each}"))
+                         for given, default in ((limit.min, -inf), (limit.max, inf)))
+            before = bounds.get(name, (-inf, inf))
+            bounds[name] = max(low, before[0]), min(high, before[1])
+    return [Column(name, known[name][1], *bounds.get(name, (-inf, inf))) for name in dict.fromkeys([*names, *bounds])]
+
+
+def meant(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
+    """Names that a name means; ScenarioError with the nearest if there is none."""
+    name = asked.replace("um", "µm").replace("\N{GREEK SMALL LETTER MU}m", "µm").replace("µµ", "µ")
+    if name in known:
+        return [name]
+    found = [each for each in known if each.startswith(f"{name} of ") and AT_STEP not in each]
+    if not found:
+        raise ScenarioError(f"{origin}: there is no metric {asked!r}; nearest is {nearest(name, known)}")
+    return found
+
+
+def limit_value(written: object, unit: str, key: str) -> float:
+    """Value of a limit in SI."""
+    try:
+        return read_quantity(written, unit).value
+    except QuantityError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+
+
+def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
+    """Whether a sample passes: flown to its end and within all limits; without limits, not failed."""
+    if failure is not None:
+        return False
+    pairs = list(zip(columns, values, strict=True))
+    if limited:
+        return all(column.passes(value) for column, value in pairs)
+    return all(value == 0.0 for column, value in pairs if column.name == "failed" and not isnan(value))

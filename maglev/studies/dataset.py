@@ -1,0 +1,180 @@
+"""What a study leaves: one Parquet dataset of its samples, and while it goes on, a part of it for each batch."""
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from fmi_export.whole_file import whole_file, write_whole
+from maglev.errors import ScenarioError
+from maglev.studies.columns import passed
+from maglev.studies.flying.batch import Flown, Job
+
+ROWS_OF_A_GROUP = 10_000
+METADATA = b"maglev"   # key of the schema's metadata, JSON
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Columns of the dataset: names and units of what varies and of what it sets, the metrics, and all about them.
+
+    Attributes
+    ----------
+    job : Job
+    varied : mapping of str to str
+        Units of what varies, by name.
+    limited : bool
+        Whether the study has limits.
+    about : mapping
+        What stands in the metadata.
+    """
+
+    job: Job
+    varied: Mapping[str, str]
+    limited: bool
+    about: Mapping[str, Any]
+
+    @property
+    def settings(self) -> list[int]:
+        """Numbers of the targets that have a column of their own: not the same as what varies."""
+        return [i for i, target in enumerate(self.job.targets) if target.name not in self.varied]
+
+    def schema(self) -> pa.Schema:
+        """Schema with units and provenance."""
+        def field(name: str, kind: pa.DataType, unit: str, role: str) -> pa.Field:
+            return pa.field(name, kind, metadata={"unit": unit, "role": role})
+
+        job = self.job
+        boolean = {target.column for target in job.targets if target.boolean}
+        fields = [field("sample", pa.int64(), "", "sample")]
+        fields += [field(name, pa.bool_() if i in boolean else pa.float64(), unit, "varied")
+                   for i, (name, unit) in enumerate(self.varied.items())]
+        fields += [field(job.targets[i].name, pa.bool_() if job.targets[i].boolean else pa.float64(),
+                         job.targets[i].unit, "setting") for i in self.settings]
+        fields += [field(column.name, pa.bool_() if column.name == "failed" else pa.float64(), column.unit, "metric")
+                   for column in job.columns]
+        fields += [field("passed", pa.bool_(), "", "verdict"), field("failure", pa.string(), "", "verdict")]
+        return pa.schema(fields, metadata={METADATA: json.dumps(self.about, ensure_ascii=False).encode()})
+
+    def table(self, flown: Flown, design: Array, values: Array) -> pa.Table:
+        """Rows of a batch, from the design and the targets' values of its samples."""
+        last = flown.first + len(flown.failures)
+        schema = self.schema()
+        columns: list[Any] = [np.arange(flown.first, last)]
+        columns += [design[flown.first:last, i] for i in range(len(self.varied))]
+        columns += [values[flown.first:last, i] for i in self.settings]
+        columns += [flown.values[:, i] for i in range(len(self.job.columns))]
+        columns += [[passed(self.job.columns, row, failure, self.limited)
+                     for row, failure in zip(flown.values.tolist(), flown.failures, strict=True)],
+                    list(flown.failures)]
+        return pa.table([array(column, field.type) for column, field in zip(columns, schema, strict=True)],
+                        schema=schema)
+
+
+def array(values: Any, kind: pa.DataType) -> pa.Array:
+    """Arrow array in which NaN, which nothing was measured for, is null."""
+    if kind == pa.bool_() and isinstance(values, np.ndarray):
+        return pa.array([None if value != value else bool(value) for value in values.tolist()], kind)
+    return pa.array(values, kind, from_pandas=True)
+
+
+class Parts:
+    """Folder with what is done of a study: a file for each batch, whole or not there."""
+
+    def __init__(self, folder: Path, key: str):
+        self.folder = folder
+        self.key = key
+        self.mark = folder / "study.json"
+
+    def found(self) -> set[int]:
+        """Numbers of the batches that are done; ScenarioError if they are of another study."""
+        if not self.folder.exists():
+            return set()
+        try:
+            key = json.loads(self.mark.read_text(encoding="utf-8"))["key"]
+        except (OSError, ValueError, KeyError, TypeError):
+            key = None
+        if key != self.key:
+            raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
+                                "another version, expected none: remove the folder, or give another --out")
+        return {int(path.stem.partition("-")[2]) for path in self.folder.glob("samples-*.parquet")}
+
+    def begin(self) -> None:
+        """Make the folder."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_whole(self.mark, json.dumps({"key": self.key}) + "\n")
+
+    def path(self, what: str, batch: int) -> Path:
+        """File of a batch: "samples" or "trajectories"."""
+        return self.folder / f"{what}-{batch:07d}.parquet"
+
+    def write(self, batch: int, table: pa.Table, trajectories: pa.Table | None) -> None:
+        """Write a batch; its samples last, which say that it is done."""
+        for what, each in (("trajectories", trajectories), ("samples", table)):
+            if each is not None:
+                with whole_file(self.path(what, batch)) as unfinished:
+                    pq.write_table(each, unfinished)
+
+    def merge(self, what: str, batches: int, schema: pa.Schema, path: Path) -> None:
+        """Write one file of all batches, in their order, a few at a time."""
+        with whole_file(path) as unfinished, pq.ParquetWriter(unfinished, schema) as writer:
+            # Of a batch without a sample that was flown to its end there are no trajectories.
+            paths = (self.path(what, batch) for batch in range(batches))
+            for table in grouped(path for path in paths if what == "samples" or path.exists()):
+                writer.write_table(table.replace_schema_metadata(schema.metadata), row_group_size=ROWS_OF_A_GROUP)
+
+    def remove(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def grouped(paths: Iterator[Path]) -> Iterator[pa.Table]:
+    """Tables of so many rows that a group of rows is full, but the last one."""
+    waiting: list[pa.Table] = []
+    for path in paths:
+        waiting.append(pq.read_table(path))
+        rows = sum(table.num_rows for table in waiting)
+        if rows >= ROWS_OF_A_GROUP:
+            whole = pa.concat_tables(waiting)
+            full = rows - rows % ROWS_OF_A_GROUP
+            yield whole.slice(0, full).combine_chunks()
+            waiting = [whole.slice(full)] if rows > full else []
+    if waiting:
+        yield pa.concat_tables(waiting).combine_chunks()
+
+
+def trajectories_schema(job: Job, units: Mapping[str, str], about: Mapping[str, Any]) -> pa.Schema:
+    """Schema of the trajectories that are kept: sample, time, signals."""
+    fields = [pa.field("sample", pa.int64()), pa.field("time", pa.float64(), metadata={"unit": "s"})]
+    fields += [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in job.kept]
+    return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})
+
+
+def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) -> pa.Table | None:
+    """Trajectories of a batch, a row for each sample and time; none of a sample that was not flown to its end."""
+    if flown.trajectories is None:
+        return None
+    whole = [i for i, failure in enumerate(flown.failures) if failure is None]
+    kept = flown.trajectories[whole].reshape(-1, len(job.kept))
+    columns: Sequence[Any] = [np.repeat(flown.first + np.array(whole, dtype=np.int64), len(times)),
+                              np.tile(times, len(whole)), *kept.T]
+    return pa.table([pa.array(column, field.type) for column, field in zip(columns, schema, strict=True)],
+                    schema=schema)
+
+
+def metadata_of(path: Path) -> dict[str, Any]:
+    """What the metadata of a dataset say; empty if it is none of ours."""
+    try:
+        found: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
+    except (OSError, KeyError, ValueError, pa.ArrowException):
+        return {}
+    return found

@@ -1,0 +1,123 @@
+"""Samples of a study: points of a design, and the values that what varies takes there."""
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from maglev.errors import ScenarioError
+from maglev.studies.schema import DISCRETE, MOST_SAMPLES, StudyFile, Varied
+
+Array = NDArray[np.float64]
+
+SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution has no end
+
+
+def number_of_samples(study: StudyFile) -> int:
+    """Number of samples of a study; ScenarioError if there are too many."""
+    design, varied = study.design, len(study.vary)
+    number = (math.prod(len(values_of(each)) for each in study.vary) if design.samples is None
+              else design.samples * (varied + 2) if design.kind == "saltelli" else design.samples)
+    if number > MOST_SAMPLES:
+        raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
+    return number
+
+
+def samples(study: StudyFile) -> Array:
+    """Values of what varies, shape (number of samples, number that vary), SI; in the order in which they are listed.
+
+    The same study gives the same samples: they depend on its seed alone.
+    """
+    if number_of_samples(study) and study.design.kind == "grid":
+        return np.array(list(product(*(values_of(each) for each in study.vary))), dtype=np.float64)
+    return at(study, unit_samples(study))
+
+
+def unit_samples(study: StudyFile) -> Array:
+    """Points of the design in the unit cube, shape (number of samples, number that vary)."""
+    design, varied = study.design, len(study.vary)
+    assert design.samples is not None   # not of a grid
+    if design.kind == "saltelli":
+        return saltelli(varied, design.samples, design.seed)
+    if design.kind == "latin hypercube":
+        return np.asarray(qmc.LatinHypercube(varied, rng=design.seed).random(design.samples))
+    engine = qmc.Sobol if design.kind == "sobol" else qmc.Halton
+    return np.asarray(engine(varied, rng=design.seed).random(design.samples))
+
+
+def saltelli(varied: int, base: int, seed: int) -> Array:
+    """Saltelli's points for first and total indices: of two matrices A and B, A, then A with each column of B, then B.
+
+    That is the order in which SALib reads them; both matrices are one scrambled sequence of Sobol of twice the
+    dimension.
+    """
+    both = np.asarray(qmc.Sobol(2 * varied, rng=seed).random(base))
+    first, second = both[:, :varied], both[:, varied:]
+    rows = np.empty((base, varied + 2, varied))
+    rows[:, 0], rows[:, -1] = first, second
+    for column in range(varied):
+        rows[:, column + 1] = first
+        rows[:, column + 1, column] = second[:, column]
+    return rows.reshape(-1, varied)
+
+
+def at(study: StudyFile, points: Array) -> Array:
+    """Values of what varies at points of the unit cube."""
+    points = np.clip(points, SMALLEST, 1.0 - SMALLEST)
+    found = np.column_stack([values_at(each, points[:, column]) for column, each in enumerate(study.vary)])
+    columns = [each.column for each in study.vary]
+    for group in study.correlated:
+        chosen = [columns.index(name) for name in group.of]
+        means = np.array([number(study.vary[column].mean) for column in chosen])
+        found[:, chosen] = means + ndtri(points[:, chosen]) @ factor(group.of, group.covariance).T
+    return found
+
+
+def values_at(varied: Varied, points: Array) -> Array:
+    """Values of one that varies where its distribution function is at the points, shape (n,)."""
+    if varied.kind in DISCRETE:
+        values = np.array(values_of(varied), dtype=np.float64)
+        return np.asarray(values[np.minimum((points * len(values)).astype(int), len(values) - 1)])
+    if varied.kind == "percent":
+        share = number(varied.percent)
+        return 1.0 - share + 2.0 * share * points
+    if varied.kind == "normal":
+        deviation = 0.0 if varied.deviation is None else number(varied.deviation)   # 0: a covariance follows
+        return np.asarray(number(varied.mean) + deviation * ndtri(points))
+    low, high = number(varied.low), number(varied.high)
+    if varied.kind == "uniform":
+        return np.asarray(low + (high - low) * points)
+    # The powers of `math`: those of NumPy are others on some processors.
+    return np.array([low * math.pow(high / low, point) for point in points.tolist()])
+
+
+def values_of(varied: Varied) -> list[float]:
+    """Values of a grid or a list."""
+    if varied.kind == "list":
+        return [number(value) for value in varied.values or ()]
+    count = varied.number or 1
+    first, last = number(varied.start), number(varied.to)
+    return [first] if count == 1 else [*(first + (last - first) * i / (count - 1) for i in range(count - 1)), last]
+
+
+def number(quantity: object) -> float:
+    """SI value of a quantity that its kind has."""
+    value = getattr(quantity, "value", None)
+    assert value is not None   # the schema refuses a kind without its keys
+    return float(value)
+
+
+def factor(names: Sequence[str], covariance: Sequence[Sequence[float]]) -> Array:
+    """Lower triangular matrix L with L Lᵀ = covariance; ScenarioError if it is none."""
+    matrix = np.array(covariance, dtype=np.float64)
+    try:
+        if not np.allclose(matrix, matrix.T):
+            raise np.linalg.LinAlgError
+        return np.asarray(np.linalg.cholesky(matrix))
+    except np.linalg.LinAlgError:
+        raise ScenarioError(f"covariance of {', '.join(names)}: {matrix.tolist()}: expected a symmetric, positive "
+                            "definite matrix") from None

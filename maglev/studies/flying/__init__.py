@@ -1,0 +1,1 @@
+"""Samples flown: on one instance of each FMU, in batches, on a Dask cluster."""

@@ -1,0 +1,99 @@
+"""The Dask cluster that a study is flown on: processes of this machine, or a scheduler elsewhere."""
+
+import logging
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import dask
+from distributed import Client, LocalCluster
+
+from maglev.cosim.apart.child import interrupts_blocked, without_script
+from maglev.errors import ScenarioError, in_one_line
+from maglev.studies.flying.batch import code_of_package
+
+# What Dask looks at beside the work: a batch is one call, of which a profile of its lines says nothing.
+UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.system-monitor.interval": "5s",
+             "distributed.admin.tick.interval": "500ms",
+             # And memory that a sample needs stays with the process for the next one: Dask would have it given back.
+             "distributed.nanny.pre-spawn-environ": {
+                 "MALLOC_TRIM_THRESHOLD_": 256_000_000, "MALLOC_MMAP_THRESHOLD_": 32_000_000, "OMP_NUM_THREADS": 1,
+                 "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1}}
+REACHED_WITHIN = 10.0    # s
+WORKERS_WITHIN = 60.0    # s
+
+
+@contextmanager
+def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
+    """Client of the scheduler at an address, or of a cluster of so many processes here, which ends with the block.
+
+    Raises
+    ------
+    ScenarioError
+        If the scheduler cannot be reached, has no worker, or a worker has another version of this package.
+    """
+    if scheduler is None:
+        with quiet(), dask.config.set(UNWATCHED), without_script():   # Dask starts processes now, and when one has died
+            with interrupts_blocked():   # and the thread that starts them stays as this one is now
+                cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=":0",
+                                       silence_logs=logging.CRITICAL)
+            with cluster, Client(cluster) as client:
+                client.run(ignore_interrupts)   # asyncio has let them through again
+                yield client
+        return
+    try:
+        client = Client(scheduler, timeout=REACHED_WITHIN)
+    except (OSError, ValueError, TypeError) as error:   # an address that none answers at, or that is none
+        raise ScenarioError(f"--scheduler {scheduler}: cannot be reached within {REACHED_WITHIN:g} s "
+                            f"({in_one_line(error)[:80]}), expected the address of a Dask scheduler, such as "
+                            "tcp://host:8786") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_WITHIN)
+        except TimeoutError:
+            raise ScenarioError(f"--scheduler {scheduler}: has no worker after {WORKERS_WITHIN:g} s, expected one or "
+                                "more") from None
+        require_same_package(client, scheduler)
+        yield client
+
+
+def ignore_interrupts() -> None:
+    """Ignore Ctrl-C in a process of this machine: the one that plans handles it for all."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def require_same_package(client: Client, scheduler: str) -> None:
+    """Refuse workers that lack this package or have another version of it."""
+    def version_there() -> str:
+        # Sent as code, not by name: a worker may know nothing of this module.
+        try:
+            from maglev.studies.flying.batch import code_of_package as code
+        except ImportError as error:
+            return f"no maglev-fmus with the extra study ({error})"
+        return code()
+
+    versions: dict[str, Any] = client.run(version_there, on_error="return")
+    for worker, version in versions.items():
+        if version != code_of_package():
+            raise ScenarioError(f"--scheduler {scheduler}: worker {worker} has maglev-fmus "
+                                f"{in_one_line(version) if isinstance(version, Exception) else version}, expected "
+                                f"{code_of_package()} on all workers")
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Without Dask's words about workers that come and go, which a study takes as they are."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.nanny", "distributed.scheduler",
+                                                    "distributed.worker", "distributed.core", "distributed.client",
+                                                    "distributed.comm")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

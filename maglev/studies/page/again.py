@@ -1,0 +1,15 @@
+"""The command that flies a sample of a study again, as a full run."""
+
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+
+def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
+    """Command for a row of the dataset; its numbers are written such that they are the same bits."""
+    columns = {target: each["name"] for each in about["vary"] for target in each["set"]}
+    words = list(about["run"])
+    for target in about["targets"]:
+        value = row[target] if target in row else row[columns[target]]
+        words += ["--set", f"{target}={str(value).lower() if isinstance(value, bool) else repr(value)}"]
+    return shlex.join(words)

@@ -1,0 +1,169 @@
+"""The page of a study: histograms with limits, response surfaces, parallel coordinates, sensitivity, worst samples."""
+
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from fmi_export.whole_file import write_whole
+from maglev.report.page import json_in_html, plotly_script, read, require_plotly
+from maglev.studies.page.again import command_of
+from maglev.studies.page.sensitivity import Indices, sensitivity
+from maglev.studies.page.text import COUNTS, limits_text, metrics_of, text
+
+FOLDER = Path(__file__).parent
+SCRIPTS = ("series.js", "plots.js")   # of the report: colours, axes
+OWN_SCRIPTS = ("parallel.js", "study.js")
+MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
+MOST_WORST = 10     # samples that are listed
+# Units that plots have instead of SI: name, and how many are one.
+UNITS = {"m": ("mm", 1e3), "": ("%", 1e2)}
+
+
+def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
+    """Write the page of a study, which needs no network; ScenarioError if plotly is not installed."""
+    require_plotly()
+    write_whole(path, page(table, about))
+
+
+def page(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Text of the page."""
+    count, passing = table.num_rows, sum(table["passed"].to_pylist())
+    failures = sum(why is not None for why in table["failure"].to_pylist())
+    drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
+    metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
+    indices, notes = sensitivity(table, about)
+    provenance = about["provenance"]
+    return Template((FOLDER / "study.html").read_text(encoding="utf-8")).substitute(
+        style=read("style.css"), name=escape(about["name"]), title=escape(about["title"]),
+        description=escape(about["description"]),
+        summary=f"{passing} of {count} samples pass{f', {failures} were not flown to their ends' if failures else ''}. "
+                f"Scenario {escape(about['scenario'])}; {design_text(about)}."
+                + (f" Drawn are {len(drawn)} of them." if len(drawn) < count else ""),
+        table=quantiles_table(table, about), worst=worst_table(table, about, metrics),
+        sensitivity="\n".join(f"<p>{escape(note)}</p>" for note in notes) + indices_table(indices),
+        provenance=f"maglev-fmus {escape(provenance['version'])}"
+                   + (f", commit {escape(provenance['commit'])}" if provenance["commit"] else "")
+                   + f", Python {escape(provenance['python'])}; "
+                   + "; ".join(f"{escape(fmu['name'])}: {escape(fmu['file'])} ({escape(fmu['kind'])}, "
+                               f"{escape(fmu['guid'])})" for fmu in provenance["fmus"])
+                   + "".join(f"; {escape(change)}" for change in provenance["changes"]),
+        data=json_in_html(data(table, about, metrics, drawn, indices)), plotly=plotly_script(),
+        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS)
+                + "\n".join(f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
+                            for name in OWN_SCRIPTS))
+
+
+def varies(values: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
+    """Whether a metric differs between samples, so that it is worth a plot."""
+    return len(values) > 0 and values.min() != values.max()
+
+
+def design_text(about: Mapping[str, Any]) -> str:
+    """The design in words."""
+    design = about["design"]
+    if design["kind"] == "grid":
+        return "every combination of the values"
+    return f"design: {design['kind']}, {design['samples']} samples, seed {design['seed']}"
+
+
+def scale(name: str, unit: str) -> tuple[str, float]:
+    """Unit in which a column is drawn, and how many of it one SI unit is."""
+    return ("", 1.0) if name in COUNTS else UNITS.get(unit, (unit, 1.0))
+
+
+def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
+         drawn: np.ndarray[Any, np.dtype[np.intp]], indices: Sequence[Indices]) -> dict[str, Any]:
+    """What the page's script draws."""
+    chosen = table.take(pa.array(drawn))
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+    varied = [each["name"] for each in about["vary"]]
+    columns = []
+    for name in [*varied, *(name for name, _ in metrics)]:
+        unit, factor = (units[name], 1.0) if name in varied and not units[name] else scale(name, units[name])
+        limits = {key: factor * value for key, value in about["limits"].get(name, {}).items() if value is not None}
+        columns.append({"name": name, "unit": unit, "limits": limits, "values": [
+            None if value is None or not math.isfinite(value) else float(f"{factor * value:.6g}")
+            for value in chosen[name].to_pylist()]})
+    return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns,
+            "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()],
+            "sensitivity": [{"metric": each.metric, "first": list(each.first.values()),
+                             "firstError": list(each.first_confidence.values()), "total": list(each.total.values()),
+                             "totalError": list(each.total_confidence.values())} for each in indices]}
+
+
+def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Least, median and largest value of every metric, its limits, and how many samples are beyond them."""
+    rows = []
+    for name, unit, values in metrics_of(table):
+        if not len(values):
+            continue
+        cells = [text(name, float(each), unit) for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest")]
+        limits = about["limits"].get(name, {})
+        low, high = (limits.get("min"), limits.get("max"))
+        beyond = int(np.sum((values < (-math.inf if low is None else low)) | (values > (math.inf if high is None
+                                                                                          else high))))
+        cells += [limits_text(about, name, unit) or "–", str(beyond) if limits else "–"]
+        rows.append(f'<tr><th scope="row">{escape(name)}</th>' + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+                    + "</tr>")
+    return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
+
+
+def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> str:
+    """The samples that did worst, each with the command that flies it again."""
+    rows = []
+    for sample, why in worst(table, about, metrics):
+        row = table.slice(sample, 1).to_pylist()[0]
+        at = ", ".join(f"{each['name']} = {row[each['name']]:.5g}" for each in about["vary"])
+        rows.append(f'<tr><th scope="row">{sample}</th><td>{escape(why)}</td><td>{escape(at)}</td>'
+                    f'<td><code>{escape(command_of(about, row))}</code> '
+                    '<button type="button" class="copy">Copy</button></td></tr>')
+    return html_table(("sample", "why", "at (SI)", "fly it again"), rows) if rows else "<p>No sample failed.</p>"
+
+
+def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
+    """Numbers of the worst samples and why: not flown to their ends, failed, then the largest of each metric."""
+    found: dict[int, str] = {}
+    for sample, why in enumerate(table["failure"].to_pylist()):
+        if why is not None:
+            found.setdefault(sample, why)
+    for sample, failed in enumerate(table["failed"].to_pylist()):
+        if failed:
+            found.setdefault(sample, "failed: a stop, a trip, or a large error at the end")
+    limited = [item for item in metrics if item[0] in about["limits"]]
+    for name, unit in limited or metrics:
+        # Less is better of every metric but the times of events.
+        if name.startswith("time of"):
+            continue
+        values = table[name].to_pylist()
+        sample = max(range(len(values)), key=lambda i: -math.inf if values[i] is None else values[i])
+        if values[sample] is not None:
+            found.setdefault(sample, f"largest {name}: {text(name, values[sample], unit)}")
+    return list(found.items())[:MOST_WORST]
+
+
+def indices_table(indices: Sequence[Indices]) -> str:
+    """Sobol indices as numbers."""
+    if not indices:
+        return ""
+    names = list(indices[0].first)
+    rows = [f'<tr><th scope="row">{escape(each.metric)}</th>'
+            + "".join(f"<td>{each.first[name]:.2f} ± {each.first_confidence[name]:.2f}</td>"
+                      f"<td>{each.total[name]:.2f} ± {each.total_confidence[name]:.2f}</td>" for name in names)
+            + "</tr>" for each in indices]
+    heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
+    return ('<div id="sensitivity" class="plot" style="height:420px"></div>'
+            "<details><summary>Numbers, with 95 % confidence</summary>"
+            f"{html_table(('metric', *heads), rows)}</details>")
+
+
+def html_table(heads: Sequence[str], rows: Sequence[str]) -> str:
+    """Table of rows of HTML."""
+    head = "".join(f'<th scope="col">{escape(each)}</th>' for each in heads)
+    return (f'<div class="wide"><table class="values"><thead><tr>{head}</tr></thead>\n<tbody>'
+            + "\n".join(rows) + "</tbody></table></div>")

@@ -1,0 +1,63 @@
+"""What a study found, for the terminal."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from rich.console import Console
+from rich.table import Column, Table
+
+from maglev.comparison.table import shown
+from maglev.studies.page.again import command_of
+
+MOST_SHOWN = 3   # failures that are named
+COUNTS = ("lost set-points",)   # metrics that are no share, though without a unit
+
+
+def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> None:
+    """Print how many samples passed, quantiles of the metrics, and the first samples that failed."""
+    count, passing = table.num_rows, sum(table["passed"].to_pylist())
+    failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
+    console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
+    console.print(f"{passing} of {count} samples pass"
+                  + (f", {len(failures)} were not flown to their ends" if failures else ""), highlight=False)
+    columns = Table(Column("metric"), *(Column(head, justify="right") for head in ("least", "median", "largest",
+                                                                                   "limits")))
+    for name, unit, values in metrics_of(table):
+        if len(values) == 0:
+            continue
+        quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest")
+        columns.add_row(name, *(text(name, float(each), unit) for each in quantiles), limits_text(about, name, unit))
+    console.print(columns)
+    for row, why in failures[:MOST_SHOWN]:
+        console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
+                      highlight=False, soft_wrap=True)
+
+
+def metrics_of(table: pa.Table) -> list[tuple[str, str, np.ndarray[Any, np.dtype[np.float64]]]]:
+    """Names, units and values, without those that were not measured, of the metrics that are numbers."""
+    found = []
+    for field in table.schema:
+        said = field.metadata or {}
+        if said.get(b"role") == b"metric" and field.type == pa.float64():
+            found.append((field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()))
+    return found
+
+
+def limits_text(about: Mapping[str, Any], name: str, unit: str) -> str:
+    """Limits on a metric; empty if there are none."""
+    limits = about["limits"].get(name, {})
+    words = [f"{sign} {text(name, limits[key], unit)}" for key, sign in (("min", "≥"), ("max", "≤"))
+             if limits.get(key) is not None]
+    return ", ".join(words)
+
+
+def text(name: str, value: float, unit: str) -> str:
+    """A value as people read it."""
+    if name in COUNTS:
+        return f"{value:g}"
+    if name.startswith("time of") and math.isinf(value):
+        return "never"
+    return shown(value, unit)

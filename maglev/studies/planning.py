@@ -1,0 +1,162 @@
+"""A study made ready: everything that would be refused is refused here, before the first flight."""
+
+import hashlib
+import json
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.master import whole_steps
+from maglev.errors import ScenarioError, nearest
+from maglev.experiment.preparation import Experiment
+from maglev.studies.columns import columns_of, metrics_at_rest, named_values
+from maglev.studies.dataset import Layout, trajectories_schema
+from maglev.studies.design import number_of_samples, samples
+from maglev.studies.flying.batch import Job, code_of_package, digest, files_of
+from maglev.studies.flying.batches import Batch, batches_of
+from maglev.studies.schema import StudyFile
+from maglev.studies.targets import target_values, targets_of
+from maglev.written.source import is_written
+
+Array = NDArray[np.float64]
+
+LEAST_FREE = 1e8   # bytes that a study leaves on the disk
+
+
+@dataclass(frozen=True)
+class PlannedStudy:
+    """A study that can be flown.
+
+    Attributes
+    ----------
+    study : StudyFile
+    job : Job
+    layout : Layout
+    design, values : ndarray, shape (samples, number that vary), (samples, targets)
+    batches : list of Batch
+    times : ndarray, shape (rows,)
+        s, of the trajectories that are kept.
+    units : dict of str to str
+        Of the outputs.
+    """
+
+    study: StudyFile
+    job: Job
+    layout: Layout
+    design: Array
+    values: Array
+    batches: list[Batch]
+    times: Array
+    units: dict[str, str]
+
+
+def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path, command: list[str]) -> PlannedStudy:
+    """Plan a study of an experiment.
+
+    Parameters
+    ----------
+    study : StudyFile
+    experiment : Experiment
+    origin : str
+        What refusals name: the file.
+    out : Path
+        Folder for the results.
+    command : list of str
+        The command that flies the experiment as a full run, to which `--set` of a sample is added.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used, is out of range for some samples, or does not fit on the disk.
+    """
+    plan = experiment.plan
+    if plan.needs:
+        raise ScenarioError(f"{origin}: scenario = {study.scenario!r}: starts from the results of "
+                            f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
+    for name, path in experiment.files.items():
+        if is_written(path):
+            raise ScenarioError(f"--{name} {path}: workers have no Python files of yours, expected an FMU, which "
+                                f"`maglev build --native {path}` makes of it")
+    targets = targets_of(study, experiment, origin)
+    count = number_of_samples(study)
+    descriptions = experiment.check()
+    time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
+    known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
+    columns = columns_of(known, study.metrics, study.limits, origin)
+    every = experiment.output_every() if study.keep_interval is None else round(study.keep_interval / experiment.step)
+    require_signals(study, experiment, origin)
+    rows = len(time[::max(1, every)]) if study.keep else 0
+    require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
+                 + 8 * count * rows * len(study.keep), count)
+    design = samples(study)
+    values = target_values(targets, design, origin)
+    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), max(1, every))
+    job = replace(job, key=key_of(job, values, experiment))
+    native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
+    varied = {each.column: "" if each.mode == "factor" else
+              next(target.unit.removeprefix("1") for target in targets if target.column == i)
+              for i, each in enumerate(study.vary)}
+    for name in {each.column for each in study.vary} & {*known, "sample", "passed", "failure"}:
+        raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
+    layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, command, count))
+    return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
+                        time[::max(1, every)], experiment.outputs())
+
+
+def require_signals(study: StudyFile, experiment: Experiment, origin: str) -> None:
+    """Refuse trajectories of what no FMU gives."""
+    known = {*experiment.outputs(), *(axis.reference for axis in experiment.plan.axes.values())}
+    for name in study.keep:
+        if name not in known:
+            raise ScenarioError(f"{origin}: keep = {name!r}: is recorded by no FMU; nearest is {nearest(name, known)}")
+
+
+def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None:
+    """Refuse a study whose results do not fit on the disk: its parts, and all of them merged."""
+    folder = next(parent for parent in (out, *out.absolute().parents) if parent.exists())
+    free = shutil.disk_usage(folder).free
+    if 2.0 * needed > free - LEAST_FREE:
+        raise ScenarioError(f"{study.name}: {count} samples would take {2e-9 * needed:.3g} GB in {out}, where "
+                            f"{1e-9 * free:.3g} GB are free, expected less: fewer samples, or fewer trajectories")
+
+
+def key_of(job: Job, values: Array, experiment: Experiment) -> str:
+    """SHA-256 of all that the results of a study depend on."""
+    plan = experiment.plan
+    said = {"code": job.code, "files": digest(files_of(experiment)),
+            "targets": [target.name for target in job.targets],
+            "columns": [repr(column) for column in job.columns], "kept": [*job.kept, job.every],
+            "plan": repr([plan.stop_time, [fmu.start for fmu in plan.fmus.values()], plan.wires, plan.signals,
+                          plan.axes, plan.motors, plan.stop_flag, plan.trip_flag, plan.metrics]),
+            "step": experiment.step, "order": experiment.order, "ports": repr(experiment.ports)}
+    found = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
+    found.update(np.ascontiguousarray(values).tobytes())
+    return found.hexdigest()
+
+
+def about(study: StudyFile, job: Job, experiment: Experiment, command: list[str], count: int) -> dict[str, Any]:
+    """What stands in the metadata of the dataset; the same for the same study, however it was flown."""
+    provenance = {key: value for key, value in experiment.provenance().as_data().items() if key != "command"}
+    return {"name": study.name, "title": study.title or f"{study.scenario}: {count} samples",
+            "description": study.description, "key": job.key, "samples": count,
+            "design": study.design.model_dump(), "correlated": [group.of for group in study.correlated],
+            "scenario": experiment.plan.name, "provenance": provenance, "run": command,
+            "vary": [{"name": each.column, "set": each.set, "mode": each.mode, "kind": each.kind}
+                     for each in study.vary],
+            "limits": {column.name: {"min": finite(column.min), "max": finite(column.max)} for column in job.columns
+                       if finite(column.min) is not None or finite(column.max) is not None},
+            "targets": [target.name for target in job.targets], "kept": list(job.kept)}
+
+
+def finite(value: float) -> float | None:
+    """A number as JSON has it."""
+    return value if np.isfinite(value) else None
+
+
+def trajectory_schema(planned: PlannedStudy) -> Any:
+    """Schema of the trajectories of a study."""
+    return trajectories_schema(planned.job, planned.units, planned.layout.about)

@@ -1,0 +1,132 @@
+"""What a study sets in each flight: parameters, inputs and references, with their values by sample."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from fmpy.model_description import ModelDescription, ScalarVariable
+from numpy.typing import NDArray
+
+from maglev.errors import ScenarioError, nearest
+from maglev.experiment.preparation import Experiment
+from maglev.schema.settings import REFERENCE, UNITS, with_reference
+from maglev.studies.schema import Mode, StudyFile
+from maglev.units import si_unit
+
+
+@dataclass(frozen=True)
+class Target:
+    """One start value `fmu.variable`, or reference, that a study sets.
+
+    Attributes
+    ----------
+    name : str
+    column : int
+        Of the design, whose value it takes.
+    mode : str
+        "value", "factor" of the nominal value, or "offset" to it.
+    nominal : float
+        SI, of the scenario.
+    unit : str
+        SI; empty text where the FMU gives none.
+    boolean : bool
+    low, high : float
+        Its range.
+    """
+
+    name: str
+    column: int
+    mode: Mode
+    nominal: float
+    unit: str
+    boolean: bool
+    low: float
+    high: float
+
+    def values(self, column: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Its values, from those of the design's column."""
+        if self.mode == "factor":
+            return self.nominal * column
+        return column if self.mode == "value" else self.nominal + column
+
+
+def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Target]:
+    """What a study sets, in the order of the file; ScenarioError if something cannot be set, or not to its values."""
+    descriptions = experiment.check()
+    found = []
+    for i, varied in enumerate(study.vary):
+        for name in varied.set:
+            target = target_of(name, i, varied.mode, experiment, descriptions, f"{origin}: vary[{i}].set = {name!r}")
+            expected = "1" if varied.mode == "factor" else target.unit or "1"
+            for quantity in varied.quantities:
+                if quantity.unit is not None and si_unit(quantity.unit) != expected:
+                    raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: is in {quantity.unit}, expected a "
+                                        f"{'factor' if varied.mode == 'factor' else f'quantity in {expected}'}")
+                if target.boolean != isinstance(quantity.value, bool):
+                    raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: {name} is "
+                                        f"{'Boolean, expected true or false' if target.boolean else 'a number'}")
+            found.append(target)
+    return found
+
+
+def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descriptions: dict[str, ModelDescription],
+              key: str) -> Target:
+    """One target by its name; `key` is what refusals name."""
+    fmu, _, own = name.partition(".")
+    if fmu == REFERENCE:
+        what = own.rpartition(".")[2]
+        try:
+            plan = with_reference(experiment.plan, own, 1.0)
+        except ScenarioError as error:
+            raise ScenarioError(f"{key}: {error}") from None
+        to = plan.axes[own.rpartition(".")[0]].reference
+        signal = next(signal for signal in experiment.plan.signals if signal.to == to)
+        times = {"start": 0.0, "end": experiment.plan.stop_time}
+        nominal = signal.value(times[what]) if what in times else 1.0
+        return Target(name, column, mode, nominal, UNITS[what], False, -np.inf, np.inf)
+    if fmu not in descriptions:
+        raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
+    variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}
+    settable = [each for each, variable in variables.items() if variable.causality in ("parameter", "input")]
+    if own not in variables:
+        raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}, nearest is {nearest(own, settable)}")
+    variable = variables[own]
+    if own not in settable:
+        raise ScenarioError(f"{key}: is a {variable.causality} variable, expected a parameter or an input; nearest is "
+                            f"{nearest(own, settable)}")
+    if variable.type not in ("Real", "Boolean"):
+        raise ScenarioError(f"{key}: is of type {variable.type}, expected Real or Boolean")
+    if own in experiment.plan.fmus[fmu].start_from:
+        raise ScenarioError(f"{key}: comes from another run, expected what the scenario itself sets")
+    boolean = variable.type == "Boolean"
+    if boolean and mode != "value":
+        raise ScenarioError(f"{key}: is Boolean, expected mode = 'value'")
+    return Target(name, column, mode, nominal_of(name, variable, experiment, descriptions), variable.unit or "",
+                  boolean, bound(variable.min, -np.inf), bound(variable.max, np.inf))
+
+
+def nominal_of(name: str, variable: ScalarVariable, experiment: Experiment,
+               descriptions: dict[str, ModelDescription]) -> float:
+    """Start value of the scenario or of the FMU."""
+    if variable.type != "Boolean":
+        return experiment.start_value(name, descriptions)
+    fmu, _, own = name.partition(".")
+    given = experiment.plan.fmus[fmu].start.get(own)
+    return float(given.value) if given is not None else float(str(variable.start) == "true")
+
+
+def bound(text: str | None, without: float) -> float:
+    """Bound of a range, as a model description has it."""
+    return without if text is None else float(text)
+
+
+def target_values(targets: Sequence[Target], design: NDArray[np.float64], origin: str) -> NDArray[np.float64]:
+    """Values of the targets, shape (number of samples, number of targets); ScenarioError if some are out of range."""
+    values = np.column_stack([target.values(design[:, target.column]) for target in targets])
+    for i, target in enumerate(targets):
+        outside = np.flatnonzero(~((values[:, i] >= target.low) & (values[:, i] <= target.high)))
+        if len(outside):
+            raise ScenarioError(f"{origin}: {target.name}: {len(outside)} of {len(values)} samples are out of range, "
+                                f"the first is {values[outside[0], i]:g}, expected {target.low:g} to {target.high:g} "
+                                f"{target.unit}".rstrip())
+    return values

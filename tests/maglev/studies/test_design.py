@@ -1,0 +1,109 @@
+"""Samples of a study: grids, points of quasi-random designs, distributions, correlation."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+from tiny_study import tiny
+
+from maglev.errors import ScenarioError
+from maglev.studies.design import samples, unit_samples
+from maglev.studies.schema import FOLDER, load_study
+
+MASS, FRICTION = "plant.v.mass", "plant.h.friction.coulomb"
+
+
+def test_a_grid_is_every_combination_in_order() -> None:
+    study = tiny(vary=[{"set": MASS, "kind": "grid", "from": "4 kg", "to": "5 kg", "number": 3},
+                       {"set": FRICTION, "kind": "list", "values": [1, "2 N"]}])
+    assert samples(study).tolist() == [[4.0, 1.0], [4.0, 2.0], [4.5, 1.0], [4.5, 2.0], [5.0, 1.0], [5.0, 2.0]]
+
+
+@pytest.mark.parametrize("kind", ["latin hypercube", "sobol", "halton", "saltelli"])
+def test_a_design_is_its_seed_s(kind: str) -> None:
+    vary = [{"set": MASS, "kind": "uniform", "low": 4, "high": 5}, {"set": FRICTION, "kind": "percent", "percent": 0.2}]
+    first, again, other = (samples(tiny(vary=vary, design={"kind": kind, "samples": 64, "seed": seed}))
+                           for seed in (1, 1, 2))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+    assert first[:, 0].min() >= 4.0 and first[:, 0].max() <= 5.0
+    assert first[:, 1].min() >= 0.8 and first[:, 1].max() <= 1.2
+
+
+@pytest.mark.parametrize(("keys", "distribution"), [
+    ({"kind": "uniform", "low": 2.0, "high": 3.0}, stats.uniform(2.0, 1.0)),
+    ({"kind": "normal", "mean": 4.0, "deviation": 0.5}, stats.norm(4.0, 0.5)),
+    ({"kind": "log-uniform", "low": 0.1, "high": 10.0}, stats.loguniform(0.1, 10.0))])
+def test_distributions_are_those_of_scipy(keys: dict[str, object], distribution: stats.rv_continuous) -> None:
+    study = tiny(vary=[{"set": MASS, **keys}], design={"kind": "sobol", "samples": 256})
+    found = samples(study)[:, 0]
+    assert found == pytest.approx(distribution.ppf(unit_samples(study)[:, 0]), rel=1e-12)
+    assert stats.kstest(found, distribution.cdf).pvalue > 0.5
+
+
+def test_correlated_samples_have_the_covariance() -> None:
+    covariance = [[0.04, 0.018], [0.018, 0.09]]
+    study = tiny(vary=[{"set": name, "kind": "normal", "mean": mean} for name, mean in ((MASS, 4.0), (FRICTION, 3.0))],
+                 correlated=[{"of": [MASS, FRICTION], "covariance": covariance}],
+                 design={"kind": "sobol", "samples": 4096})
+    found = samples(study)
+    assert found.mean(axis=0) == pytest.approx([4.0, 3.0], abs=1e-3)
+    assert np.cov(found.T) == pytest.approx(np.array(covariance), rel=0.02, abs=1e-3)
+
+
+def test_a_matrix_that_is_no_covariance_is_refused() -> None:
+    study = tiny(vary=[{"set": name, "kind": "normal", "mean": 4.0} for name in (MASS, FRICTION)],
+                 correlated=[{"of": [MASS, FRICTION], "covariance": [[1.0, 2.0], [2.0, 1.0]]}],
+                 design={"kind": "sobol", "samples": 4})
+    with pytest.raises(ScenarioError, match="positive definite"):
+        samples(study)
+
+
+@given(varied=st.integers(1, 5), power=st.integers(0, 4))
+def test_saltelli_changes_one_column_at_a_time(varied: int, power: int) -> None:
+    vary = [{"set": f"plant.p{i}", "kind": "uniform", "low": 0, "high": 1} for i in range(varied)]
+    points = unit_samples(tiny(vary=vary, design={"kind": "saltelli", "samples": 2**power}))
+    for block in points.reshape(2**power, varied + 2, varied):
+        for column in range(varied):
+            changed = block[column + 1] != block[0]
+            assert changed.tolist() == [i == column for i in range(varied)]
+            assert block[column + 1, column] == block[-1, column]
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ({"vary": []}, "vary = []"),
+    ({"vary": [{"set": MASS, "kind": "grid", "from": 1, "to": 2}]}, "vary[0].number: required key is missing"),
+    ({"vary": [{"set": MASS, "kind": "gird", "values": [1]}]}, "nearest is 'grid'"),
+    ({"vary": [{"set": MASS, "kind": "list", "values": [1], "low": 2}]}, "vary[0].low = 2: expected none"),
+    ({"vary": [{"set": MASS, "kind": "uniform", "low": 2, "high": 1}], "design": {"kind": "sobol", "samples": 2}},
+     "vary[0].high = 1: expected more than low = 2"),
+    ({"vary": [{"set": MASS, "kind": "uniform", "low": 1, "high": 2}]}, "vary[0].kind = 'uniform': expected grid or"),
+    ({"vary": [{"set": MASS, "kind": "log-uniform", "low": 0, "high": 2}]}, "vary[0].low = 0: expected more than 0"),
+    ({"vary": [{"set": MASS, "kind": "normal", "mean": 1}], "design": {"kind": "sobol", "samples": 2}},
+     "vary[0].deviation: required key is missing"),
+    ({"vary": 2 * [{"set": MASS, "kind": "list", "values": [1]}]}, "expected a name of its own"),
+    ({"design": {"kind": "sobol", "samples": 3}}, "design.samples = 3: expected a power of 2"),
+    ({"design": {"kind": "halton"}}, "design.samples: required key is missing"),
+    ({"design": {"samples": 3}}, "design.samples = 3: expected none"),
+    ({"limits": {"overshoot": {}}}, "required key is missing: expected max or min"),
+    ({"colour": "red"}, "colour = 'red': unknown key")])
+def test_bad_files_are_refused_in_one_line(table: dict[str, object], words: str) -> None:
+    with pytest.raises(ScenarioError) as refusal:
+        tiny(**table)
+    assert words in str(refusal.value)
+    assert str(refusal.value).startswith("study.toml: ")
+    assert "\n" not in str(refusal.value)
+
+
+def test_too_many_samples_are_refused() -> None:
+    vary = [{"set": f"plant.p{i}", "kind": "grid", "from": 0, "to": 1, "number": 200} for i in range(3)]
+    with pytest.raises(ScenarioError, match=r"design: 8e\+06 samples, expected at most 1e\+06"):
+        samples(tiny(vary=vary))
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda path: path.stem)
+def test_studies_of_the_package_are_named_after_their_files(path: Path) -> None:
+    assert load_study(path.stem)[0].name == path.stem

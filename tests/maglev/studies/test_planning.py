@@ -1,0 +1,65 @@
+"""What is refused before the first flight."""
+
+import shutil
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+from tiny_study import planned
+
+from maglev.errors import ScenarioError
+
+Usage = namedtuple("Usage", "total used free")
+
+
+def varied(**keys: object) -> dict[str, object]:
+    return {"vary": [{"kind": "list", "values": [1.0], **keys}]}
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    (varied(set="plant.v.mas"), "plant has no parameter 'v.mas', nearest is 'v.mass'"),
+    (varied(set="plan.v.mass"), "there is no FMU 'plan', nearest is 'plant'"),
+    (varied(set="plant.v.position"), "is a output variable, expected a parameter or an input"),
+    (varied(set="reference.v.ende"), "nearest is 'end'"),
+    (varied(set="plant.v.mass", values=["4 N"]), "4 N: is in N, expected a quantity in kg"),
+    (varied(set="plant.v.mass", values=["4 kg"], mode="factor"), "is in kg, expected a factor"),
+    (varied(set="plant.v.mass", values=[True]), "True: plant.v.mass is a number"),
+    (varied(set="controller.antiwindup", values=[1.0]), "is Boolean, expected true or false"),
+    (varied(set="plant.v.mass", values=[4.0, -1.0, -2.0]),
+     "plant.v.mass: 2 of 3 samples are out of range, the first is -1, expected 0.001 to 1e+06 kg"),
+    ({"metrics": ["overshot of v"]}, "there is no metric 'overshot of v'; nearest is 'overshoot of v'"),
+    ({"limits": {"overshoot of v": {"max": "2 s"}}}, "'2 s' is in s, expected a quantity in 1"),
+    ({"keep": ["plant.v.positio"]}, "nearest is 'plant.v.position'")])
+def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as refusal:
+        planned(tmp_path, fastest_fmus, **table)
+    assert words in str(refusal.value)
+    assert str(refusal.value).startswith("study.toml")
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_study_that_does_not_fit_on_the_disk_is_refused(fastest_fmus: Path, tmp_path: Path,
+                                                          monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _path: Usage(0, 0, 1e8 + 1e5))
+    planned(tmp_path, fastest_fmus)
+    with pytest.raises(ScenarioError, match=r"20 samples would take .* where .* are free"):
+        planned(tmp_path, fastest_fmus, keep=["plant.v.position"], keep_interval="0.5 ms")
+
+
+def test_the_metrics_to_keep(fastest_fmus: Path, tmp_path: Path) -> None:
+    study = planned(tmp_path, fastest_fmus, metrics=["overshoot", "settling to 10 um of v at t = 0.05 s"],
+                    limits={"rms error of h": {"max": "1 mm"}})
+    names = [column.name for column in study.job.columns]
+    assert names[4:] == ["overshoot of v", "overshoot of h", "settling to 10 µm of v at t = 0.05 s", "rms error of h"]
+    assert study.job.columns[-1].max == 1e-3
+
+
+def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_path: Path) -> None:
+    study = planned(tmp_path, fastest_fmus, vary=[
+        {"set": ["plant.v.mass", "plant.h.mass"], "name": "payload", "mode": "offset", "kind": "list", "values": [0.5]},
+        {"set": "plant.h.friction.coulomb", "mode": "factor", "kind": "list", "values": [2]}])
+    plain = planned(tmp_path, fastest_fmus).job.experiment.parameters()
+    assert study.values.tolist() == [[plain["plant.v.mass"] + 0.5, plain["plant.h.mass"] + 0.5,
+                                      2 * plain["plant.h.friction.coulomb"]]]
+    assert study.layout.schema().names[:4] == [
+        "sample", "payload", "factor of plant.h.friction.coulomb", "plant.v.mass"]
