@@ -1,6 +1,6 @@
 """The environments: Gymnasium's contract, the loop of `maglev.run` bit for bit, physics by hand, and refusals."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -8,58 +8,15 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from environments import RIG_NAMES, environment, flown, same_bits
 from gymnasium.utils.env_checker import check_env
 
 import maglev
 import maglev.gym  # noqa: F401 - registers
-from maglev.cosim.fmu import Buffer, Fmu, read_description
 from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
-from pmlsm.rigs import RIGS, Rig
+from pmlsm.rigs import RIGS
 
 Make = Callable[..., Any]
-
-RIG_NAMES = ("2dof", "3dof")
-
-
-def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:
-    return gymnasium.make(f"maglev/Stage{rig.upper()}-v0", fmus=folder, **options)
-
-
-@pytest.fixture(scope="session")
-def folder(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder that has the native FMUs where environments look for them."""
-    found = tmp_path_factory.mktemp("environments")
-    (found / "native").symlink_to(native_fmus)
-    return found
-
-
-@pytest.fixture
-def make(folder: Path) -> Iterator[Make]:
-    """Function that makes an environment of a rig with options; they are closed after the test."""
-    made = []
-
-    def function(rig: str, **options: Any) -> Any:
-        made.append(environment(rig, folder, **options).unwrapped)
-        return made[-1]
-
-    yield function
-    for each in made:
-        each.close()
-
-
-def flown(env: Any, actions: Any, **reset: Any) -> np.ndarray:
-    """Observations of an episode with actions, shape (samples + 1, observation)."""
-    found = [env.reset(**reset)[0]]
-    for action in actions:
-        observation, _, terminated, truncated, _ = env.step(action)
-        found.append(observation)
-        if terminated or truncated:
-            break
-    return np.array(found)
-
-
-def same_bits(first: np.ndarray, second: np.ndarray) -> bool:
-    return first.shape == second.shape and np.array_equal(first.view(np.int64), second.view(np.int64))
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -87,72 +44,6 @@ def test_seeds(make: Make, rig: str) -> None:
     assert np.ptp(first[:, 0]) > 1e-4, "something has to move for this to mean anything"
     # Without a seed the next episode is another one.
     assert not np.array_equal(flown(env, actions)[0], flown(env, actions)[0])
-
-
-class Controller:
-    """A controller FMU of ours as an agent."""
-
-    def __init__(self, rig: Rig, name: str, folder: Path):
-        path = folder / "native" / f"{name}.fmu"
-        self.fmu = Fmu(name, path, read_description(name, path))
-        self.fmu.initialise({}, 0.0, 100.0)
-        self.rig, self.sample = rig, 0
-
-        def buffer(names: list[str]) -> Buffer:
-            return Buffer("Real", [self.fmu.variable(name) for name in names])
-
-        self.inputs = buffer([f"{axis}.{port}" for port in ("measured", "reference", "reference_rate")
-                              for axis in rig.axis_names])
-        self.dq = buffer([f"{motor}.{current}_cmd" for motor in rig.motor_names for current in ("i_d", "i_q")])
-        self.phases = buffer([f"{motor}.i_{phase}_cmd" for motor in rig.motor_names for phase in "abc"])
-
-    def action(self, observation: np.ndarray, phases: bool) -> np.ndarray:
-        """Currents at an observation."""
-        axes = len(self.rig.axes)
-        self.inputs.values[:2 * axes] = [*observation[:axes], *observation[2 * axes:]]
-        self.fmu.set(self.inputs)
-        step = self.rig.sample_time
-        assert self.fmu.instance is not None
-        self.fmu.instance.doStep(self.sample * step, step)
-        self.sample += 1
-        chosen = self.phases if phases else self.dq
-        self.fmu.get(chosen)
-        return np.array(chosen.values)
-
-
-SETPOINTS = """
-extends = ["loops/{rig}.toml", "references/{rig}-setpoints.toml"]
-name = "setpoints"
-title = "The first step of a sequence"
-stop_time = "1.5 s"
-output_interval = "{interval}"
-"""
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-@pytest.mark.parametrize("action", ["dq", "phases"])
-def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str) -> None:
-    """The regulator as an agent gives the positions of `maglev.run` bit for bit."""
-    of = RIGS[rig]
-    scenario = tmp_path / "setpoints.toml"
-    scenario.write_text(SETPOINTS.format(rig=rig, interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
-    changed = {f"plant.{of.horizontal[0].name}.friction.coulomb": 0.2}
-    run = maglev.run(scenario, fmus=folder, native=True, set=changed)
-    references = np.column_stack([run[f"controller.{axis}.reference"] for axis in of.axis_names])
-    env = make(rig, action=action, reference=references, duration="1.5 s",
-               **{name.removeprefix("plant."): value for name, value in changed.items()})
-    controller = Controller(of, f"Regulator{rig.upper()}", folder)
-    observation, _ = env.reset()
-    positions = [env.stage.positions.copy()]
-    truncated = False
-    while not truncated:
-        observation, _, terminated, truncated, _ = env.step(controller.action(observation, action == "phases"))
-        assert not terminated
-        positions.append(env.stage.positions.copy())
-    controller.fmu.close()
-    expected = np.column_stack([run[f"plant.{axis}.position"] for axis in of.axis_names])
-    assert same_bits(np.array(positions), np.ascontiguousarray(expected))
-    assert np.ptp(expected, axis=0).min() > 1e-3, "something has to move for this to mean anything"
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
