@@ -130,7 +130,7 @@ def changed(path: Path, old: str, new: str) -> Path:
 
 def ran(runs: list[RunPlan], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
     experiments = prepare_all(runs, fmus, {}, settings)
-    return {result.plan.name: result for result in execute_all(experiments, out, 2, lambda *_: None)}
+    return {result.plan.name: result for result in execute_all(experiments, out, "csv", 2, lambda *_: None)}
 
 
 def positions(result: RunResult) -> np.ndarray:

@@ -22,7 +22,7 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
     experiments = [prepare(good, fmus, {}, []), prepare(failing, fmus, {}, ["plant.v.mass=-1"]),
                    prepare(dead, tmp_path / "nowhere", {}, []), prepare(other, fmus, {}, [])]
     reports: list[tuple[str, int, int]] = []
-    results = execute_all(experiments, tmp_path, 2, lambda *report: reports.append(report))
+    results = execute_all(experiments, tmp_path, "csv", 2, lambda *report: reports.append(report))
     assert [result.plan.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
                                                            "2dof-smooth-pid"]
     assert [result.failure is None for result in results] == [True, False, False, True]
@@ -61,6 +61,6 @@ def test_what_claims_compare_with_is_run_as_well() -> None:
 
 def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
     runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_plans("2dof-step-1")]
-    verdicts = judge_all(execute_all(runs, tmp_path, 2, lambda *_: None))
+    verdicts = judge_all(execute_all(runs, tmp_path, "csv", 2, lambda *_: None))
     assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear"]
     assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}

@@ -41,7 +41,7 @@ def test_exact_currents_deviate_by_nothing(rig: str, flown: Flown, staircase: Fl
     measured, predicted = chart.panels[0].curves
     assert list(measured.x) == pytest.approx(list(ASKED[rig]))
     assert measured.y == pytest.approx(predicted.y, abs=1e-9)
-    assert {claim.verdict for claim in judge_procedure(found)} <= {"reproduced", "not reproduced"}
+    assert {claim.verdict for claim in judge_procedure(found)} <= {"reproduced", "not reproduced", "met", "not met"}
 
 
 @both_rigs
