@@ -1,0 +1,109 @@
+"""What is estimated, and from what: the settings of the study as `estimation.toml` has them."""
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FILE = Path(__file__).with_name("estimation.toml")
+
+Defaults = Mapping[str, float]   # by `model.variable`, SI
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number that is estimated, by a u that is normal with mean 0 and standard deviation 1 beforehand.
+
+    Attributes
+    ----------
+    name, unit : str
+    variables : tuple of str
+        `model.variable`, those whose default it is.
+    scale : "log" or "linear"
+    assumed, spread : float
+        "log": value = assumed exp(spread u); "linear": value = assumed + spread u.
+    least : float
+        Smallest value.
+    follows : (str, float) or None
+        A variable `model.variable` that is this value times a factor, where a scenario gives it at all.
+    """
+
+    name: str
+    variables: tuple[str, ...]
+    unit: str
+    scale: str
+    assumed: float
+    spread: float
+    least: float = -math.inf
+    follows: tuple[str, float] | None = None
+
+    def value(self, u: float) -> float:
+        """Value (SI) at u."""
+        if self.scale == "log":
+            return self.assumed * math.exp(self.spread * u)
+        return max(self.least, self.assumed + self.spread * u)
+
+    def range(self, u: float, deviation: float) -> tuple[float, float]:
+        """Values (SI) one standard deviation of u below and above, the smaller one first."""
+        low, high = sorted((self.value(u - deviation), self.value(u + deviation)))
+        return low, high
+
+    @property
+    def lowest(self) -> float:
+        """Smallest u."""
+        return -4.0 if math.isinf(self.least) else max(-4.0, (self.least - self.assumed) / self.spread)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """One stage: what is estimated of it, and the runs whose claims are for training; all others are held out."""
+
+    name: str
+    training: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+
+    def defaults(self, u: NDArray[np.float64] | Sequence[float]) -> dict[str, float]:
+        """Defaults of variables at u, shape (parameters,)."""
+        return {variable: parameter.value(float(each)) for parameter, each in zip(self.parameters, u, strict=True)
+                for variable in parameter.variables}
+
+    def following(self, u: NDArray[np.float64] | Sequence[float]) -> dict[str, float]:
+        """Values, at u, of variables that follow a parameter where a scenario gives them."""
+        return {parameter.follows[0]: parameter.follows[1] * parameter.value(float(each))
+                for parameter, each in zip(self.parameters, u, strict=True) if parameter.follows is not None}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The whole study; see `estimation.toml`."""
+
+    rigs: tuple[Rig, ...]
+    largest_residual: float
+    difference: float
+    iterations: int
+
+    @property
+    def training(self) -> frozenset[str]:
+        """Runs whose claims are for training."""
+        return frozenset(run for rig in self.rigs for run in rig.training)
+
+
+def read_settings(path: Path = FILE) -> Settings:
+    """Read the settings; KeyError or TypeError where a table lacks something or has too much."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    rigs = tuple(Rig(rig["name"], tuple(rig["training"]), tuple(read_parameters(rig["parameters"])))
+                 for rig in table["rigs"])
+    return Settings(rigs, table["largest_residual"], table["difference"], table["iterations"])
+
+
+def read_parameters(tables: Iterable[Mapping[str, Any]]) -> Iterable[Parameter]:
+    """Parameters of one rig."""
+    for table in tables:
+        follows = table.get("follows")
+        yield Parameter(**{**table, "variables": tuple(table["variables"]),
+                           "follows": None if follows is None else (follows["variable"], follows["factor"])})
