@@ -6,8 +6,8 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report live claims docs check check-all check-built test quick build native lint bench live-check accuracy \
-	mutants clean
+.PHONY: demo report live claims estimation docs check check-all check-built test quick build native lint bench live-check \
+	accuracy mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -23,6 +23,11 @@ live: .venv/.test
 claims: build
 	$(BIN)/maglev run --all
 	$(BIN)/python tools/write_claims.py results/claims.md
+
+# The assumed effects, estimated from part of the evidence and judged on the rest: docs/estimation.md.
+estimation: .venv/.test
+	$(BIN)/maglev build --native --target host
+	$(BIN)/python -m studies.estimation --anew
 
 # The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its gallery is flown.
 docs: build

@@ -28,7 +28,8 @@ def residual(result: ClaimResult, largest: float) -> float:
     """How far a claim is missed, in standard deviations; approaches `largest`; 0 where it is met or not testable.
 
     "about" a figure: half of its last digit or 5 %, whatever is more, is one standard deviation. A limit or a factor:
-    10 % of it, on the wrong side. A bound by an axis: the distance of its ticks, by which it was read. Yes or no: 1.
+    10 % of it, on the wrong side. A bound by an axis: the distance of its ticks, by which it was read. Yes or no, and
+    what never settles: 1.
     """
     claim, measured = result.claim, result.measured
     if claim.quantity is None or result.verdict in ("reproduced", "met") and claim.relation != "about":
@@ -47,7 +48,8 @@ def residual(result: ClaimResult, largest: float) -> float:
         missed = miss(claim, float(measured), target) / (MARGIN * abs(target))
         if claim.relation == "about":
             missed = (float(measured) - target) / max(SHARE * abs(target), half_digit(target, claim.digits or 1))
-    return largest * math.tanh(missed / largest)
+    # What never happens has no distance: whether a mover comes to rest in a band of 10 µm is decided by the last bits.
+    return largest * math.tanh(missed / largest) if math.isfinite(missed) else math.copysign(1.0, missed)
 
 
 def half_digit(target: float, digits: int) -> float:
