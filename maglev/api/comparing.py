@@ -20,7 +20,6 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import needed
-from maglev.report.page import require_plotly
 from maglev.report.plot import overlay, require_matplotlib
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
@@ -83,8 +82,6 @@ class Comparison:
         """Write columns and JSON of each run, and the comparison as JSON, text, PNG and HTML; returns the paths."""
         if picture:
             require_matplotlib()
-        if page:
-            require_plotly()
         return write_comparison(Path(folder), self.name, self.title, self.results, picture=picture, page=page)
 
 

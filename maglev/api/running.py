@@ -25,7 +25,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.processes import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
-from maglev.report.page import require_plotly, write_report
+from maglev.report.page import write_report
 from maglev.report.plot import plot as write_plot
 from maglev.report.plot import require_matplotlib
 from maglev.report.text import claims_markdown, text_of
@@ -187,8 +187,6 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     # What would fail after the runs fails before them.
     if plot:
         require_matplotlib()
-    if page:
-        require_plotly()
     asked = [plan for plan in select(names) if names is not None or not plan.check_only]
     replaced = options.get("plant") or options.get("controller")
     # With another FMU on both sides of a comparison, the claim would be about something else.

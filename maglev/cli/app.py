@@ -178,7 +178,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
-    a moving picture of the stage. Needs plotly (`pip install 'maglev-fmus[report]'`).
+    a moving picture of the stage.
 
     **Examples:**
 

@@ -37,15 +37,15 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
 
         found = compare_runs(name, controllers, watch=progress_of, say=say, set=settings, plant=plant, ports=ports,
                              step=step, order=order, fmus=fmus, native=native, timeout=timeout)
-        picture, page = (find_spec(module) is not None for module in ("matplotlib", "plotly"))
-        files = found.write(out, picture=picture, page=page)
+        picture = find_spec("matplotlib") is not None
+        files = found.write(out, picture=picture)
         if json:
             print_json(found.as_data())
         else:
             show_comparison(report_console(), found.name, found.title, found.results)
             typer.echo(f"results: {', '.join(map(str, files))}")
-            if not (picture and page):
-                say("pictures and a page need matplotlib and plotly: pip install 'maglev-fmus[report]'")
+            if not picture:
+                say("the picture needs matplotlib: pip install 'maglev-fmus[report]'")
         for label, failure in found.failures.items():
             say(f"{label}: {failure}")
         if found.failures:

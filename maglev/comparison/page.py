@@ -8,17 +8,14 @@ from string import Template
 from maglev.comparison.table import Row, summary
 from maglev.experiment.execution import RunResult
 from maglev.report.figures import AXIS_PANELS, EVERY, MOTOR_PANELS, Figure, with_data
-from maglev.report.page import figure_data, json_in_html, plotly_script, read, require_plotly, runs_data
+from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, figure_data, json_in_html, read, runs_data
 from maglev.report.status import run_status
 
 PAGE = Path(__file__).parent / "comparison.html"
-SCRIPTS = ("series.js", "charts.js", "plots.js")
-PIXELS = 180   # height of a panel
 
 
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
-    """Text of the page, which needs no network; ScenarioError if plotly is not installed."""
-    require_plotly()
+    """Text of the page, which needs no network."""
     labels = {run.plan.name: label for label, run in runs.items()}
     panels = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
     figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
@@ -33,10 +30,10 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         summary=html_table(list(runs), summary(rows)),
         steps=html_table(list(runs), [row for row in rows if row.time is not None]),
         figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
-                          f'style="height:{120 + PIXELS * len(shown.panels)}px"></div></figure>'
+                          f'style="min-height:{TOOLS + PIXELS * len(shown.panels)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
-        data=json_in_html(data), plotly=plotly_script(),
-        scripts="\n".join(f"<script>\n{read(script)}</script>" for script in SCRIPTS))
+        data=json_in_html(data),
+        scripts="\n".join(f"<script>\n{read(script)}</script>" for script in PLOT_SCRIPTS))
 
 
 def html_table(labels: Sequence[str], rows: Sequence[Row]) -> str:

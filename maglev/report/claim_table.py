@@ -18,7 +18,7 @@ from maglev.judging.verdicts import (
 )
 from maglev.procedures.outcome import Outcome
 from maglev.report.charts import ShownChart
-from maglev.report.figures import Shown, anchor
+from maglev.report.figures import Shown, anchor, rig_of
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
 from maglev.report.status import is_listed, modification, run_status
 
@@ -44,6 +44,8 @@ LOOKS: dict[Verdict, Look] = {
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
 FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
 FIGURE_NUMBER = re.compile(r"\d+\.\d+")
+# In a reason: friction that is assumed, not just friction; not beyond the end of a sentence.
+ASSUMED_FRICTION = re.compile(r"friction\b[^.;]*\bassumed\b|assumed friction")
 FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
 
 
@@ -51,6 +53,28 @@ def badge(verdict: Verdict) -> str:
     """Verdict in its colour, with its sign."""
     css, sign = LOOKS[verdict]
     return f'<span class="verdict {css}"><span aria-hidden="true">{sign}</span> {verdict}</span>'
+
+
+def message(judgements: Judgements) -> str:
+    """What came out, in a sentence or two; of what did not, how much has to do with assumed friction."""
+    claims = sentences(result for of_one in judgements.values() for result in of_one)
+    counts = count_verdicts(claims)
+    if not counts["reproduced"] + counts["not reproduced"]:
+        return ""
+    missed = [each.note for each in claims if each.verdict == "not reproduced"]
+    friction = sum(bool(ASSUMED_FRICTION.search(note)) for note in missed)
+    return (f'<p class="message"><strong>{counts["reproduced"]} of {len(claims)} claims reproduce</strong>, '
+            f'{counts["within 10 %"]} more come within 10 %.'
+            + (f" Of the {len(missed)} that do not, {friction} have guide friction among their reasons, which the thesis "
+               "does not state and which is assumed here." if friction else f" {len(missed)} do not." if missed else "")
+            + "</p>")
+
+
+def verdict_options(judgements: Judgements) -> str:
+    """Options of the choice of a verdict."""
+    counts = count_verdicts(result for claims in judgements.values() for result in claims)
+    return '<option value="">all</option>' + "".join(f"<option>{verdict}</option>" for verdict in VERDICTS
+                                                     if counts[verdict])
 
 
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
@@ -111,7 +135,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
     return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
-                       claim_rows(name, claims, [*figures, *shown]))
+                       claim_rows(name, claims, [*figures, *shown]), rig_of(name, result.plan))
 
 
 def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
@@ -122,14 +146,14 @@ def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequ
     if has_text(outcome):
         links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
     return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
-                       claim_rows(name, claims, [*charts, *shown]))
+                       claim_rows(name, claims, [*charts, *shown]), rig_of(name))
 
 
 def claim_group(identifier: str, name: str, title: str, status: str, links: Sequence[str],
-                rows: Sequence[str]) -> str:
-    """Body of the table under a heading; status, links and rows are HTML."""
+                rows: Sequence[str], rig: str) -> str:
+    """Body of the table under a heading, with which stage it is about; status, links and rows are HTML."""
     where = f"<p>{', '.join(links)}</p>" if links else ""
-    return (f'<tbody id="{identifier}"><tr class="run"><th colspan="5" scope="rowgroup">'
+    return (f'<tbody id="{identifier}" data-rig="{rig}"><tr class="run"><th colspan="5" scope="rowgroup">'
             f"<strong>{escape(name)}</strong> {escape(title)}{status}{where}</th></tr>\n"
             + "\n".join(rows or ['<tr class="empty"><td colspan="5">no claims</td></tr>']) + "</tbody>")
 
@@ -196,13 +220,16 @@ def names_behind(shown: Shown) -> list[str]:
 
 
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
-    """Links to the claims about a figure: those of what it shows that cite it, or all of a run if it has no number."""
+    """Claims about a figure, linked: those of what it shows that cite it, or all of a run if it has no number."""
     names = shown.names if isinstance(shown, ShownChart) else names_behind(shown)
     every = isinstance(shown, Shown) and shown.number is None
     items = []
     for name in names:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
-                items.append(f'<li><a href="#{claim_anchor(name, k)}">{badge(result.verdict)}</a> '
-                             f"{escape(wording(result))}</li>")
+                reason = f': <span class="reason">{escape(result.note)}</span>' if result.note else ""
+                measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
+                wanted = f" ({escape(unbroken(result.claim.criterion))})" if result.claim.figure is None else ""
+                items.append(f'<li data-verdict="{result.verdict}"><a href="#{claim_anchor(name, k)}">'
+                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured}{reason}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -19,8 +19,8 @@ MOTOR_PANELS = ("commands", "currents")
 EVERY = "*"
 
 # The main runs, those that are also shown as a moving picture.
-MOVING = ("2dof-setpoints", "2dof-tracking-nonlinear", "2dof-step-4-linear",
-          "3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear")
+MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",
+          "2dof-setpoints", "2dof-tracking-nonlinear", "2dof-step-4-linear")
 
 
 class Panel(NamedTuple):
@@ -150,6 +150,13 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
         for name in names:
             if of in (name, EVERY) and any(column in recorded for column in needed_columns(plan, kind, name)):
                 yield Panel(kind, name)
+
+
+def rig_of(name: str, plan: RunPlan | None = None) -> str:
+    """Which stage a run or a procedure is about, by its name or its models: "2-DOF", "3-DOF", or empty."""
+    models = [fmu.model or "" for fmu in plan.fmus.values()] if plan else []
+    found = re.search(r"([23])dof", " ".join([name, *models]), re.IGNORECASE)
+    return f"{found[1]}-DOF" if found else ""
 
 
 def anchor(*parts: str) -> str:

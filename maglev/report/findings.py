@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.procedures.outcome import Outcome, ValueTable
-from maglev.report.figures import anchor
+from maglev.report.figures import anchor, rig_of
 
-LINK = '\n<a href="#identification">Identification</a>'
+LINK = '<li><a href="#identification">Identification</a></li>'
 
 
 def procedure_anchor(name: str) -> str:
@@ -35,8 +35,9 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
 def findings(outcome: Outcome) -> str:
     """Tables and notes of one procedure."""
     settings = outcome.settings
+    identity = f'id="{found_anchor(settings.name)}" data-rig="{rig_of(settings.name)}"'
     notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
-    return (f'<article id="{found_anchor(settings.name)}"><h3>{escape(settings.title)}</h3>'
+    return (f'<article {identity}><h3>{escape(settings.title)}</h3>'
             f'<p class="origin"><a href="#{procedure_anchor(settings.name)}">{escape(settings.name)}</a></p>\n'
             + "".join(value_table(table) for table in outcome.tables)
             + (f'<ul class="notes">{notes}</ul>' if notes else "") + "</article>")

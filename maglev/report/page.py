@@ -3,14 +3,11 @@
 import json
 from collections.abc import Iterable, Sequence
 from html import escape
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 from typing import Any
 
 from fmi_export.whole_file import write_whole
-from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
@@ -26,24 +23,22 @@ from maglev.report.figures import (
     needed_tolerances,
     read_figures,
     recorded_columns,
+    rig_of,
     shown_commands,
     shown_figures,
     speed_of,
 )
+from maglev.report.limits import limits
 from maglev.report.series import pack
 from maglev.report.status import events, is_listed, run_status
 
 FOLDER = Path(__file__).parent
 MOST_ROWS = 16000            # of a signal
+PIXELS, TOOLS = 204, 40      # height of a panel, and of the buttons above
 FEWEST_ROWS = 1000           # of a signal, however large the page
-LARGEST_DATA = 8_900_000     # bytes of all signals; plotly.js has 5 million, the rest less than 1 million
-SCRIPTS = ("series.js", "charts.js", "plots.js", "claims.js", "stage.js", "player.js")
-
-
-def require_plotly() -> None:
-    """Raise ScenarioError if plotly, an extra of this project, is not installed."""
-    if find_spec("plotly") is None:
-        raise ScenarioError("the report needs plotly, expected it to be installed: pip install 'maglev-fmus[report]'")
+LARGEST_DATA = 8_900_000     # bytes of all signals; the rest is less than 2 million
+PLOT_SCRIPTS = ("series.js", "scale.js", "plot.js", "plot_hands.js", "charts.js", "plots.js")
+SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
@@ -62,26 +57,14 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
         Claims with their verdicts by name of the run or the procedure.
     outcomes : sequence of Outcome
         What the procedures found that the runs belong to.
-
-    Raises
-    ------
-    ScenarioError
-        If plotly is not installed.
     """
-    require_plotly()
-    page = report_page(results, judgements, plotly_script(), outcomes, path.with_name(LIVE_PAGE).is_file())
+    page = report_page(results, judgements, outcomes, path.with_name(LIVE_PAGE).is_file())
     write_whole(path, page)
 
 
-def plotly_script() -> str:
-    """plotly.js as plotly brings it along."""
-    # An extra without types.
-    return str(import_module("plotly.offline").get_plotlyjs())
-
-
-def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: str,
-                outcomes: Sequence[Outcome] = (), live: bool = False) -> str:
-    """Text of the page; `plotly` is the source of plotly.js, `live` whether the live page lies beside it."""
+def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
+                live: bool = False) -> str:
+    """Text of the page; `live` is whether the live page lies beside it."""
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
@@ -90,6 +73,9 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: st
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
+        message=claim_table.message(judgements),
+        verdicts=claim_table.verdict_options(judgements),
+        index="\n".join(map(index_entry, shown)),
         summary=claim_table.summary(results, judgements),
         filter=claim_table.filter_buttons(judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
@@ -99,7 +85,6 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, plotly: st
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
-        plotly=plotly,
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
 
 
@@ -149,6 +134,7 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, 
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
                    for name, motor in plan.motors.items()},
         "bands": plan.metrics.bands,
+        "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
         "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
         **packed,
     }
@@ -176,17 +162,24 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
     """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it."""
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
-        caption, height = shown.chart.caption, 120 + 240 * len(shown.chart.panels)
+        caption, panels, rig = shown.chart.caption, len(shown.chart.panels), rig_of(name)
         about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
     else:
-        caption, height = shown.figure.caption, 120 + 180 * len(shown.panels)
+        caption, panels = shown.figure.caption, len(shown.panels)
+        rig = " ".join(sorted({rig_of(run.plan.name, run.plan) for run in shown.runs}))
         about = "".join(f"<li>{run_link(run, judgements)}{live_link(run) if live else ''}"
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
                                   for text in run_status(run)) + "</li>" for run in shown.runs)
-    return (f'<figure id="{shown.id}"><figcaption><h3>{escape(shown.title)}</h3><p>{escape(caption)}</p>'
-            f'<ul class="runs">{about}</ul></figcaption>\n'
-            f'<div class="plot" data-figure="{shown.id}" style="height:{height}px"></div>\n'
+    return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
+            f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n'
+            f'<div class="plot" data-figure="{shown.id}" style="min-height:{TOOLS + PIXELS * panels}px"></div>\n'
             f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
+
+
+def index_entry(shown: Shown | ShownChart) -> str:
+    """Entry of the index: number or name of a figure, and what it is about."""
+    caption = shown.chart.caption if isinstance(shown, ShownChart) else shown.figure.caption
+    return f'<li><a href="#{shown.id}"><b>{escape(shown.title)}</b> <span>{escape(caption)}</span></a></li>'
 
 
 def run_link(run: RunResult, judgements: Judgements) -> str:

@@ -2,14 +2,11 @@
 // Moving picture of the main runs: choice of run, play and pause, place in time, speed.
 {
   const player = document.getElementById("player");
+  const ABOUT = "The mover hangs below the stator and rises when the gap shrinks. Coils are coloured by phase, the stronger " +
+    "the more current they carry; a dot is current towards you, a cross away from you. The dashed outline is the " +
+    "reference. Widths are to scale, gaps are drawn 3.6 times larger.";
 
-  function element(name, attributes, parent, text = "") {
-    const created = document.createElement(name);
-    for (const [key, value] of Object.entries(attributes)) created.setAttribute(key, value);
-    created.textContent = text;
-    parent.append(created);
-    return created;
-  }
+  const element = html;
 
   function labelled(text, name, attributes, parent) {
     const label = element("label", attributes.class ? { class: attributes.class } : {}, parent, `${text} `);
@@ -70,7 +67,10 @@
     for (const factor of ["0.25", "1", "4"]) element("option", { value: factor }, speed, `${factor}×`);
     speed.value = "1";
     const event = element("p", { class: "status", role: "status" }, player);
-    const readings = element("dl", { class: "readings" }, player);
+    const details = element("details", {}, player);
+    element("summary", {}, details, "What is drawn, and the values");
+    element("p", {}, details, ABOUT);
+    const readings = element("dl", { class: "readings" }, details);
     let display = () => {};
     let time = 0;
     let end = 0;
@@ -107,6 +107,8 @@
     async function load() {
       play(false);
       const name = choice.value;
+      inUse.clear();
+      inUse.add(name);
       const signals = await decodeRun(name);
       if (name !== choice.value) return;   // another was chosen meanwhile
       end = Math.max(...Object.values(signals).map(({ times }) => times.at(-1)));
@@ -118,13 +120,14 @@
     button.addEventListener("click", () => play(!playing));
     slider.addEventListener("input", () => { play(false); showTime(Number(slider.value)); });
     choice.addEventListener("change", () => load().catch(fail));
-    load().catch(fail);
+    load().then(() => {
+      // It moves from the start, unless the reader wants no motion; what cannot be seen need not move.
+      if (time === 0 && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
+    }).catch(fail);
+    new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(views);
   }
 
   if (report.moving.length) {
-    element("p", {}, player, "The mover hangs below the stator and rises when the gap shrinks. Coils are coloured by " +
-      "phase, the stronger the more current they carry; a dot is current towards you, a cross away from you. The " +
-      "dashed outline is the reference. Widths are to scale, gaps are drawn 3.6 times larger.");
     build();
   } else {
     element("p", {}, player, "None of the main runs was recorded.");

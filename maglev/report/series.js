@@ -4,6 +4,7 @@ const report = JSON.parse(document.getElementById("data").textContent);
 const errors = [];
 const ready = {};    // decoded runs by name: signal name -> { times (s), values (SI), tolerance }
 const pending = {};  // promises of the same
+const inUse = new Set();   // runs that are kept though no figure needs them: that of the moving picture
 
 function fail(error) {
   errors.push(String(error && error.stack ? error.stack : error));
@@ -27,7 +28,9 @@ function integers(bytes, start, count) {
 function decodeRun(name) {
   pending[name] ??= (async () => {
     const run = report.runs[name];
-    const packed = Uint8Array.from(atob(run.data), (letter) => letter.charCodeAt(0));
+    const text = atob(run.data);
+    const packed = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; k++) packed[k] = text.charCodeAt(k);
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
     const signals = {};
@@ -42,6 +45,13 @@ function decodeRun(name) {
     return signals;
   })();
   return pending[name];
+}
+
+/** Forget a decoded run, unless somebody uses it still. */
+function forgetRun(name) {
+  if (inUse.has(name)) return;
+  delete ready[name];
+  delete pending[name];
 }
 
 /** Value (SI) of a signal at a time (s), on the straight line between its neighbours. */

@@ -10,13 +10,6 @@ const POLES = 4;            // shown
 const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
 const VIEW = { width: 420, height: 300, along: 1.1, up: 4.0, stator: 66 };   // px, px/mm of displacement, px/mm of gap
 
-function svg(name, attributes, parent) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  if (parent) parent.append(element);
-  return element;
-}
-
 function svgText(parent, x, y, text, attributes = {}) {
   const element = svg("text", { x, y, "text-anchor": "middle", ...attributes }, parent);
   element.textContent = text;
@@ -39,7 +32,7 @@ function drawStator(parent) {
     const [phase, direction] = WINDING[k % WINDING.length];
     const centre = left + (k + 0.5) * pitch;
     const frame = { x: centre - width / 2 + 1, y: 33, width: width - 2, height: VIEW.stator - 36, rx: 2 };
-    const style = `fill: var(--series-${phase}); stroke: var(--series-${phase})`;
+    const style = `fill: var(--phase-${phase}); stroke: var(--phase-${phase})`;
     const area = svg("rect", { ...frame, style }, parent);
     const sign = svgText(parent, centre, 53, "", { style: "font-size: 15px; font-weight: 700" });
     coils.push({ phase, direction, area, sign });
@@ -56,7 +49,7 @@ function drawMover(parent) {
     const x = (k - POLES / 2) * pole + 0.1 * pole;
     const north = k % 2 === 0;
     svg("rect", { x, y: 0, width: 0.8 * pole, height: 20, style: `fill: var(--${north ? "north" : "south"})` }, group);
-    svgText(group, x + 0.4 * pole, 14, north ? "N" : "S", { style: "fill: #fff; font-weight: 700" });
+    svgText(group, x + 0.4 * pole, 14, north ? "N" : "S", { style: "fill: var(--paper); font-weight: 700" });
   }
   svg("path", { d: "M0 38 l-5 9 h10 z", style: "fill: var(--text)" }, group);
   return group;

@@ -1,0 +1,118 @@
+"use strict";
+// The index that stays in view: search, stage and verdict choose which claims, figures and tables are shown.
+{
+  const buttons = [...document.querySelectorAll(".filter button")];
+  const search = document.getElementById("index-search");
+  const rig = document.getElementById("index-rig");
+  const verdict = document.getElementById("index-verdict");
+  const index = document.getElementById("index-details");
+  const result = document.getElementById("filter-result");
+  const texts = new Map();   // of elements that were searched, in lower case
+
+  function textOf(element) {
+    if (!texts.has(element)) texts.set(element, element.textContent.toLowerCase());
+    return texts.get(element);
+  }
+
+  // Every word, in whatever order.
+  const has = (text, words) => words.every((word) => text.includes(word));
+  const ofRig = (element) => !rig.value || !element.dataset.rig || element.dataset.rig.split(" ").includes(rig.value);
+
+  function showClaims(words) {
+    let count = 0;
+    for (const body of document.querySelectorAll("table.claims tbody")) {
+      const heading = textOf(body.rows[0]);
+      let visible = 0;
+      for (const row of body.querySelectorAll("tr[data-verdict]")) {
+        row.hidden = !(ofRig(body) && (!verdict.value || row.dataset.verdict === verdict.value)
+          && has(`${heading} ${textOf(row)}`, words));
+        visible += row.hidden ? 0 : 1;
+      }
+      // A run without claims is worth a line only where no verdict is asked for.
+      body.hidden = visible === 0 && !(!verdict.value && ofRig(body) && has(heading, words));
+      count += visible;
+    }
+    return count;
+  }
+
+  function showFigures(words) {
+    let count = 0;
+    for (const part of document.querySelectorAll("#figures figure, #identification article")) {
+      const figure = part.tagName === "FIGURE";
+      const text = figure ? `${textOf(part.querySelector("figcaption"))} ${textOf(part.querySelector("ul.claims") ?? part.querySelector("h3"))}`
+        : textOf(part);
+      part.hidden = !(ofRig(part) && has(text, words)
+        && (!verdict.value || (figure && part.querySelector(`li[data-verdict="${verdict.value}"]`))));
+      count += figure && !part.hidden ? 1 : 0;
+      const entry = document.querySelector(`#index-figures [href="#${part.id}"]`);
+      if (entry) entry.parentElement.hidden = part.hidden;
+    }
+    return count;
+  }
+
+  function update() {
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const [claims, figures] = [showClaims(words), showFigures(words)];
+    for (const button of buttons) button.setAttribute("aria-pressed", String(button.dataset.verdict === verdict.value));
+    result.textContent = words.length || rig.value || verdict.value ? `${claims} claims, ${figures} figures` : "";
+  }
+
+  for (const button of buttons) {
+    button.addEventListener("click", () => {
+      verdict.value = button.dataset.verdict;
+      update();
+    });
+  }
+  let waiting = 0;
+  search.addEventListener("input", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(update, 120);
+  });
+  for (const choice of [rig, verdict]) choice.addEventListener("change", update);
+
+  // A link to what the filters hide shows everything first.
+  function reveal() {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    if (target && target.closest("[hidden]")) {
+      [search.value, rig.value, verdict.value] = ["", "", ""];
+      update();
+      target.scrollIntoView();
+    }
+  }
+  window.addEventListener("hashchange", reveal);
+
+  // On a narrow screen the index is a bar that opens, and closes when something is chosen.
+  const narrow = window.matchMedia("(max-width: 70rem)");
+  index.open = !narrow.matches;
+  narrow.addEventListener("change", () => { index.open = !narrow.matches; });
+  index.addEventListener("click", (event) => {
+    if (event.target.closest("a") && narrow.matches) index.open = false;
+  });
+
+  // Where the reader is, marked in the index.
+  const links = new Map([...index.querySelectorAll("a")].map((link) => [link.getAttribute("href").slice(1), link]));
+  const here = new IntersectionObserver((entries) => {
+    for (const { isIntersecting, target } of entries) {
+      const link = links.get(target.id);
+      if (isIntersecting) link.setAttribute("aria-current", "true");
+      else link.removeAttribute("aria-current");
+    }
+  }, { rootMargin: "-10% 0px -60% 0px" });
+  for (const figure of document.querySelectorAll("#figures figure")) if (links.has(figure.id)) here.observe(figure);
+
+  // On paper everything is drawn: by the button, by the usual keys, or opened with #print.
+  async function print() {
+    document.documentElement.setAttribute("aria-busy", "true");
+    await maglevReport.drawAll();
+    document.documentElement.removeAttribute("aria-busy");
+    window.print();
+  }
+  document.getElementById("print").addEventListener("click", () => print().catch(fail));
+  window.addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key === "p") {
+      event.preventDefault();
+      print().catch(fail);
+    }
+  });
+  if (location.hash === "#print") maglevReport.drawAll().catch(fail);
+}

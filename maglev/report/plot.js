@@ -1,0 +1,191 @@
+"use strict";
+// A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
+const PANEL = { height: 176, left: 62, right: 12, top: 8, bottom: 36 };   // px
+const SVG = "http://www.w3.org/2000/svg";
+const SYMBOLS = {
+  circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
+  cross: "M-4 -1h3v-3h2v3h3v2h-3v3h-2v-3h-3z",
+};
+const DASHES = { solid: "none", dash: "7 4", dot: "1.5 3", dashdot: "8 3 1.5 3" };
+
+function svg(name, attributes, parent, text = "") {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text) element.textContent = text;
+  if (parent) parent.append(element);
+  return element;
+}
+
+function html(name, attributes, parent, text = "") {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text) element.textContent = text;
+  if (parent) parent.append(element);
+  return element;
+}
+
+/** Lets the browser do what is due: no task grows long. */
+function breath() {
+  return new Promise((resolve) => { setTimeout(resolve, 0); });
+}
+
+/** Path of a line in px; of many points in a column of px the first, the extremes and the last. */
+function linePath({ x, y, ascending }, across, up, width) {
+  const first = ascending ? Math.max(0, firstFrom(x, across.low) - 1) : 0;
+  const last = ascending ? Math.min(x.length - 1, firstFrom(x, across.high)) : x.length - 1;
+  const parts = [];
+  let pen = "M";
+  const point = (k) => {
+    if (y[k] === null) {
+      pen = "M";
+      return;
+    }
+    parts.push(`${pen}${across.place(x[k]).toFixed(1)} ${up.place(y[k]).toFixed(1)}`);
+    pen = "L";
+  };
+  if (!ascending || last - first < 4 * width) {
+    for (let k = first; k <= last; k++) point(k);
+    return parts.join("");
+  }
+  let start = first;
+  while (start <= last) {
+    const column = Math.floor(across.place(x[start]));
+    let [end, low, high] = [start, start, start];
+    while (end < last && Math.floor(across.place(x[end + 1])) === column) {
+      end += 1;
+      if (y[end] < y[low]) low = end;
+      if (y[end] > y[high]) high = end;
+    }
+    for (const k of [...new Set([start, low, high, end])].sort((a, b) => a - b)) point(k);
+    start = end + 1;
+  }
+  return parts.join("");
+}
+
+/** Value of a line at an abscissa: between its points, or that of the nearest mark; null outside. */
+function lineAt({ x, y, ascending, marked }, at) {
+  if (!x.length) return null;
+  if (!ascending || marked) {
+    let best = 0;
+    for (let k = 1; k < x.length; k++) if (Math.abs(x[k] - at) < Math.abs(x[best] - at)) best = k;
+    return y[best];
+  }
+  const k = firstFrom(x, at);
+  if (k === 0) return x[0] === at ? y[0] : null;
+  if (k === x.length || y[k] === null || y[k - 1] === null) return null;
+  return y[k - 1] + (y[k] - y[k - 1]) * (at - x[k - 1]) / (x[k] - x[k - 1]);
+}
+
+/** A sample of a line for the legend. */
+function swatch(parent, { css, dash, marked, symbol }) {
+  const picture = svg("svg", { width: 22, height: 10, "aria-hidden": "true" }, parent);
+  if (marked) svg("path", { d: SYMBOLS[symbol], transform: "translate(11 5)", style: `fill: var(--${css})` }, picture);
+  else svg("path", { d: "M1 5h20", style: `stroke: var(--${css}); stroke-width: 2.5; stroke-dasharray: ${DASHES[dash]}` }, picture);
+}
+
+function legend(plot, panel, parent) {
+  const list = html("div", { class: "legend" }, parent);
+  for (const line of panel.lines) {
+    const button = html("button", { type: "button", "aria-pressed": String(!plot.hidden.has(line.name)) }, list);
+    swatch(button, line);
+    button.append(line.name);
+    button.addEventListener("click", () => {
+      if (!plot.hidden.delete(line.name)) plot.hidden.add(line.name);
+      plot.drawn = drawPanels(plot);
+    });
+  }
+  const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants].map((each) => [each.name, each]));
+  for (const { name, css, dash, area } of notes.values()) {
+    const note = html("span", {}, list);
+    if (area) html("i", { class: "area", style: `background: var(--${css})` }, note);
+    else swatch(note, { css, dash });
+    note.append(name);
+  }
+}
+
+/** Frame, grid and labels of a panel. */
+function axes(picture, panel, across, up, width, height) {
+  const grid = "stroke: var(--line); stroke-width: 1";
+  for (const [value, text] of up.ticks(5)) {
+    const y = up.place(value);
+    svg("path", { d: `M${PANEL.left} ${y.toFixed(1)}h${width}`, style: grid }, picture);
+    svg("text", { x: PANEL.left - 6, y: y + 4, "text-anchor": "end" }, picture, text);
+  }
+  for (const [value, text] of across.ticks(Math.max(3, Math.floor(width / 80)))) {
+    const x = PANEL.left + across.place(value);
+    svg("path", { d: `M${x.toFixed(1)} ${PANEL.top}v${height}`, style: grid }, picture);
+    svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, picture, text);
+  }
+  svg("text", { x: PANEL.left + width / 2, y: PANEL.top + height + 29, "text-anchor": "middle" }, picture, panel.xTitle);
+  svg("rect", { x: PANEL.left, y: PANEL.top, width, height, style: "fill: none; stroke: var(--faint)" }, picture);
+}
+
+/** Draw one panel of a plot into its place, anew each time. */
+function drawPanel(plot, p) {
+  const panel = plot.panels[p];
+  const place = plot.places[p];
+  const view = plot.views[p];
+  const whole = Math.max(240, plot.element.clientWidth);
+  const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.height - PANEL.top - PANEL.bottom];
+  const lines = panel.lines.filter(({ name }) => !plot.hidden.has(name));
+  const limits = [...panel.levels.map(({ value }) => value), ...panel.areas.flatMap(({ low, high }) => [low, high])];
+  const across = scaleOf(view.low, view.high, 0, width, false);
+  const up = scaleOf(...fitted(lines, limits, view.low, view.high, panel.logarithmic), PANEL.top + height, PANEL.top,
+    panel.logarithmic);
+  place.replaceChildren();
+  const head = html("div", { class: "panel-head" }, place);
+  html("strong", {}, head, panel.title);
+  legend(plot, panel, head);
+  const picture = svg("svg", { viewBox: `0 0 ${whole} ${PANEL.height}`, class: "panel-plot", role: "img",
+    "aria-label": `${panel.title} over ${panel.xTitle}: ${lines.map(({ name }) => name).join(", ")}` }, place);
+  axes(picture, panel, across, up, width, height);
+  // An inner picture cuts off what is outside.
+  const inner = svg("svg", { x: PANEL.left, y: PANEL.top, width, height,
+    viewBox: `0 ${PANEL.top} ${width} ${height}` }, picture);
+  for (const { low, high, css } of panel.areas) {
+    const [top, bottom] = [up.place(high), up.place(low)];
+    svg("rect", { class: "bound", x: 0, width, y: top, height: Math.max(1, bottom - top), style: `fill: var(--${css}); opacity: 0.18` }, inner);
+  }
+  for (const { value, css, dash, name } of panel.levels) {
+    svg("path", { class: "level", "data-name": name, d: `M0 ${up.place(value).toFixed(1)}h${width}`,
+      style: `stroke: var(--${css}); stroke-width: 1.2; stroke-dasharray: ${DASHES[dash]}` }, inner);
+  }
+  for (const { x, css, name } of panel.instants) {
+    svg("path", { class: "instant", "data-name": name, d: `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`,
+      style: `stroke: var(--${css}); stroke-width: 1.5; stroke-dasharray: ${DASHES.dash}` }, inner);
+  }
+  for (const line of lines) {
+    if (line.marked) {
+      const marks = line.x.map((x, k) => (line.y[k] === null ? ""
+        : SYMBOLS[line.symbol].replace(/^M(\S+) (\S+?)(?=[a-z])/, (_, dx, dy) =>
+          `M${(across.place(x) + Number(dx)).toFixed(1)} ${(up.place(line.y[k]) + Number(dy)).toFixed(1)}`)));
+      svg("path", { class: "line", "data-name": line.name, d: marks.join(""), style: `fill: var(--${line.css})` }, inner);
+    } else {
+      svg("path", { class: "line", "data-name": line.name, d: linePath(line, across, up, width),
+        style: `stroke: var(--${line.css}); stroke-dasharray: ${DASHES[line.dash]}` }, inner);
+    }
+  }
+  handle(plot, p, picture, across, lines, height);
+}
+
+async function drawPanels(plot, only = null) {
+  for (let p = 0; p < plot.panels.length; p++) {
+    if (only !== null && plot.views[p] !== plot.views[only]) continue;
+    drawPanel(plot, p);
+    await breath();
+    if (plot.gone) return;
+  }
+}
+
+/** Make a plot in an element; returns it with `drawn`, a promise. Panels with the same full range share their view. */
+function makePlot(element, panels, linked, range = null) {
+  const everything = { low: Math.min(...panels.map(({ low }) => low)), high: Math.max(...panels.map(({ high }) => high)) };
+  const shared = { ...everything, ...(range ? { low: range[0], high: range[1] } : {}), full: everything };
+  const views = panels.map(({ low, high }) => (linked ? shared : { low, high, full: { low, high } }));
+  element.replaceChildren();
+  const plot = { element, panels, views, hidden: new Set(), gone: false };
+  tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));
+  plot.places = panels.map(() => html("div", { class: "panel", style: `min-height: ${PANEL.height + 28}px` }, element));
+  plot.drawn = drawPanels(plot);
+  return plot;
+}

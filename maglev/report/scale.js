@@ -1,0 +1,82 @@
+"use strict";
+// Scales of plots: ticks that a person would choose, and where a value stands.
+const LENGTHS = [[1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
+  [100, "100 mm"]];
+
+/** Distance of ticks that divides a span into at most so many parts: 1, 2 or 5 times a power of ten. */
+function tickStep(span, most) {
+  const power = 10 ** Math.floor(Math.log10(span / most));
+  return power * ([1, 2, 5].find((factor) => factor * power * most >= span * (1 - 1e-9)) ?? 10);
+}
+
+function numberText(value, digits) {
+  return value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−");
+}
+
+/** Number with so many significant digits, and no more zeros than needed. */
+function shortNumber(value, digits = 5) {
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
+}
+
+/** Ticks between two limits, as value and text. */
+function linearTicks(low, high, most) {
+  const step = tickStep(high - low, most);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
+    ticks.push([k * step, digits < 7 ? numberText(k * step, digits) : shortNumber(k * step)]);
+  }
+  return ticks;
+}
+
+/** A scale from values to px; a logarithmic one is of lengths in mm. */
+function scaleOf(low, high, start, end, logarithmic) {
+  const of = logarithmic ? Math.log10 : (value) => value;
+  const [from, to] = [of(low), of(high)];
+  const place = (value) => start + (of(value) - from) / (to - from) * (end - start);
+  const value = (px) => {
+    const at = from + (px - start) / (end - start) * (to - from);
+    return logarithmic ? 10 ** at : at;
+  };
+  const ticks = (most) => (logarithmic ? LENGTHS.filter(([mm]) => mm >= low * 0.999 && mm <= high * 1.001)
+    : linearTicks(low, high, most));
+  return { low, high, place, value, ticks };
+}
+
+/** First position in an ascending array whose value is at least this one. */
+function firstFrom(values, value) {
+  let low = 0;
+  let high = values.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (values[middle] < value) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Limits of what lines show between two abscissae, with some air; levels near enough are taken in. */
+function fitted(lines, levels, from, to, logarithmic) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const { x, y, ascending } of lines) {
+    // One point to each side: the line to it is seen.
+    const first = ascending ? Math.max(0, firstFrom(x, from) - 1) : 0;
+    const last = ascending ? Math.min(x.length - 1, firstFrom(x, to)) : x.length - 1;
+    for (let k = first; k <= last; k++) {
+      const value = y[k];
+      if (value === null || !(ascending || (x[k] >= from && x[k] <= to))) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  if (low > high) return logarithmic ? [1e-3, 1] : [0, 1];
+  if (logarithmic) return [low / 1.3, Math.max(high * 1.3, low * 10)];
+  if (high - low < 1e-9 * Math.max(1e-3, Math.abs(high))) [low, high] = [low - 0.5, high + 0.5];
+  const [least, most] = [low - (high - low), high + (high - low)];
+  for (const level of levels) {
+    if (level >= least && level <= most) [low, high] = [Math.min(low, level), Math.max(high, level)];
+  }
+  const air = 0.06 * (high - low);
+  return [low - air, high + air];
+}
