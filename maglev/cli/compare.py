@@ -20,8 +20,8 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
             fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", debug: Debug = False) -> None:
     """Fly a scenario once with each controller, under the same references, and put the runs side by side.
 
-    Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, and `.png` and `.html` where
-    matplotlib and plotly are installed. Nothing of another run is overwritten.
+    Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, `.html`, and `.png` where
+    matplotlib is installed. Nothing of another run is overwritten.
 
     **Examples:**
 

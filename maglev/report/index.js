@@ -37,7 +37,7 @@
 
   function showFigures(words) {
     let count = 0;
-    for (const part of document.querySelectorAll("#figures figure, #identification article")) {
+    for (const part of document.querySelectorAll("#figures figure, main article")) {
       const figure = part.tagName === "FIGURE";
       const text = figure ? `${textOf(part.querySelector("figcaption"))} ${textOf(part.querySelector("ul.claims") ?? part.querySelector("h3"))}`
         : textOf(part);
@@ -105,6 +105,7 @@
     document.documentElement.setAttribute("aria-busy", "true");
     await maglevReport.drawAll();
     document.documentElement.removeAttribute("aria-busy");
+    window.addEventListener("afterprint", releaseFar, { once: true });
     window.print();
   }
   document.getElementById("print").addEventListener("click", () => print().catch(fail));

@@ -55,10 +55,10 @@
   }
 
   function build() {
+    const views = element("div", { class: "views", id: "player-views" }, player);
     const controls = element("div", { class: "controls" }, player);
     const choice = labelled("Run", "select", { id: "player-run" }, controls);
     for (const name of report.moving) element("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
-    const views = element("div", { class: "views", id: "player-views" }, player);
     const transport = element("div", { class: "controls" }, player);
     const button = element("button", { type: "button", id: "player-play" }, transport, "Play");
     const slider = labelled("Time", "input",

@@ -153,19 +153,31 @@ function release(id) {
   for (const name of Object.keys(ready)) if (!needed.has(name)) forgetRun(name);
 }
 
-/** Draw every figure, and keep it until `release` may do its work again. */
+/** Draw every figure, and keep it until `releaseFar`. */
 async function drawAll() {
   kept = true;
   for (const id of Object.keys(report.figures)) await draw(id);
 }
 
-const near = new IntersectionObserver((entries) => {
-  for (const { isIntersecting, target } of entries) {
-    if (isIntersecting) draw(target.dataset.figure);
-    else release(target.dataset.figure);
+const near = new Set();   // ids of the figures in view or near it
+const nearView = new IntersectionObserver((entries) => {
+  for (const { isIntersecting, target: { dataset: { figure } } } of entries) {
+    if (isIntersecting) {
+      near.add(figure);
+      draw(figure);
+    } else {
+      near.delete(figure);
+      release(figure);
+    }
   }
 }, { rootMargin: "800px" });
-for (const element of document.querySelectorAll("[data-figure]")) near.observe(element);
+for (const element of document.querySelectorAll("[data-figure]")) nearView.observe(element);
+
+/** After `drawAll`: keep only what is near the view. */
+function releaseFar() {
+  kept = false;
+  for (const id of Object.keys(drawing)) if (!near.has(id)) release(id);
+}
 
 let width = window.innerWidth;
 window.addEventListener("resize", () => {

@@ -55,7 +55,6 @@ def test_c_controller_levitates_the_stage(fmus: Path, step: Path, c_controller: 
 
 
 def test_what_it_lacks_is_said_once_and_left_out(fmus: Path, step: Path, c_controller: Path, tmp_path: Path) -> None:
-    pytest.importorskip("plotly")
     result = maglev("report", step, "--fmus", fmus, "--out", tmp_path, "--controller", c_controller, "--map", MAP)
     assert result.exit_code == 0, result.output
     assert result.stderr.count("has no controller.tripped, controller.motor.i_d_cmd, controller.motor.i_q_cmd") == 1

@@ -116,7 +116,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         self.elements.append(Element(tag, dict(attrs)))
-        if tag != "meta":
+        if tag not in ("meta", "input"):
             self.open.append(self.elements[-1])
 
     def handle_endtag(self, tag):
@@ -150,6 +150,6 @@ class Page(HTMLParser):
 
 
 def page_of(results, judgements=None, outcomes=()) -> Page:
-    """Page of results, without plotly.js; the claims of the outcomes are judged."""
+    """Page of results; the claims of the outcomes are judged."""
     procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
-    return Page(report_page(results, {**(judgements or {}), **procedures}, plotly="/* plotly */", outcomes=outcomes))
+    return Page(report_page(results, {**(judgements or {}), **procedures}, outcomes))

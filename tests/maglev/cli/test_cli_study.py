@@ -79,7 +79,6 @@ def test_with_another_fmu_nothing_is_compared(fmus: Path, hold: Path, tmp_path: 
 
 
 def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
-    pytest.importorskip("plotly")
     result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     page = (tmp_path / "report.html").read_text()
@@ -117,20 +116,12 @@ def test_a_single_run_tells_what_its_procedure_found(fmus: Path, hold: Path, tmp
 
 
 def test_report_shows_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
-    pytest.importorskip("plotly")
     result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     page = (tmp_path / "report.html").read_text()
     for text in ('id="figure-4-9-2dof-thrust"', "C3 is not excited.", "The cogging force is 2 N"):
         assert text in page
     assert "and 1 procedure: " in (tmp_path / "claims.md").read_text()
-
-
-def test_report_without_plotly_is_refused_before_the_runs(fmus: Path, hold: Path, tmp_path: Path,
-                                                           monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.report.page.find_spec", lambda _: None)
-    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
-    assert "the report needs plotly" in error_line(maglev("report", hold, "--fmus", fmus, "--out", tmp_path))
 
 
 def check(hold: Path, fmus: Path, *arguments: str | Path) -> list[str | Path]:

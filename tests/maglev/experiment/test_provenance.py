@@ -68,7 +68,6 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fmus: Path, tmp_path: Path)
 
 
 def test_the_page_says_which_controller_flew(fmus: Path, tmp_path: Path) -> None:
-    pytest.importorskip("plotly")
     with pytest.warns(UserWarning, match="the FMU that was put in has no"):
         run_all([RUN], out=tmp_path, fmus=fmus, page=True, controller=fmus / "PID3DOF.fmu")
     page = (tmp_path / "report.html").read_text()

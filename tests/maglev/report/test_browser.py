@@ -1,283 +1,169 @@
-"""The report in a browser without network; skipped where playwright or a Chromium is missing."""
+"""The plots of the report in a browser."""
 
-import os
-import shutil
-from collections.abc import Iterator
-from pathlib import Path
+from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
 import pytest
-from report_outcomes import HOSTILE, chart, outcome
-from report_runs import SPEED, all_recorded, failed, judged, packaged, recorded
-
-from maglev.judging.verdicts import VERDICTS
-from maglev.report.claim_table import LOOKS
-from maglev.report.page import write_report
-
-CANDIDATES = ("chromium", "chromium-browser", "google-chrome")
-LIGHT, DARK = "light", "dark"
-VERDICT_STYLES = [f".verdict.{look.css}" for look in LOOKS.values()]
-DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 800}
-
-# Contrast ratio of an element's text to the page's background, as WCAG defines it.
-CONTRAST = """(selector) => {
-  const luminance = (colour) => colour.match(/[0-9.]+/g).slice(0, 3).map((part) => part / 255)
-    .map((part) => part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4)
-    .reduce((sum, part, k) => sum + part * [0.2126, 0.7152, 0.0722][k], 0);
-  const text = luminance(getComputedStyle(document.querySelector(selector)).color);
-  const paper = luminance(getComputedStyle(document.body).backgroundColor);
-  return { paper, ratio: (Math.max(text, paper) + 0.05) / (Math.min(text, paper) + 0.05) };
-}"""
-
-
-@pytest.fixture(scope="module")
-def browser(slow: None):
-    """A Chromium."""
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    path = next(filter(None, [os.environ.get("CHROMIUM"), *map(shutil.which, CANDIDATES)]), None)
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(CANDIDATES)} is on the PATH, and CHROMIUM is not set")
-    with api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Report of every packaged run, one of them failed."""
-    path = tmp_path_factory.mktemp("report") / "report.html"
-    results = [result for result in all_recorded() if result.plan.name != "2dof-step-3-linear"]
-    results = [recorded(packaged("2dof-step-4-linear"), stop_contact=0.25)
-               if result.plan.name == "2dof-step-4-linear" else result for result in results]
-    results.append(failed(packaged("2dof-step-3-linear"), "plant: the step at 2 s failed"))
-    judgements = {result.plan.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
-                  for result in results}
-    outcomes = [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), notes=(HOSTILE,), claims=())]
-    write_report(path, results, judgements, outcomes)
-    return path
-
-
-class Tab:
-    """The report in a browser; collects what goes wrong and what is requested."""
-
-    def __init__(self, browser, report: Path, viewport=DESKTOP) -> None:
-        self.url = report.as_uri()
-        self.problems: list[str] = []
-        self.requests: list[str] = []
-        self.context = browser.new_context(offline=True, viewport=viewport, color_scheme=LIGHT,
-                                           has_touch=viewport is PHONE, is_mobile=viewport is PHONE)
-        self.page = self.context.new_page()
-        self.page.on("console", lambda message: self.problems.append(f"{message.type}: {message.text}"))
-        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(self.url)
-
-    def evaluate(self, script: str, argument=None):
-        return self.page.evaluate(script, argument)
-
-    def close(self) -> None:
-        """Close, and check that all went well and nothing was requested but the page."""
-        problems = self.problems + self.evaluate("maglevReport.errors")
-        self.context.close()
-        assert problems == []
-        assert {url for url in self.requests if not url.startswith(("blob:", "data:"))} == {self.url}
-
-
-@pytest.fixture(scope="module")
-def desktop(browser, report) -> Iterator[Tab]:
-    tab = Tab(browser, report)
-    yield tab
-    tab.close()
-
-
-@pytest.fixture
-def phone(browser, report) -> Iterator[Tab]:
-    tab = Tab(browser, report, PHONE)
-    yield tab
-    tab.close()
+from report_outcomes import HOSTILE
+from report_runs import SPEED
 
 
 def test_every_figure_is_drawn(desktop):
     desktop.evaluate("maglevReport.drawAll()")
     plots = desktop.evaluate("""[...document.querySelectorAll("[data-figure]")].map((plot) => ({
-        id: plot.dataset.figure, pictures: plot.querySelectorAll("svg.main-svg").length,
-        lines: plot.querySelectorAll(".scatterlayer .trace").length,
-        points: (plot.data ?? []).map((line) => line.x.length) }))""")
+        id: plot.dataset.figure, pictures: plot.querySelectorAll(".panel-plot").length,
+        lines: [...plot.querySelectorAll(".line")].map((line) => line.getAttribute("d").length),
+        panels: maglevReport.plots[plot.dataset.figure].panels.map(({ lines }) => lines.length) }))""")
     assert len(plots) > 40
     for plot in plots:
-        assert plot["pictures"] > 0, plot
-        assert plot["lines"] == len(plot["points"]) > 0, plot
-        assert min(plot["points"]) > 1, plot
+        assert plot["pictures"] == len(plot["panels"]) > 0, plot
+        assert len(plot["lines"]) == sum(plot["panels"]) > 0, plot
+        assert min(plot["panels"]) > 0, plot
+        assert min(plot["lines"]) > 10, plot
+
+
+def panels_of(tab, figure: str) -> list[dict]:
+    """What the panels of a figure show: titles, lines, levels, ranges, instants."""
+    tab.evaluate("maglevReport.drawAll()")
+    return tab.evaluate("""(id) => maglevReport.plots[id].panels.map(({ lines, ...panel }) => ({ ...panel,
+        lines: lines.map(({ x, y, ...line }) => ({ ...line, x: Array.from(x), y: Array.from(y) })) }))""", figure)
 
 
 def test_a_figure_overlays_its_runs_and_has_units(desktop):
+    panels = panels_of(desktop, "figure-4-25")
+    assert [panel["title"] for panel in panels] == ["v (mm)", "h (mm)"]
+    assert [panel["xTitle"] for panel in panels] == ["time (s)"] * 2
+    for panel in panels:
+        assert [line["name"] for line in panel["lines"]] == ["reference", "nonlinear", "linear"]
+        np.testing.assert_allclose([line["y"][-1] for line in panel["lines"]], [26.0, 25.0, 25.0], atol=1e-3)   # mm
+        (stop,) = panel["instants"]
+        assert stop["x"] == 0.25   # s
+        assert stop["name"] == "linear touched an end stop at 0.250 s"
+
+
+def test_a_line_is_drawn_where_its_values_are(desktop):
+    """Of 21 to 26 mm in 0.5 s, by the labels of the axes."""
     desktop.evaluate("maglevReport.drawAll()")
-    plot = desktop.evaluate("""(() => {
-        const { data, layout } = document.querySelector('[data-figure="figure-4-25"]');
-        return { names: data.map((line) => line.name), last: data.map((line) => line.y.at(-1)),
-                 titles: [layout.yaxis.title.text, layout.yaxis2.title.text], shapes: layout.shapes.map((s) => s.x0) };
+    seen = desktop.evaluate("""(() => {
+        const picture = document.querySelector('[data-figure="figure-4-25"] .panel-plot');
+        const box = picture.querySelector('.line[data-name="reference"]').getBoundingClientRect();
+        const labels = [...picture.querySelectorAll("text")].map((text) => ({ text: text.textContent,
+          anchor: text.getAttribute("text-anchor"), box: text.getBoundingClientRect() }));
+        return { box, labels };
     })()""")
-    assert plot["names"] == ["reference", "nonlinear", "linear"] * 2
-    assert plot["titles"] == ["v (mm)", "h (mm)"]
-    np.testing.assert_allclose(plot["last"], [26.0, 25.0, 25.0] * 2, atol=1e-3)   # mm
-    assert plot["shapes"] == [0.25]   # s, the end stop
+    up = {float(label["text"]): label["box"]["y"] + label["box"]["height"] / 2
+          for label in seen["labels"] if label["anchor"] == "end"}
+    (low, low_px), (high, high_px) = min(up.items()), max(up.items())
+    at = [low + (high - low) * (px - low_px) / (high_px - low_px)
+          for px in (seen["box"]["y"] + seen["box"]["height"], seen["box"]["y"])]
+    np.testing.assert_allclose(at, [21.0, 26.0], atol=0.15)
+
+
+def test_limits_of_a_run_are_drawn_where_they_are(desktop):
+    """Only those that the run started with, and of the figure's panel."""
+    (gap, _, _) = panels_of(desktop, "figure-4-18")
+    assert [(level["value"], level["name"]) for level in gap["levels"]] == [(18.0, "end stops"), (31.0, "end stops")]
+    commands, currents = panels_of(desktop, "figure-4-20")
+    assert [level["value"] for level in commands["levels"]] == [-1.5, 1.5]
+    assert {level["name"] for level in currents["levels"]} == {"peak of the amplifiers, 2.5 A"}
+    drawn = desktop.page.locator('[data-figure="figure-4-20"] .level')
+    assert drawn.count() == 4
 
 
 def test_a_chart_has_lines_marks_and_units(desktop):
-    desktop.evaluate("maglevReport.drawAll()")
-    plot = desktop.evaluate("""(() => {
-        const { data, layout } = document.querySelector('[data-figure="figure-4-9-2dof-thrust"]');
-        return { names: data.map((curve) => curve.name), modes: data.map((curve) => curve.mode),
-                 colours: data.map((curve) => curve.line.color), y: data[0].y,
-                 wanted: [colour("series-0"), colour("series-1")],
-                 titles: [layout.xaxis.title.text, layout.yaxis.title.text] };
-    })()""")
-    assert plot["names"] == ["parabola fit", "estimator"]
-    assert plot["modes"] == ["lines", "markers"]
-    assert plot["colours"] == plot["wanted"]
-    assert plot["titles"] == ["air gap (mm)", "L (m/(s² A))"]
-    assert plot["y"] == [0.333333, 0.25, 0.125]
+    (panel,) = panels_of(desktop, "figure-4-9-2dof-thrust")
+    assert [line["name"] for line in panel["lines"]] == ["parabola fit", "estimator"]
+    assert [line["marked"] for line in panel["lines"]] == [False, True]
+    assert [line["css"] for line in panel["lines"]] == ["run-0", "run-1"]
+    assert [panel["xTitle"], panel["title"]] == ["air gap (mm)", "L (m/(s² A))"]
+    assert panel["lines"][0]["y"] == [0.333333, 0.25, 0.125]
 
 
 def test_a_chart_has_panels_below_each_other_and_shows_labels_as_they_are(desktop):
     desktop.evaluate("maglevReport.drawAll()")
-    plot = desktop.evaluate("""(() => {
-        const plot = document.querySelector('[data-figure="figure-4-10-2dof-thrust"]');
-        return { axes: plot.data.map((curve) => [curve.xaxis, curve.yaxis]), upper: plot.layout.yaxis.domain,
-                 lower: plot.layout.yaxis2.domain, links: plot.querySelectorAll("a[href]").length,
-                 titles: [...plot.querySelectorAll(".g-xtitle text, .g-x2title text")].map((text) => text.textContent),
-                 legend: [...plot.querySelectorAll(".legendtext")].map((text) => text.textContent) };
-    })()""")
-    assert plot["axes"] == [["x", "y"]] * 2 + [["x2", "y2"]] * 2
-    assert plot["lower"][1] < plot["upper"][0]
-    assert plot["titles"] == ["air gap (mm)"] * 2
-    # A label is in the legend once.
-    assert plot["legend"] == [HOSTILE, "estimator"]
-    assert plot["links"] == 0
+    plot = desktop.page.locator('[data-figure="figure-4-10-2dof-thrust"]')
+    tops = [picture.bounding_box()["y"] for picture in plot.locator(".panel-plot").all()]
+    assert len(tops) == 2
+    assert tops[0] < tops[1]
+    assert plot.locator(".legend button").all_text_contents() == [HOSTILE, "estimator"] * 2
+    assert plot.locator("a[href], script").count() == 0
 
 
 def test_absolute_errors_are_on_a_logarithmic_axis(desktop):
-    desktop.evaluate("maglevReport.drawAll()")
-    plot = desktop.evaluate("""(() => {
-        const { data, layout } = document.querySelector('[data-figure="figure-4-29"]');
-        return { types: [layout.yaxis.type, layout.yaxis2.type], y: data[0].y };
-    })()""")
-    assert plot["types"] == ["log", "log"]
-    np.testing.assert_allclose(plot["y"], 1.0, atol=1e-3)   # mm
+    panels = panels_of(desktop, "figure-4-29")
+    assert [panel["logarithmic"] for panel in panels] == [True, True]
+    np.testing.assert_allclose(panels[0]["lines"][0]["y"], 1.0, atol=1e-3)   # mm
+    texts = desktop.page.locator('[data-figure="figure-4-29"] .panel-plot').first.locator("text").all_text_contents()
+    assert "1 mm" in texts
 
 
-def wait_until(page, condition: str) -> None:
-    """Wait for a condition; the page's policy forbids playwright's own way."""
-    for _ in range(200):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(50)
-    pytest.fail(f"still not so: {condition}")
+def picture_of(tab, figure: str):
+    """First panel of a figure, in view."""
+    tab.evaluate("maglevReport.drawAll()")
+    picture = tab.page.locator(f'[data-figure="{figure}"] .panel-plot').first
+    picture.scroll_into_view_if_needed()
+    return picture
 
 
-def choose(page, run: str) -> None:
-    """Choose a run of the moving picture, and wait until it is shown."""
-    page.select_option("#player-run", run)
-    wait_until(page, "document.querySelector('#player-time').max === '0.5'")
+def shown_range(tab, figure: str) -> list[float]:
+    return tab.evaluate("(id) => maglevReport.plots[id].views.map(({ low, high }) => [low, high])", figure)
 
 
-def reading(page, label: str) -> str:
-    """A number below the moving picture."""
-    return page.locator(".readings div", has=page.get_by_text(label, exact=True)).locator("dd").inner_text()
+def test_dragging_zooms_all_panels_and_a_double_click_shows_all(desktop):
+    figure = "figure-4-18"
+    box = picture_of(desktop, figure).bounding_box()
+    (before, *_) = shown_range(desktop, figure)
+    mouse, middle = desktop.page.mouse, box["y"] + box["height"] / 2
+    mouse.move(box["x"] + 0.4 * box["width"], middle)
+    mouse.down()
+    mouse.move(box["x"] + 0.6 * box["width"], middle, steps=3)
+    mouse.up()
+    zoomed = shown_range(desktop, figure)
+    assert zoomed == [zoomed[0]] * 3
+    assert zoomed[0][1] - zoomed[0][0] == pytest.approx(0.2 * box["width"] / (box["width"] - 74) * 0.5, rel=0.05)
+    picture_of(desktop, figure).dblclick(position={"x": 300, "y": 80})
+    assert shown_range(desktop, figure) == [before] * 3
 
 
-def mover(page) -> list[float]:
-    """Place of the mover in the picture, px."""
-    return page.evaluate("""(() => {
-        const { e, f } = document.querySelector("#player-views svg g").transform.baseVal.consolidate().matrix;
-        return [e, f];
-    })()""")
+def test_buttons_zoom_move_and_show_all(desktop):
+    figure = "figure-4-19"
+    picture_of(desktop, figure)
+    tools = desktop.page.locator(f'[data-figure="{figure}"] .tools')
+    for label, wanted in (("zoom in", [0.125, 0.375]), ("to the right", [0.1875, 0.4375]),
+                          ("to the left", [0.125, 0.375]), ("zoom out", [0.0, 0.5]), ("zoom in", [0.125, 0.375]),
+                          ("show all", [0.0, 0.5])):
+        tools.get_by_role("button", name=label, exact=True).click()
+        np.testing.assert_allclose(shown_range(desktop, figure)[0], wanted, atol=1e-9)
 
 
-def test_scrubbing_shows_the_values_at_that_time(desktop):
-    choose(desktop.page, "3dof-setpoints-improved")
-    desktop.page.locator("#player-time").fill("0")
-    along, gap = mover(desktop.page)
-    desktop.page.locator("#player-time").fill("0.25")
-    assert reading(desktop.page, "time") == "0.25 s"
-    assert reading(desktop.page, "gap y") == f"{20.0 + 1e3 * SPEED * 0.25:.2f} mm"
-    assert reading(desktop.page, "alpha i_d") == "1.00 A"
-    later_along, later_gap = mover(desktop.page)
-    assert later_along > along
-    assert later_gap > gap   # a larger gap is lower in the picture
-    assert desktop.page.locator("#player-views svg").count() == 2
+def test_pointing_at_a_plot_tells_the_values(desktop):
+    picture = picture_of(desktop, "figure-4-18")
+    picture.hover(position={"x": 400, "y": 60})
+    readout = desktop.page.locator('[data-figure="figure-4-18"] .readout').first
+    texts = readout.locator("div").all_text_contents()
+    time = float(texts[0].removeprefix("time (s): "))
+    reference, position = (float(text.split(": ")[1].split(" ")[0]) for text in texts[1:])
+    assert reference == pytest.approx(21.0 + 1e3 * SPEED * time, abs=2e-3)
+    assert position == pytest.approx(20.0 + 1e3 * SPEED * time, abs=2e-3)
+    assert "± 0.0002 mm" in texts[1]
+    desktop.page.mouse.move(0, 0)
+    assert not readout.is_visible()
 
 
-def test_the_mover_hangs_below_the_stator_by_the_gap(desktop):
-    choose(desktop.page, "2dof-setpoints")
-    desktop.page.locator("#player-time").fill("0")
-    stator = desktop.evaluate("""Math.max(...[...document.querySelectorAll("#player-views svg > rect")]
-        .filter((part) => part.style.fill === "var(--iron)").map((part) => part.getBBox())
-        .map((box) => box.y + box.height))""")
-    assert mover(desktop.page)[1] - stator == pytest.approx(20.0 * desktop.evaluate("VIEW.up"))   # px
+def test_a_name_in_the_legend_hides_its_line(desktop):
+    picture_of(desktop, "figure-4-20")
+    plot = desktop.page.locator('[data-figure="figure-4-20"]')
+    button = plot.get_by_role("button", name="i_d", exact=True)
+    lines = plot.locator('.line[data-name="i_d"]')
+    for pressed, count in (("false", 0), ("true", 1)):
+        button.click()
+        assert button.get_attribute("aria-pressed") == pressed
+        assert lines.count() == count
 
 
-def test_playing_moves_the_picture_until_it_is_paused(desktop):
-    page = desktop.page
-    choose(page, "2dof-step-4-linear")
-    page.select_option("#player-speed", "0.25")
-    before = mover(page)
-    page.click("#player-play")
-    wait_until(page, "Number(document.querySelector('#player-time').value) > 0.05")
-    page.click("#player-play")
-    stopped = float(page.input_value("#player-time"))
-    assert mover(page) != before
-    page.wait_for_timeout(100)
-    assert float(page.input_value("#player-time")) == stopped
-    assert page.locator("#player-play").inner_text() == "Play"
-
-
-def test_the_moving_picture_tells_when_the_stop_is_touched(desktop):
-    choose(desktop.page, "2dof-step-4-linear")
-    status = desktop.page.locator("#player .status")
-    desktop.page.locator("#player-time").fill("0.24")
-    assert status.inner_text() == ""
-    desktop.page.locator("#player-time").fill("0.26")
-    assert "touched an end stop at 0.250 s" in status.inner_text()
-
-
-def test_the_filter_shows_one_verdict(desktop):
-    page = desktop.page
-    rows = page.locator("table.claims tr[data-verdict]:visible")
-    everything = rows.count()
-    page.get_by_role("button", name="not testable").click()
-    assert 0 < rows.count() == everything // len(VERDICTS)
-    assert set(rows.evaluate_all("(rows) => rows.map((row) => row.dataset.verdict)")) == {"not testable"}
-    # A link to a claim that is hidden shows it.
-    page.evaluate("location.hash = 'claim-2dof-setpoints-0'")
-    wait_until(page, "!document.querySelector('.filter [aria-pressed=true]').dataset.verdict")
-    assert rows.count() == everything
-
-
-def test_nothing_is_wider_than_a_phone(phone):
-    phone.evaluate("maglevReport.drawAll()")
-    wait_until(phone.page, "document.querySelector('#player-views svg')")
-    width, available = phone.evaluate("[document.documentElement.scrollWidth, document.documentElement.clientWidth]")
-    assert width <= available == PHONE["width"]
-    too_wide = phone.evaluate("""[...document.querySelectorAll("main *")]
-        .filter((part) => !part.closest(".wide, .plot, thead"))
-        .filter((part) => part.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
-        .map((part) => part.outerHTML.slice(0, 80))""")
-    assert too_wide == []
-
-
-def test_text_and_plots_are_readable_in_both_schemes(desktop):
-    page = desktop.page
-    desktop.evaluate("maglevReport.drawAll()")
-    try:
-        for scheme in (DARK, LIGHT):
-            page.emulate_media(color_scheme=scheme)
-            for selector in ("body", "a", ".reason", ".status", *VERDICT_STYLES):
-                seen = page.evaluate(CONTRAST, selector)
-                assert (seen["paper"] < 0.05) == (scheme == DARK)
-                assert seen["ratio"] > 4.5, (scheme, selector)
-            wait_until(page, """[...document.querySelectorAll("[data-figure]")]
-                .every((plot) => plot.layout.paper_bgcolor === colour("paper"))""")
-    finally:
-        page.emulate_media(color_scheme=LIGHT)
+def test_a_plot_is_saved_with_its_colours_written_out(desktop):
+    picture_of(desktop, "figure-4-20")
+    text = desktop.evaluate("pictureText(maglevReport.plots['figure-4-20'])")
+    assert "var(" not in text
+    assert text.count('class="panel-plot"') == 2
+    assert len(parse_svg(text).findall(".//*[@class='line']")) == 5

@@ -1,5 +1,4 @@
 import re
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from report_runs import (
     without_anything,
 )
 
-from maglev.errors import ScenarioError
 from maglev.judging.verdicts import VERDICTS, ClaimResult
 from maglev.report import page as page_module
 from maglev.report.figures import MOVING, read_figures, shown_figures
@@ -26,9 +24,7 @@ from maglev.report.page import (
     FEWEST_ROWS,
     LARGEST_DATA,
     SCRIPTS,
-    plotly_script,
     report_page,
-    require_plotly,
     runs_data,
     write_report,
 )
@@ -77,7 +73,7 @@ def test_runs_open_live_where_the_live_page_lies_beside(tmp_path):
     write_report(tmp_path / "elsewhere" / "report.html", results, {})
     beside, alone = ((tmp_path / name).read_text() for name in ("report.html", "elsewhere/report.html"))
     assert set(re.findall(r'href="(live\.html[^"]*)"', beside)) == {"live.html#run=2dof-setpoints"}
-    assert "live.html" not in alone.replace(plotly_script(), "")
+    assert "live.html" not in alone
 
 
 def test_text_is_escaped():
@@ -85,7 +81,7 @@ def test_text_is_escaped():
         update={"title": HOSTILE, "description": HOSTILE})
     claim = judged("not reproduced", text=HOSTILE, source=HOSTILE, reason=HOSTILE)
     page = page_of([recorded(plan), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {plan.name: [claim]})
-    assert len(page.all("script")) == 2 + len(SCRIPTS)
+    assert len(page.all("script")) == 1 + len(SCRIPTS)
     assert page.of_class("reason")[0].text == HOSTILE
     assert page.data["runs"][plan.name]["title"] == HOSTILE
     assert HOSTILE in page.with_id("run-other").text
@@ -135,7 +131,7 @@ def test_written_whole_and_the_same_each_time(tmp_path):
     assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["b.html"]
     content = (tmp_path / "b.html").read_bytes()
     assert content == (tmp_path / "new" / "a.html").read_bytes()
-    assert len(Page(content.decode()).all("script")) == 2 + len(SCRIPTS)
+    assert len(Page(content.decode()).all("script")) == 1 + len(SCRIPTS)
 
 
 def test_no_trace_of_an_unfinished_page(tmp_path, monkeypatch):
@@ -147,26 +143,16 @@ def test_no_trace_of_an_unfinished_page(tmp_path, monkeypatch):
     assert path.read_text() == "before"
 
 
-def test_without_plotly(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "plotly", None)
-    with pytest.raises(ScenarioError, match=r"pip install 'maglev-fmus\[report\]'"):
-        write_report(tmp_path / "report.html", [], {})
-
-
-def test_with_plotly():
-    require_plotly()
-
-
-def test_the_largest_page_is_below_15_mb():
+def test_the_largest_page_is_below_11_mb():
     results = all_recorded()
     shown = shown_figures(read_figures(), results)
     fewest = runs_data(results, shown)
     signals = sum(len(run["signals"]) for run in fewest.values())
     # A row has a time and a value of 4 bytes each; Base64 writes 4 bytes for 3. Noise cannot be compressed.
     assert signals * FEWEST_ROWS * 8 * 4 / 3 < LARGEST_DATA
-    rest = len(report_page(results, {}, "").encode()) - sum(len(run["data"]) for run in fewest.values())
+    rest = len(report_page(results, {}).encode()) - sum(len(run["data"]) for run in fewest.values())
     claims = 1_000_000
-    assert len(plotly_script().encode()) + LARGEST_DATA + rest + claims < 15_000_000
+    assert LARGEST_DATA + rest + claims < 11_000_000
 
 
 def test_noisy_runs_get_fewer_rows(monkeypatch):

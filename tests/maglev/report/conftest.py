@@ -1,0 +1,64 @@
+"""The report of every packaged run in a browser without network; skipped where playwright or a Chromium is missing."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from report_outcomes import HOSTILE, chart, outcome
+from report_runs import all_recorded, failed, judged, packaged, recorded
+from report_tab import PHONE, Tab
+
+from maglev.judging.verdicts import VERDICTS
+from maglev.report.page import write_report
+
+# Of one run, SI.
+LIMITS = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031, "plant.motor.amplifier.peak": 2.5,
+          "controller.current_limit": 1.5, "plant.h.stop.stiffness": 1e5}
+CANDIDATES = ("chromium", "chromium-browser", "google-chrome")
+
+
+@pytest.fixture(scope="module")
+def browser(slow: None):
+    """A Chromium."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = next(filter(None, [os.environ.get("CHROMIUM"), *map(shutil.which, CANDIDATES)]), None)
+    if path is None:
+        pytest.skip(f"no Chromium: none of {', '.join(CANDIDATES)} is on the PATH, and CHROMIUM is not set")
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Report of every packaged run, one of them failed."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    results = [result for result in all_recorded() if result.plan.name != "2dof-step-3-linear"]
+    results = [recorded(packaged("2dof-step-4-linear"), stop_contact=0.25)
+               if result.plan.name == "2dof-step-4-linear" else result for result in results]
+    results = [replace(result, parameters=LIMITS) if result.plan.name == "2dof-setpoints" else result
+               for result in results]
+    results.append(failed(packaged("2dof-step-3-linear"), "plant: the step at 2 s failed"))
+    judgements = {result.plan.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
+                  for result in results}
+    outcomes = [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), notes=(HOSTILE,), claims=())]
+    write_report(path, results, judgements, outcomes)
+    return path
+
+
+@pytest.fixture(scope="module")
+def desktop(browser, report) -> Iterator[Tab]:
+    tab = Tab(browser, report)
+    yield tab
+    tab.close()
+
+
+@pytest.fixture
+def phone(browser, report) -> Iterator[Tab]:
+    tab = Tab(browser, report, PHONE)
+    yield tab
+    tab.close()

@@ -1,0 +1,74 @@
+"""Colours of the report's lines, as people see them who tell red from green badly, and against the paper."""
+
+import re
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maglev.report.page import read
+
+# What is drawn in one panel: lines of runs, phases of a motor, direct and quadrature current.
+GROUPS = (tuple(f"run-{k}" for k in range(5)), tuple(f"phase-{k}" for k in range(3)), ("direct", "quadrature"))
+
+# Machado, Oliveira and Fernandes (2009), severity 1, of linear RGB.
+SEEN_BY = {
+    "trichromats": np.eye(3),
+    "protanopes": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+                            [-0.003882, -0.048116, 1.051998]]),
+    "deuteranopes": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+                              [-0.011820, 0.042940, 0.968881]]),
+}
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+WHITE = np.array([0.95047, 1.0, 1.08883])
+
+
+def linear(colour: str) -> np.ndarray:
+    """Linear RGB of "#rrggbb"."""
+    values = np.array([int(colour[k:k + 2], 16) / 255 for k in (1, 3, 5)])
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb: np.ndarray) -> np.ndarray:
+    """CIE L*a*b* of linear RGB."""
+    share = TO_XYZ @ np.clip(rgb, 0.0, 1.0) / WHITE
+    x, y, z = np.where(share > 0.008856, np.cbrt(share), 7.787 * share + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def luminance(colour: str) -> float:
+    return float(TO_XYZ[1] @ linear(colour))
+
+
+@pytest.fixture(params=["light", "dark"])
+def scheme(request) -> dict[str, str]:
+    """Colours of a scheme by name."""
+    first, second = re.findall(r":root \{(.*?)\}", read("style.css"), re.DOTALL)[:2]
+    return dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", first if request.param == "light" else second))
+
+
+@pytest.mark.parametrize("who", SEEN_BY)
+def test_lines_of_a_panel_are_told_apart(scheme, who):
+    for group in GROUPS:
+        for one, other in combinations(group, 2):
+            seen = [lab(SEEN_BY[who] @ linear(scheme[name])) for name in (one, other)]
+            assert np.linalg.norm(seen[0] - seen[1]) > 20.0, (one, other)   # of two greys 20 % of black to white
+
+
+def test_a_colour_has_one_meaning(scheme):
+    meanings = [name for group in GROUPS for name in group]
+    assert len({scheme[name] for name in [*meanings, "reference", "limit"]}) == len(meanings) + 2
+
+
+def test_lines_stand_out_from_the_paper(scheme):
+    for name in [*(name for group in GROUPS for name in group), "reference", "limit"]:
+        bright, dim = sorted((luminance(scheme[name]), luminance(scheme["paper"])), reverse=True)
+        assert (bright + 0.05) / (dim + 0.05) > 3.0, name   # WCAG 2.1, 1.4.11
+
+
+def test_scripts_use_no_colour_that_the_style_lacks(scheme):
+    folder = Path(__file__).parents[3] / "maglev" / "report"
+    used = {name for path in folder.glob("*.js") for name in re.findall(r"var\(--([a-z]+)\)", path.read_text())}
+    assert used
+    assert used <= scheme.keys()

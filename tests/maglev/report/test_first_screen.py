@@ -1,0 +1,135 @@
+"""The moving picture, and how the report looks in a browser: on a phone, in dark, in numbers of px."""
+
+import pytest
+from report_runs import SPEED
+from report_tab import CONTRAST, DARK, DESKTOP, LIGHT, PHONE, Tab, wait_until
+
+from maglev.report.claim_table import LOOKS
+
+VERDICT_STYLES = [f".verdict.{look.css}" for look in LOOKS.values()]
+
+
+def choose(page, run: str) -> None:
+    """Choose a run of the moving picture, and wait until it is shown."""
+    page.select_option("#player-run", run)
+    wait_until(page, "document.querySelector('#player-time').max === '0.5'")
+
+
+def reading(page, label: str) -> str:
+    """A number below the moving picture."""
+    return page.locator(".readings div", has=page.get_by_text(label, exact=True)).locator("dd").text_content()
+
+
+def mover(page) -> list[float]:
+    """Place of the mover in the picture, px."""
+    return page.evaluate("""(() => {
+        const { e, f } = document.querySelector("#player-views svg g").transform.baseVal.consolidate().matrix;
+        return [e, f];
+    })()""")
+
+
+def test_scrubbing_shows_the_values_at_that_time(desktop):
+    choose(desktop.page, "3dof-setpoints-improved")
+    desktop.page.locator("#player-time").fill("0")
+    along, gap = mover(desktop.page)
+    desktop.page.locator("#player-time").fill("0.25")
+    assert reading(desktop.page, "time") == "0.25 s"
+    assert reading(desktop.page, "gap y") == f"{20.0 + 1e3 * SPEED * 0.25:.2f} mm"
+    assert reading(desktop.page, "alpha i_d") == "1.00 A"
+    later_along, later_gap = mover(desktop.page)
+    assert later_along > along
+    assert later_gap > gap   # a larger gap is lower in the picture
+    assert desktop.page.locator("#player-views svg").count() == 2
+
+
+def test_the_mover_hangs_below_the_stator_by_the_gap(desktop):
+    choose(desktop.page, "2dof-setpoints")
+    desktop.page.locator("#player-time").fill("0")
+    stator = desktop.evaluate("""Math.max(...[...document.querySelectorAll("#player-views svg > rect")]
+        .filter((part) => part.style.fill === "var(--iron)").map((part) => part.getBBox())
+        .map((box) => box.y + box.height))""")
+    assert mover(desktop.page)[1] - stator == pytest.approx(20.0 * desktop.evaluate("VIEW.up"))   # px
+
+
+def test_playing_moves_the_picture_until_it_is_paused(desktop):
+    page = desktop.page
+    choose(page, "2dof-step-4-linear")
+    page.select_option("#player-speed", "0.25")
+    before = mover(page)
+    page.click("#player-play")
+    wait_until(page, "Number(document.querySelector('#player-time').value) > 0.05")
+    page.click("#player-play")
+    stopped = float(page.input_value("#player-time"))
+    assert mover(page) != before
+    page.wait_for_timeout(100)
+    assert float(page.input_value("#player-time")) == stopped
+    assert page.locator("#player-play").inner_text() == "Play"
+
+
+def test_the_moving_picture_tells_when_the_stop_is_touched(desktop):
+    choose(desktop.page, "2dof-step-4-linear")
+    status = desktop.page.locator("#player .status")
+    desktop.page.locator("#player-time").fill("0.24")
+    assert status.inner_text() == ""
+    desktop.page.locator("#player-time").fill("0.26")
+    assert "touched an end stop at 0.250 s" in status.inner_text()
+
+
+def test_nothing_is_wider_than_a_phone(phone):
+    phone.evaluate("maglevReport.drawAll()")
+    wait_until(phone.page, "document.querySelector('#player-views svg')")
+    width, available = phone.evaluate("[document.documentElement.scrollWidth, document.documentElement.clientWidth]")
+    assert width <= available == PHONE["width"]
+    too_wide = phone.evaluate("""[...document.querySelectorAll("main *")]
+        .filter((part) => !part.closest(".wide, .plot, thead"))
+        .filter((part) => part.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
+        .map((part) => part.outerHTML.slice(0, 80))""")
+    assert too_wide == []
+
+
+def test_text_and_plots_are_readable_in_both_schemes(desktop):
+    page = desktop.page
+    desktop.evaluate("maglevReport.drawAll()")
+    try:
+        for scheme in (DARK, LIGHT):
+            page.emulate_media(color_scheme=scheme)
+            for selector in ("body", "a", ".reason", ".status", ".legend span", "#index a span", *VERDICT_STYLES):
+                seen = page.evaluate(CONTRAST, selector)
+                assert (seen["paper"] < 0.05) == (scheme == DARK)
+                assert seen["ratio"] > 4.5, (scheme, selector)
+    finally:
+        page.emulate_media(color_scheme=LIGHT)
+
+
+@pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_the_first_screen_has_the_message_and_the_moving_stage(browser, report, viewport):
+    tab = Tab(browser, report, viewport)
+    message, stage = (tab.page.locator(part).first for part in (".message", "#player-views svg"))
+    wait_until(tab.page, "document.querySelector('#player-views svg')")
+    assert message.bounding_box()["y"] + message.bounding_box()["height"] < viewport["height"]
+    assert stage.bounding_box()["y"] < viewport["height"]
+    wait_until(tab.page, "Number(document.querySelector('#player-time').value) > 0.1")
+    later = mover(tab.page)
+    tab.page.locator("#player-time").fill("0")
+    assert mover(tab.page) != later
+    tab.close()
+
+
+def test_nothing_moves_for_who_wants_no_motion(browser, report):
+    tab = Tab(browser, report, reduced_motion="reduce")
+    wait_until(tab.page, "document.querySelector('#player-time').max === '0.5'")
+    tab.page.wait_for_timeout(200)
+    assert tab.page.input_value("#player-time") == "0"
+    assert tab.page.locator("#player-play").inner_text() == "Play"
+    tab.close()
+
+
+def test_without_scripts_the_claims_are_there_and_a_notice(browser, report):
+    context = browser.new_context(offline=True, java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    notice = page.locator("noscript p")
+    assert "need JavaScript" in notice.text_content()
+    assert notice.bounding_box()["y"] < 100
+    assert page.locator("table.claims tr[data-verdict]").first.is_visible()
+    context.close()

@@ -1,0 +1,126 @@
+"""The index of the report in a browser: search, filters, links, and what is drawn and released."""
+
+import pytest
+from report_tab import DESKTOP, PHONE, Tab, wait_until
+
+from maglev.judging.verdicts import VERDICTS
+
+ROWS = "table.claims tr[data-verdict]:visible"
+FIGURES = "#figures figure:visible"
+
+
+@pytest.fixture
+def tab(browser, report):
+    """A fresh tab."""
+    tab = Tab(browser, report)
+    yield tab
+    tab.close()
+
+
+def test_the_filter_shows_one_verdict(tab):
+    page = tab.page
+    rows = page.locator("table.claims tr[data-verdict]:visible")
+    everything = rows.count()
+    page.get_by_role("button", name="not testable").click()
+    assert 0 < rows.count() == everything // len(VERDICTS)
+    assert set(rows.evaluate_all("(rows) => rows.map((row) => row.dataset.verdict)")) == {"not testable"}
+    # A link to a claim that is hidden shows it.
+    page.evaluate("location.hash = 'claim-2dof-setpoints-0'")
+    wait_until(page, "!document.querySelector('.filter [aria-pressed=true]').dataset.verdict")
+    assert rows.count() == everything
+
+
+def test_the_index_stays_in_view_and_its_links_lead_to_figures(tab):
+    link = tab.page.locator("#index-figures a[href='#figure-4-25']")
+    link.click()
+    wait_until(tab.page, "scrollY > 3000")
+    assert tab.page.locator("#index-search").bounding_box()["y"] >= 0.0
+    top = tab.page.locator("#figure-4-25").bounding_box()["y"]
+    assert -10 < top < DESKTOP["height"] / 2
+    wait_until(tab.page, "document.querySelector('#index-figures [aria-current]')")
+    names = tab.page.locator("#index-figures a b").all_text_contents()
+    assert names == tab.page.locator("#figures figure h3").all_text_contents()
+
+
+def test_search_finds_figures_by_number_and_by_every_word(tab):
+    tab.page.fill("#index-search", "figure 4.25")
+    wait_until(tab.page, "document.querySelectorAll('#index-figures li:not([hidden])').length === 1")
+    assert tab.page.locator(FIGURES).count() == 1
+    assert tab.page.locator("#filter-result").inner_text().endswith(" 1 figures")
+    tab.page.fill("#index-search", "friction assumed")
+    wait_until(tab.page, "!document.querySelector('#filter-result').textContent.endsWith(' 1 figures')")
+    texts = tab.page.locator(ROWS).evaluate_all("""(rows) => rows.map((row) =>
+        (row.textContent + row.parentElement.rows[0].textContent).toLowerCase())""")
+    assert all("friction" in text and "assumed" in text for text in texts)
+    tab.page.fill("#index-search", "no such thing")
+    wait_until(tab.page, "document.querySelector('#filter-result').textContent === '0 claims, 0 figures'")
+
+
+def test_one_stage_alone(tab):
+    everything = tab.page.locator(FIGURES).count()
+    counts = {}
+    for rig in ("2-DOF", "3-DOF"):
+        tab.page.select_option("#index-rig", rig)
+        counts[rig] = tab.page.locator(FIGURES).count()
+        runs = tab.page.locator("table.claims tbody:visible strong").all_text_contents()
+        assert runs
+        assert all(name.startswith(rig.replace("-", "").lower()) for name in runs)
+    assert sum(counts.values()) == everything
+    assert min(counts.values()) > 0
+
+
+def test_a_verdict_of_the_index_shows_the_claims_and_the_figures_that_have_it(tab):
+    tab.page.select_option("#index-verdict", "not met")
+    assert set(tab.page.locator(ROWS).evaluate_all("(rows) => rows.map((row) => row.dataset.verdict)")) == {"not met"}
+    assert tab.page.locator(".filter [aria-pressed=true]").get_attribute("data-verdict") == "not met"
+    for figure in tab.page.locator(FIGURES).all():
+        assert figure.locator('li[data-verdict="not met"]').count() > 0
+
+
+def test_on_a_phone_the_index_opens_and_closes(phone):
+    index, page = phone.page.locator("#index-details"), phone.page
+    assert index.get_attribute("open") is None
+    page.evaluate("scrollTo(0, 5000)")
+    page.locator("#index summary").tap()
+    link = page.locator("#index-figures a[href='#figure-4-18']")
+    link.tap()
+    wait_until(page, "!document.getElementById('index-details').open")
+    wait_until(page, "document.querySelector('[data-figure=\"figure-4-18\"] .line')")
+    top = page.locator("#figure-4-18").bounding_box()["y"]
+    assert 0 < top < PHONE["height"] / 2
+
+
+def test_what_is_far_from_the_view_is_released(tab):
+    """Of figures their plots, of runs their signals."""
+    tab.evaluate("location.hash = 'figure-4-18'")
+    wait_until(tab.page, "document.querySelector('[data-figure=\"figure-4-18\"] .line')")
+    assert len(tab.evaluate("Object.keys(maglevReport.plots)")) < 10
+    tab.evaluate("location.hash = 'assumptions'")
+    wait_until(tab.page, "!document.querySelector('[data-figure=\"figure-4-18\"] .line')")
+    wait_until(tab.page, "!maglevReport.ready['2dof-setpoints']")
+    tab.evaluate("location.hash = 'figure-4-18'")
+    wait_until(tab.page, "document.querySelector('[data-figure=\"figure-4-18\"] .line')")
+
+
+def test_on_paper_all_figures_are_drawn_in_light_colours(tab):
+    tab.page.emulate_media(color_scheme="dark")
+    tab.evaluate("() => { window.print = () => { window.printed = true; }; }")
+    tab.page.click("#print")
+    wait_until(tab.page, "window.printed")
+    drawn = "[...document.querySelectorAll('[data-figure]')].every((plot) => plot.querySelector('.line'))"
+    assert tab.evaluate(drawn)
+    tab.page.emulate_media(media="print", color_scheme="dark")
+    assert tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert not tab.page.locator("#index").is_visible()
+    assert not tab.page.locator(".tools").first.is_visible()
+    assert len(tab.page.pdf()) > 500_000
+    tab.page.emulate_media(media="screen")
+    wait_until(tab.page, "Object.keys(maglevReport.plots).length < 10")
+
+
+def test_opened_for_paper_everything_is_drawn(browser, report):
+    tab = Tab(browser, report)
+    tab.page.goto(f"{tab.url}#print")
+    tab.page.reload()
+    wait_until(tab.page, "[...document.querySelectorAll('[data-figure]')].every((plot) => plot.querySelector('.line'))")
+    tab.close()

@@ -1,0 +1,53 @@
+"""The report in a tab of a Chromium, and what tests ask it."""
+
+from pathlib import Path
+
+import pytest
+
+LIGHT, DARK = "light", "dark"
+DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 800}
+
+# Contrast ratio of an element's text to the page's background, as WCAG defines it.
+CONTRAST = """(selector) => {
+  const luminance = (colour) => colour.match(/[0-9.]+/g).slice(0, 3).map((part) => part / 255)
+    .map((part) => part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, part, k) => sum + part * [0.2126, 0.7152, 0.0722][k], 0);
+  const text = luminance(getComputedStyle(document.querySelector(selector)).color);
+  const paper = luminance(getComputedStyle(document.body).backgroundColor);
+  return { paper, ratio: (Math.max(text, paper) + 0.05) / (Math.min(text, paper) + 0.05) };
+}"""
+
+
+class Tab:
+    """The report in a browser; collects what goes wrong and what is requested."""
+
+    def __init__(self, browser, report: Path, viewport=DESKTOP, **options) -> None:
+        self.url = report.as_uri()
+        self.problems: list[str] = []
+        self.requests: list[str] = []
+        self.context = browser.new_context(offline=True, viewport=viewport, color_scheme=LIGHT,
+                                           has_touch=viewport is PHONE, is_mobile=viewport is PHONE, **options)
+        self.page = self.context.new_page()
+        self.page.on("console", lambda message: self.problems.append(f"{message.type}: {message.text}"))
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(self.url)
+
+    def evaluate(self, script: str, argument=None):
+        return self.page.evaluate(script, argument)
+
+    def close(self) -> None:
+        """Close, and check that all went well and nothing was requested but the page."""
+        problems = self.problems + self.evaluate("maglevReport.errors")
+        self.context.close()
+        assert problems == []
+        assert {url for url in self.requests if not url.startswith(("blob:", "data:"))} == {self.url}
+
+
+def wait_until(page, condition: str) -> None:
+    """Wait for a condition; the page's policy forbids playwright's own way."""
+    for _ in range(200):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(50)
+    pytest.fail(f"still not so: {condition}")
