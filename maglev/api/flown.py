@@ -121,7 +121,7 @@ class Run:
         from maglev.report.plot import figure_of, require_matplotlib
 
         require_matplotlib()
-        return figure_of(self.plan, Recording(self.time, self.columns))
+        return figure_of(self.plan, Recording(self.time, self.columns), self.flown.parameters, self.metrics)
 
 
 def extra(module: str, name: str) -> Any:

@@ -26,8 +26,7 @@ from maglev.processes import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
-from maglev.report.plot import plot as write_plot
-from maglev.report.plot import require_matplotlib
+from maglev.report.plot import figure_of, require_matplotlib, write_figure
 from maglev.report.text import claims_markdown, text_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
@@ -239,7 +238,8 @@ def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form:
         flown = [out / f"{name}.{form}", out / f"{name}.json"] if each.metrics is not None else []
         files += [*flown, out / f"{name}.txt"]
         if plot and each.metrics is not None:
-            write_plot(out / f"{name}.png", each.plan, Recording(each.time, each.columns))
+            picture = figure_of(each.plan, Recording(each.time, each.columns), each.parameters, each.metrics)
+            write_figure(out / f"{name}.png", picture)
             files.append(out / f"{name}.png")
     return files
 

@@ -63,12 +63,10 @@ def message(judgements: Judgements) -> str:
         return ""
     missed = [each.note for each in claims if each.verdict == "not reproduced"]
     friction = sum(bool(ASSUMED_FRICTION.search(note)) for note in missed)
-    others = f" {len(missed)} do not." if missed else ""
     return (f'<p class="message"><strong>{counts["reproduced"]} of {len(claims)} claims reproduce</strong>, '
             f'{counts["within 10 %"]} more come within 10 %.'
             + (f" Of the {len(missed)} that do not, {friction} have guide friction among their reasons, which the "
-               "thesis does not state and which is assumed here." if friction else others)
-            + "</p>")
+               "thesis does not state and which is assumed here." if friction else "") + "</p>")
 
 
 def verdict_options(judgements: Judgements) -> str:

@@ -23,11 +23,10 @@ def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
         if stop + "lower" in parameters and stop + "upper" in parameters:
             found.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
     for name, motor in plan.motors.items():
-        # A current limit of 0 is none.
         peak = parameters.get(motor.currents[0].rpartition(".")[0] + ".amplifier.peak") if motor.currents else None
         limit = parameters.get(motor.commands[0].partition(".")[0] + ".current_limit") if motor.commands else None
         if peak:
             found.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
-        if limit:
+        if limit:   # 0 is none
             found.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
     return found

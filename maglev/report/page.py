@@ -81,7 +81,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
-        figures="\n".join(figure_element(each, judgements, live) for each in shown) or no_figure(results),
+        figures="\n".join(figure_element(each, judgements, live) for each in shown)
+        or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
@@ -150,12 +151,6 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements) -> dict[str, 
             "panels": [panel._asdict() for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
             **({} if shown.figure.until is None else {"until": shown.figure.until})}
-
-
-def no_figure(results: Sequence[RunResult]) -> str:
-    """What stands where there is no figure."""
-    recorded = any(len(result.time) for result in results)
-    return "<p>No figure shows these runs.</p>" if recorded else "<p>No run was recorded.</p>"
 
 
 def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool) -> str:

@@ -10,7 +10,10 @@ import numpy as np
 from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
+from maglev.judging.metrics import Metrics
 from maglev.report.figures import shown_commands
+from maglev.report.limits import limits
+from maglev.report.status import events
 from maglev.schema.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
+BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
 FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
 
 
@@ -27,18 +31,14 @@ def require_matplotlib() -> None:
         raise ScenarioError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
 
 
-def plot(path: Path, plan: RunPlan, recording: Recording) -> None:
-    """Write a PNG of a recording."""
-    write_figure(path, figure_of(plan, recording))
-
-
 def write_figure(path: Path, figure: "Figure") -> None:
     """Write a figure as PNG."""
     with whole_file(path) as unfinished:
         figure.savefig(unfinished, dpi=110, format="png")
 
 
-def figure_of(plan: RunPlan, recording: Recording) -> "Figure":
+def figure_of(plan: RunPlan, recording: Recording, parameters: Mapping[str, float] | None = None,
+              metrics: Metrics | None = None) -> "Figure":
     """Draw a recording: a row for each axis and each motor.
 
     Parameters
@@ -46,13 +46,32 @@ def figure_of(plan: RunPlan, recording: Recording) -> "Figure":
     plan : RunPlan
         Names the columns of axes and motors, and the settling bands.
     recording : Recording
+    parameters : mapping of str to float, optional
+        What the run started with, SI: end stops and limits of currents are marked.
+    metrics : Metrics, optional
+        When a stop was touched, or the controller tripped, is marked.
 
     Returns
     -------
     matplotlib.figure.Figure
         Bound to no window: save it, or show it in a notebook.
     """
-    return overlay(f"{plan.name}: {plan.title}", {"": (plan, recording)})
+    figure = overlay(f"{plan.name}: {plan.title}", {"": (plan, recording)})
+    rows = [*plan.axes, *plan.motors]
+    for limit in limits(plan, parameters or {}):
+        panel = figure.axes[2 * rows.index(limit.of) + (limit.kind == "currents")]
+        low, high = panel.get_ylim()
+        label = limit.text
+        for value in (1e3 * value if limit.kind == "position" else value for value in limit.values):
+            if 2.0 * low - high <= value <= 2.0 * high - low:   # further off it would flatten what is drawn
+                panel.axhline(value, color="0.3", linewidth=0.8, linestyle="-.", label=label)
+                label = "_"   # in the legend once
+        panel.legend(**BESIDE)
+    for event in events(metrics):
+        figure.suptitle(f"{figure.get_suptitle()}\n{event.words} at {event.time:.3f} s (dashed)")
+        for panel in figure.axes:
+            panel.axvline(event.time, color="C3", linewidth=1.0, linestyle="--")
+    return figure
 
 
 def overlay(title: str, runs: Mapping[str, tuple[RunPlan, Recording]]) -> "Figure":
@@ -93,7 +112,7 @@ def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, tuple[RunPlan
         right.semilogy(recording.time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8,
                        color=f"C{number}")
     left.set_ylabel(f"{name} (mm)")
-    left.legend(loc="upper right", fontsize="small")
+    left.legend(**BESIDE)
     right.set_ylabel(f"|error| of {name} (mm)")
 
 
@@ -110,4 +129,4 @@ def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, tuple[RunPla
                 panel.plot(recording.time, recording.columns[variable], linewidth=0.8, **own)
         panel.set_ylabel(f"{name} {what} (A)")
         if panel.lines:
-            panel.legend(loc="upper right", fontsize="small", ncols=3)
+            panel.legend(**BESIDE)

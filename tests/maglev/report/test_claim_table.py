@@ -85,3 +85,25 @@ def test_a_source_links_to_the_figures_of_the_page_only():
     shown = shown_figures(read_figures(), [recorded(SETPOINTS)])
     assert linked_source("Figs. 4.18, 5.20 & (4.19)", shown) == (
         'Figs. <a href="#figure-4-18">4.18</a>, 5.20 &amp; (4.19)')
+
+
+def test_the_message_counts_claims_and_the_reasons_with_assumed_friction():
+    """Not what merely mentions friction, nor bounds, nor claims that reproduce."""
+    reasons = ("guide friction, which is assumed, slows it", "the assumed friction makes this figure",
+               "a stage without friction. The stop is assumed", "neither has friction", None)
+    claims = [judged("reproduced"), judged("within 10 %"), judged("met"), judged("not met"),
+              *(judged("not reproduced", reason=reason) for reason in reasons)]
+    (message,) = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).of_class("message")
+    assert message.text == ("1 of 7 claims reproduce, 1 more come within 10 %. Of the 5 that do not, 2 have guide friction "
+                            "among their reasons, which the thesis does not state and which is assumed here.")
+
+
+def test_without_verdicts_there_is_no_message():
+    assert page_of([recorded(SETPOINTS)], {"2dof-setpoints": [judged("not run")]}).of_class("message") == []
+
+
+def test_under_a_figure_its_claims_have_value_criterion_and_reason():
+    claim = judged("not reproduced", reason="friction is assumed")
+    text = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [claim]}).with_id("figure-4-18").text
+    assert f"{claim.claim.text} ({claim.claim.criterion}). Measured: 25" in text.replace("\N{NO-BREAK SPACE}", " ")
+    assert text.rstrip().endswith(": friction is assumed")

@@ -13,7 +13,7 @@ from maglev.cosim.master import Recording
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plot import figure_of, plot
+from maglev.report.plot import figure_of, write_figure
 from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))
@@ -112,7 +112,7 @@ def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
     plan = packaged("2dof-setpoints").model_copy(update={"axes": {}})
     for name, each in (("a.png", plan), ("b.png", without_anything("mine"))):
         result = recorded(each)
-        plot(tmp_path / name, each, Recording(result.time, result.columns))
+        write_figure(tmp_path / name, figure_of(each, Recording(result.time, result.columns)))
         assert (tmp_path / name).stat().st_size > 0
 
 
@@ -124,6 +124,25 @@ def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     reference, position = panels[0].get_lines()
     np.testing.assert_allclose(position.get_ydata() - reference.get_ydata(), -1.0)   # mm
     assert len(position.get_xdata()) == len(RUN.time)
+
+
+def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
+    pytest.importorskip("matplotlib")
+    parameters = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.1, "plant.motor.amplifier.peak": 2.5,
+                  "controller.current_limit": 0.0}
+    result = recorded(packaged("2dof-setpoints"), stop_contact=0.125)
+    figure = figure_of(result.plan, Recording(result.time, result.columns), parameters, result.metrics)
+    levels, instants = {}, []
+    for panel in figure.axes:
+        lines = [line.get_xydata() for line in panel.get_lines() if len(line.get_xdata()) == 2]
+        levels[panel.get_ylabel()] = [line[0, 1] for line in lines if line[0, 1] == line[1, 1] and "|" not in
+                                      panel.get_ylabel()]
+        instants += [line[0, 0] for line in lines if line[0, 0] == line[1, 0]]
+    assert levels["v (mm)"] == [18.0]   # the upper one is far
+    assert levels["motor phase currents (A)"] == [-2.5, 2.5]
+    assert levels["motor commands (A)"] == levels["h (mm)"] == []
+    assert instants == [0.125] * len(figure.axes)
+    assert figure.get_suptitle().endswith("touched an end stop at 0.125 s (dashed)")
 
 
 @pytest.mark.parametrize(("metrics", "text", "cell"), [
