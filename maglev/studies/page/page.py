@@ -11,14 +11,15 @@ import numpy as np
 import pyarrow as pa
 
 from fmi_export.whole_file import write_whole
-from maglev.report.page import json_in_html, plotly_script, read, require_plotly
+from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of
+from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import COUNTS, limits_text, metrics_of, text
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("series.js", "plots.js")   # of the report: colours, axes
-OWN_SCRIPTS = ("parallel.js", "study.js")
+SCRIPTS = ("series.js",)   # of the report: its data, and what goes wrong
+OWN_SCRIPTS = ("look.js", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 # Units that plots have instead of SI: name, and how many are one.

@@ -80,7 +80,7 @@ class Parallel {
     pen.scale(ratio, ratio);
     const chosen = this.passed.map((_, sample) => this.inside(sample));
     const opacity = Math.min(0.9, Math.max(0.08, 60 / this.passed.length));
-    for (const [kept, colours] of [[false, [colour("line"), colour("line")]], [true, [colour("bad"), colour("series-0")]]]) {
+    for (const [kept, colours] of [[false, [colour("line"), colour("line")]], [true, [colour("bad"), colour("run-0")]]]) {
       pen.globalAlpha = kept ? opacity : 0.5 * opacity;
       this.passed.forEach((passes, sample) => {
         if (chosen[sample] !== kept) return;

@@ -1,5 +1,5 @@
 "use strict";
-// The plots of a study; `report`, colours and axes are those of the report's scripts.
+// The plots of a study; `report`, colours and axes are those of look.js.
 const { columns, varied } = report;
 const metrics = columns.slice(varied);
 const withUnit = ({ name, unit }) => plain(unit ? `${name} (${unit})` : name);
@@ -23,7 +23,7 @@ function drawHistograms() {
   metrics.forEach((column, i) => {
     const shapes = Object.values(column.limits).map((limit) => ({ type: "line", x0: limit, x1: limit, yref: "paper", y0: 0,
       y1: 1, line: { color: colour("bad"), width: 1.5, dash: "dash" } }));
-    draw2d(place.children[i], [{ type: "histogram", x: column.values, nbinsx: 30, marker: { color: colour("series-0") },
+    draw2d(place.children[i], [{ type: "histogram", x: column.values, nbinsx: 30, marker: { color: colour("run-0") },
       hovertemplate: "%{y} samples at %{x}<extra></extra>" }], 260,
     { shapes, xaxis: { ...axisStyle(), title: { text: withUnit(column), standoff: 6, font: { size: 12 } } },
       yaxis: { ...axisStyle(), title: { text: "samples" } }, bargap: 0.05 });
@@ -53,7 +53,7 @@ function drawResponse() {
   const text = report.samples.map((sample, i) => `sample ${sample}: ${metric.values[i] ?? "none"}`);
   let trace;
   if (first === second) {
-    trace = { type: "scatter", mode: "markers", x: first.values, y: metric.values, text, marker: { color: colour("series-0"),
+    trace = { type: "scatter", mode: "markers", x: first.values, y: metric.values, text, marker: { color: colour("run-0"),
       size: 6 }, hovertemplate: "%{text}<extra></extra>" };
   } else if (report.grid) {
     trace = { type: "heatmap", ...surface(first.values, second.values, metric.values), colorscale: "Viridis", colorbar,
@@ -77,7 +77,7 @@ function drawSensitivity() {
   const names = columns.slice(0, varied).map(({ name }) => name);
   const traces = names.flatMap((name, v) => [["first", 1], ["total", 0.45]].map(([kind, opacity]) => ({
     type: "bar", name: `${plain(name)}: ${kind}`, opacity, x: report.sensitivity.map(({ metric }) => plain(metric)),
-    y: report.sensitivity.map((each) => each[kind][v]), marker: { color: colour(`series-${v % 5}`) },
+    y: report.sensitivity.map((each) => each[kind][v]), marker: { color: colour(`run-${v % 5}`) },
     error_y: { type: "data", array: report.sensitivity.map((each) => each[`${kind}Error`][v]), color: colour("text"),
       thickness: 1, width: 2 } })));
   draw2d(element, traces, 420, { showlegend: true, barmode: "group", margin: { l: 60, r: 14, t: 30, b: 140 },

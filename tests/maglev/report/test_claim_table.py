@@ -94,8 +94,8 @@ def test_the_message_counts_claims_and_the_reasons_with_assumed_friction():
     claims = [judged("reproduced"), judged("within 10 %"), judged("met"), judged("not met"),
               *(judged("not reproduced", reason=reason) for reason in reasons)]
     (message,) = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).of_class("message")
-    assert message.text == ("1 of 7 claims reproduce, 1 more come within 10 %. Of the 5 that do not, 2 have guide friction "
-                            "among their reasons, which the thesis does not state and which is assumed here.")
+    assert message.text == ("1 of 7 claims reproduce, 1 more come within 10 %. Of the 5 that do not, 2 have guide "
+                            "friction among their reasons, which the thesis does not state and which is assumed here.")
 
 
 def test_without_verdicts_there_is_no_message():
