@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from maglev.api.live import write_live
     from maglev.api.running import Results, run, run_all
     from maglev.api.studying import Study, study, sweep
+    from maglev.api.tuning import Tuned, tune
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
@@ -51,15 +52,16 @@ PLACES = {
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.written.new",
     "region": "maglev.stability.analysis", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
-    "sweep": "maglev.api.studying", "update": "maglev.api.checking",
+    "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
+    "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying", "write_live": "maglev.api.live"}
 
 __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
     "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Region", "Results", "Run", "RunFailed",
-    "ScenarioError", "StabilityError", "Study", "UnknownName", "build", "check", "compare", "fmus", "identify",
+    "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName", "build", "check", "compare", "fmus", "identify",
     "linearise", "linearise_loop", "new_controller", "region", "run", "run_all", "scenarios", "study", "sweep",
-    "update", "write_identification", "write_live"]
+    "tune", "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

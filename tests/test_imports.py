@@ -34,7 +34,7 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "processors", "units", "csv_table", "toml_file", "identification", "linear", "written", "cosim",
          "processes", "gym", "stability", "schema", "live", "judging", "experiment", "catalogue", "regression",
-         "procedures", "report", "comparison", "studies", "api", "__init__", "cli", "__main__")
+         "procedures", "report", "comparison", "studies", "tuning", "api", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|\w+_fmu|plant_\ddof")

@@ -30,6 +30,7 @@ from maglev.cli.options import (
 from maglev.cli.region import region
 from maglev.cli.study import study, sweep
 from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
+from maglev.cli.tune import tune
 from maglev.errors import ScenarioError
 
 # One paragraph for each line: the help joins the lines of a paragraph.
@@ -262,6 +263,7 @@ app.command()(linearise)
 app.command()(region)
 app.command()(study)
 app.command()(sweep)
+app.command()(tune)
 
 if __name__ == "__main__":
     app()

@@ -36,3 +36,19 @@ def regulator_poles(gains: Sequence[float], omega0: float) -> Complex:
     Poles that lie close together are ill-conditioned: compare polynomials, not roots.
     """
     return slowest_first(np.roots(regulator_polynomial(gains, omega0)).astype(np.complex128))
+
+
+def gains_of(polynomial: Sequence[float], omega0: float) -> tuple[float, float, float, float, float]:
+    """Gains k1…k5 that give a loop this characteristic polynomial: the inverse of `regulator_polynomial`.
+
+    Parameters
+    ----------
+    polynomial : sequence of float
+        Six coefficients, of s⁵ first, which is 1.
+    omega0 : float
+        Frequency of the internal model, rad/s.
+    """
+    _, a4, a3, a2, a1, a0 = (float(each) for each in polynomial)
+    square = omega0 * omega0
+    k1, k2 = square - a3, -a4
+    return k1, k2, -(a0 + 1.0), -(a1 + k1 * square), -(a2 + k2 * square)

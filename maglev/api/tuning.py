@@ -1,0 +1,93 @@
+"""Tuning: parameters of a controller searched on a Dask cluster, for the least of what is measured on many plants."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from fmi_export.whole_file import write_whole
+from maglev.api.options import FlightOptions, experiments_of, settings_of
+from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.api.studying import require_study
+from maglev.processors import processors
+from maglev.schema.loading import load_plan
+
+if TYPE_CHECKING:
+    from maglev.tuning.planning import PlannedTuning
+    from maglev.tuning.search import Found
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a tuning found.
+
+    Attributes
+    ----------
+    parameters : mapping of str to float
+        By `fmu.variable`, SI: `maglev.run(name, set=tuned.parameters)` flies with them.
+    path : Path
+        The same as a file that a scenario extends.
+    found : Found
+        Costs, and metrics on every plant before and after.
+    planned : PlannedTuning
+        What was searched; the columns of the metrics.
+    """
+
+    parameters: Mapping[str, float]
+    path: Path
+    found: "Found"
+    planned: "PlannedTuning"
+
+    def show(self, console: Any) -> None:
+        """Print it on a console of rich."""
+        from maglev.tuning.text import show_found
+
+        show_found(console, self.planned.tuning, self.planned.cost, self.found)
+
+
+def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
+         watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Tuned:
+    """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
+
+    Parameters
+    ----------
+    file : str or Path
+        A tuning file of the package by its name, or a TOML file (docs/tuning.md).
+    out : path
+        Folder for NAME.toml.
+    jobs, scheduler : optional
+        As of `study`.
+    watch, say : callable, optional
+        As of `run_all`.
+    **options
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+
+    Returns
+    -------
+    Tuned
+        The same, bit for bit, whoever flew it.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used: before the first flight.
+    """
+    require_study()
+    from maglev.tuning.planning import plan_tuning
+    from maglev.tuning.schema import load_tuning
+    from maglev.tuning.search import search
+    from maglev.tuning.text import gains_toml
+
+    tuning, path = load_tuning(file)
+    scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else Path(tuning.scenario)
+    options = {**options, "set": [*settings_of(tuning.set), *settings_of(options.get("set"))]}
+    experiment, = experiments_of([load_plan(scenario)], options)
+    say_notes([experiment], say or warn)
+    planned = plan_tuning(tuning, experiment, str(path))
+    with (watch or unwatched)([tuning.name]) as watcher:
+        found = search(planned, scheduler, jobs or processors(), partial(watcher, tuning.name))
+    written = Path(out) / f"{tuning.name}.toml"
+    written.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(written, gains_toml(tuning, found))
+    return Tuned(found.parameters, written, found, planned)

@@ -1,0 +1,69 @@
+"""What a candidate costs: the worst or the mean over the plants of what is minimised, if all limits are met."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.studies.columns import Column
+
+Array = NDArray[np.float64]
+
+REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
+SMALLEST = 1e-6        # by which an excess is divided at least
+LARGEST_EXCESS = 1.0   # that one metric of one flight counts
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of flights.
+
+    Attributes
+    ----------
+    columns : tuple of Column
+        What is measured, with the limits on it; the first is `failed`, which every tuning limits.
+    minimised, no_worse : tuple of int
+        Numbers of columns.
+    over : str
+        "worst" or "mean" of the plants.
+    """
+
+    columns: tuple[Column, ...]
+    minimised: tuple[int, ...]
+    no_worse: tuple[int, ...]
+    over: str
+
+    def excess(self, flown: Array, before: Array) -> Array:
+        """How far flights are beyond the limits, 0 if within all, shape (candidates, plants).
+
+        Parameters
+        ----------
+        flown : ndarray, shape (candidates, plants, columns)
+            NaN where a sample was not flown to its end.
+        before : ndarray, shape (plants, columns)
+            With the scenario's own values.
+        """
+        lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))
+        highs = np.broadcast_to(highs, before.shape).copy()
+        for column in self.no_worse:
+            highs[:, column] = np.minimum(highs[:, column], before[:, column])
+        with np.errstate(invalid="ignore"):   # of infinite limits, and of metrics without an end
+            beyond = np.fmax((flown - highs) / np.maximum(np.abs(highs), SMALLEST),
+                             (lows - flown) / np.maximum(np.abs(lows), SMALLEST))
+        beyond = np.where(np.isnan(beyond), 0.0, beyond)
+        beyond[np.isnan(flown)] = LARGEST_EXCESS
+        # What is minimised and never ends, such as settling, is beyond all limits.
+        minimised = list(self.minimised)
+        beyond[..., minimised] = np.where(np.isfinite(flown[..., minimised]), beyond[..., minimised], LARGEST_EXCESS)
+        return np.asarray(np.clip(beyond, 0.0, LARGEST_EXCESS).sum(axis=-1))
+
+    def of(self, flown: Array, before: Array) -> Array:
+        """Cost of each candidate, shape (candidates,); arguments as of `excess`.
+
+        Among candidates that break limits, the one that breaks them less costs less (Deb's rules).
+        """
+        excess = self.excess(flown, before).mean(axis=1)
+        each = flown[..., list(self.minimised)].max(axis=-1)
+        with np.errstate(invalid="ignore"):
+            cost = each.max(axis=1) if self.over == "worst" else each.mean(axis=1)
+        return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))

@@ -1,0 +1,120 @@
+"""A tuning made ready: everything that would be refused is refused here, before the first flight."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.master import whole_steps
+from maglev.errors import ScenarioError
+from maglev.experiment.preparation import Experiment
+from maglev.studies.columns import Column, columns_of, meant, metrics_at_rest, named_values
+from maglev.studies.design import samples
+from maglev.studies.flying.batch import Job, code_of_package
+from maglev.studies.planning import key_of
+from maglev.studies.schema import StudyFile, Varied
+from maglev.studies.targets import Target, target_values, targets_of
+from maglev.tuning.cost import Cost
+from maglev.tuning.schema import TuneFile
+from maglev.tuning.unknowns import Unknowns, unknowns_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PlannedTuning:
+    """A tuning that can be searched.
+
+    Attributes
+    ----------
+    tuning : TuneFile
+    job : Job
+        Its targets are what varies of the plants, then what is searched.
+    unknowns : Unknowns
+    cost : Cost
+    nominal : ndarray, shape (number searched,)
+        Values that the scenario itself has of what is searched.
+    plants, fresh : ndarray, shape (plants, number that the plants vary)
+    native : bool
+    """
+
+    tuning: TuneFile
+    job: Job
+    unknowns: Unknowns
+    cost: Cost
+    nominal: Array
+    plants: Array
+    fresh: Array
+    native: bool
+
+    def values(self, candidates: Array, plants: Array) -> Array:
+        """Values of the targets, shape (candidates · plants, targets), of candidates with their parameters."""
+        return np.hstack([np.tile(plants, (len(candidates), 1)), np.repeat(candidates, len(plants), axis=0)])
+
+
+def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> PlannedTuning:
+    """Plan a tuning of an experiment; `origin`, the file, is what refusals name.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used, or is out of range.
+    """
+    descriptions, plan = experiment.check(), experiment.plan
+    if plan.needs:
+        raise ScenarioError(f"{origin}: scenario = {tuning.scenario!r}: starts from the results of "
+                            f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
+    omega0 = {name: experiment.start_value(f"{name}.omega0", descriptions) for name in descriptions
+              if any(variable.name == "omega0" for variable in descriptions[name].modelVariables)}
+    for poles in tuning.poles:
+        for axis in poles.of:
+            if axis.partition(".")[0] not in omega0:
+                raise ScenarioError(f"{origin}: poles.of = {axis!r}: expected an axis of an output regulator, such as "
+                                    "'controller.x'")
+    unknowns = unknowns_of(tuning, omega0)
+    varied = [*tuning.vary, *(Varied.model_construct(set=[name], kind="list") for name in unknowns.names)]
+    # Values to search with are no grid beside what varies of the plants: only its targets are asked for.
+    targets = targets_of(StudyFile.model_construct(vary=once_each(varied, origin)), experiment, origin)
+    searched = [target for target in targets if target.column >= len(tuning.vary)]
+    ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
+    target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
+    time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
+    known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
+    columns = columns_of(known, [*tuning.minimise, *tuning.no_worse], tuning.limits, origin)
+    columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
+    cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),
+                numbers(columns, known, tuning.no_worse, origin), tuning.over)
+    plants = plants_of(tuning.plants(), targets, origin)
+    fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
+    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns))
+    native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
+    nominal = np.array([target.nominal for target in searched])
+    return PlannedTuning(tuning, replace(job, key=key_of(job, plants, experiment)), unknowns, cost, nominal, plants,
+                         fresh, native)
+
+
+def once_each(varied: list[Varied], origin: str) -> list[Varied]:
+    """What varies and what is searched; ScenarioError if something is set twice."""
+    seen: set[str] = set()
+    for name in (name for each in varied for name in each.set):
+        if name in seen:
+            raise ScenarioError(f"{origin}: {name} is set twice, expected to be searched, or to vary, once")
+        seen.add(name)
+    return varied
+
+
+def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
+            origin: str) -> tuple[int, ...]:
+    """Numbers of the columns that names mean."""
+    names = [column.name for column in columns]
+    return tuple(names.index(name) for each in asked for name in meant(known, each, origin))
+
+
+def plants_of(study: StudyFile | None, targets: list[Target], origin: str) -> Array:
+    """Values of what varies of the plants; one plant without any if nothing varies."""
+    if study is None:
+        return np.empty((1, 0))
+    design = samples(study)
+    return target_values([target for target in targets if target.column < len(study.vary)], design, origin)
+
+

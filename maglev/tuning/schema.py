@@ -1,0 +1,129 @@
+"""Tuning files: TOML that says what is searched, what is minimised under which limits, and over which plants."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from maglev.errors import ScenarioError, nearest
+from maglev.schema.layers import PACKAGED, Layer
+from maglev.schema.toml_table import Table, key_refused, one_line
+from maglev.studies.schema import Design, Limit, Quantity, StudyFile, Varied, read_study
+from maglev.toml_file import read_toml
+
+FOLDER = PACKAGED / "tuning"   # those that come with the package
+
+
+class Range(Table):
+    """Where to search."""
+
+    low: Quantity
+    high: Quantity
+
+    @model_validator(mode="after")
+    def not_empty(self) -> "Range":
+        """Refuse an empty range."""
+        if not self.low.value < self.high.value:
+            raise key_refused("high", self.high.written, f"expected more than low = {self.low.written}")
+        return self
+
+
+class Poles(Table):
+    """Axes of an output regulator whose gains k1…k5 are searched together, by the poles that they place.
+
+    One real pole at −rate, and two pairs with s² + 2 damping · rate · s + rate²; a pair with a damping above 1 is two
+    real poles.
+    """
+
+    of: Annotated[list[str], Field(min_length=1)]   # "controller.x"
+    rate: Range      # 1/s
+    damping: Range
+
+    @model_validator(mode="after")
+    def stable(self) -> "Poles":
+        """Refuse poles that are not on the left."""
+        for key, each in (("rate", self.rate), ("damping", self.damping)):
+            if not each.low.value > 0.0:
+                raise key_refused("low", each.low.written, "expected more than 0", key)
+        return self
+
+
+class Searched(Table):
+    """One or several parameters that take one value, which is searched."""
+
+    set: Annotated[list[str], Field(min_length=1)]
+    low: Quantity
+    high: Quantity
+
+
+class TuneFile(Table):
+    """What is tuned: the scenario, what is searched, what is minimised, under which limits, over which plants.
+
+    `minimise` are metrics as of a study; of a flight the largest of them counts, of the plants the worst or the mean.
+    `no_worse` are metrics that on every plant must not exceed what they are with the scenario's own values.
+    """
+
+    name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # the result is named after it: it is no path
+    title: str = ""
+    description: str = ""
+    scenario: str
+    set: dict[str, float | int | bool | str] = {}
+    minimise: Annotated[list[str], Field(min_length=1)]
+    over: Literal["worst", "mean"] = "worst"
+    no_worse: list[str] = []
+    limits: dict[str, Limit] = {}
+    poles: list[Poles] = []
+    search: list[Searched] = []
+    vary: list[Varied] = []
+    design: Design = Design()
+    population: Annotated[int, Field(ge=5)] = 30
+    generations: Annotated[int, Field(ge=1)] = 20
+    seed: Annotated[int, Field(ge=0)] = 0
+    fresh: Annotated[int, Field(ge=0)] = 0   # plants that were not searched with
+
+    @model_validator(mode="after")
+    def something_to_search(self) -> "TuneFile":
+        """Refuse a file that searches nothing, or asks for fresh plants where there is but a grid of them."""
+        if not self.poles and not self.search:
+            raise key_refused("poles", None, "required key is missing: expected [[poles]] or [[search]]")
+        if self.fresh and (not self.vary or self.design.kind in ("grid", "saltelli")):
+            raise key_refused("fresh", self.fresh, "expected [[vary]] with a [design] of kind latin hypercube, sobol "
+                              "or halton")
+        return self
+
+    def plants(self, samples: int | None = None, seed: int | None = None) -> StudyFile | None:
+        """Study of the plants, with another number of samples and another seed if given; None if nothing varies."""
+        if not self.vary:
+            return None
+        design = self.design if samples is None else self.design.model_copy(update={"samples": samples, "seed": seed})
+        return StudyFile(name=self.name, scenario=self.scenario, vary=self.vary, design=design)
+
+
+def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
+    """Read a tuning file of the package by its name, or any other by its path; a scenario's file lies beside it.
+
+    Raises
+    ------
+    ScenarioError
+        If something in it is not as expected; one line with file, key, value and what was expected.
+    """
+    path = Path(name_or_path)
+    if path.name == str(name_or_path) and path.suffix != ".toml":
+        names = {file.stem: file for file in sorted(FOLDER.glob("*.toml"))}
+        if path.name not in names:
+            raise ScenarioError(f"there is no tuning file {path.name!r}; nearest is {nearest(path.name, names)}, or "
+                                "give the path of a TOML file")
+        path = names[path.name]
+    return read_tuning(read_toml(path), path), path
+
+
+def read_tuning(table: Mapping[str, Any], path: Path) -> TuneFile:
+    """A tuning file as a table has it; `path` is what refusals name."""
+    try:
+        found = TuneFile.model_validate(table)
+    except ValidationError as error:
+        raise ScenarioError(one_line(error, [Layer(path, dict(table))])) from None
+    if found.vary:   # what a study refuses of its design
+        read_study({key: table[key] for key in ("name", "scenario", "vary", "design") if key in table}, path)
+    return found

@@ -1,0 +1,105 @@
+"""The search: differential evolution, whose generations are flown on a Dask cluster."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from distributed import Client
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, differential_evolution
+from scipy.stats import qmc
+
+from maglev.studies.flying.batch import Flown
+from maglev.studies.flying.batches import batches_of, fly_all
+from maglev.studies.flying.cluster import connected
+from maglev.tuning.planning import PlannedTuning
+
+Array = NDArray[np.float64]
+Watcher = Callable[[int, int], None]   # flights done, flights in all
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Attributes
+    ----------
+    parameters : dict of str to float
+        By `fmu.variable`, SI, rounded as they were flown.
+    numbers : tuple of float
+        What was searched: of poles the rates and dampings.
+    cost_before, cost : float
+        With the scenario's own values, and found.
+    before, after : ndarray, shape (plants, columns)
+        Metrics on the plants that were searched with.
+    fresh_before, fresh_after : ndarray, shape (fresh plants, columns)
+        On plants that were not.
+    flights : int
+        That were flown.
+    """
+
+    parameters: dict[str, float]
+    numbers: tuple[float, ...]
+    cost_before: float
+    cost: float
+    before: Array
+    after: Array
+    fresh_before: Array
+    fresh_after: Array
+    flights: int
+
+
+class Search:
+    """A planned tuning on a cluster."""
+
+    def __init__(self, planned: PlannedTuning, client: Client, watch: Watcher):
+        self.planned = planned
+        self.client = client
+        self.watch = watch
+        self.flights = 0
+        tuning = planned.tuning
+        self.all_flights = (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
+                            + 2 * len(planned.fresh) * (tuning.fresh > 0))
+
+    def fly(self, candidates: Array, plants: Array) -> Array:
+        """Metrics, shape (candidates, plants, columns), of candidates with their parameters."""
+        values = self.planned.values(candidates, plants)
+        rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
+
+        def store(_: int, flown: Flown) -> None:
+            rows[flown.first:flown.first + len(flown.values)] = flown.values
+            self.flights += len(flown.values)
+            self.watch(min(self.flights, self.all_flights - 1), self.all_flights)
+
+        fly_all(self.client, self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0),
+                values, store)
+        return rows.reshape(len(candidates), len(plants), -1)
+
+    def found(self) -> Found:
+        """Search, and fly what was found on fresh plants."""
+        planned, tuning = self.planned, self.planned.tuning
+        before, = self.fly(planned.nominal[None, :], planned.plants)
+
+        def costs(numbers: Array, /) -> Any:
+            candidates = np.array([planned.unknowns.parameters(column) for column in numbers.T])
+            return planned.cost.of(self.fly(candidates, planned.plants), before)
+
+        lows, highs = np.array(planned.unknowns.bounds).T
+        first = lows + (highs - lows) * qmc.LatinHypercube(len(lows), rng=tuning.seed).random(tuning.population)
+        result = differential_evolution(costs, Bounds(lows, highs), init=first, maxiter=tuning.generations, tol=0.0,
+                                        atol=0.0, polish=False, vectorized=True, updating="deferred", rng=tuning.seed)
+        parameters = planned.unknowns.parameters(result.x)
+        after, = self.fly(parameters[None, :], planned.plants)
+        both = np.array([planned.nominal, parameters])
+        fresh_before, fresh_after = self.fly(both, planned.fresh) if tuning.fresh else (before, after)
+        self.watch(self.all_flights, self.all_flights)
+        cost_before, cost = planned.cost.of(np.array([before, after]), before)
+        return Found(dict(zip(planned.unknowns.names, parameters.tolist(), strict=True)), tuple(result.x.tolist()),
+                     float(cost_before), float(cost), before, after, fresh_before, fresh_after, self.flights)
+
+
+def search(planned: PlannedTuning, scheduler: str | None, jobs: int, watch: Watcher) -> Found:
+    """Search on a cluster: the workers of a scheduler, or so many processes of this machine."""
+    with connected(scheduler, jobs) as client:
+        return Search(planned, client, watch).found()

@@ -1,0 +1,66 @@
+"""What a tuning found, for the terminal, and its gains as a file that a scenario extends."""
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Column, Table
+
+from maglev.comparison.table import shown
+from maglev.studies.columns import EVENTS
+from maglev.tuning.cost import Cost
+from maglev.tuning.schema import TuneFile
+from maglev.tuning.search import Found
+
+Array = NDArray[np.float64]
+
+
+def gains_toml(tuning: TuneFile, found: Found) -> str:
+    """The parameters that were found, as a file that a scenario extends."""
+    lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
+                                      f"{tuning.population} candidates, {tuning.generations} generations, "
+                                      f"{found.flights} flights of {tuning.scenario}.")]
+    by_fmu: dict[str, list[str]] = {}
+    for name, value in found.parameters.items():
+        fmu, _, own = name.partition(".")
+        by_fmu.setdefault(fmu, []).append(f'"{own}" = {value!r}')
+    for fmu, entries in by_fmu.items():
+        lines += ["", f"[fmus.{fmu}.start]", *entries]
+    return "\n".join(lines) + "\n"
+
+
+def show_found(console: Console, tuning: TuneFile, cost: Cost, found: Found) -> None:
+    """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
+    console.print(f"[bold]{tuning.name}[/bold]: {tuning.title or tuning.scenario}", highlight=False)
+    groups = [(f"searched, {len(found.before)} plants", found.before, found.after)]
+    if tuning.fresh:
+        groups.append((f"fresh, {len(found.fresh_before)} plants", found.fresh_before, found.fresh_after))
+    for title, before, after in groups:
+        heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
+        table = Table(Column("metric"), *(Column(head, justify="right") for head in heads), title=title)
+        for i, column in enumerate(cost.columns):
+            if column.name in EVENTS and column.name != "failed":
+                continue
+            table.add_row(column.name, *row(before[:, i], after[:, i], column.unit))
+        console.print(table)
+        within = (cost.excess(after[None], before) == 0.0).mean()
+        console.print(f"{within:.0%} of the plants within all limits", highlight=False)
+    console.print(", ".join(f"{name} = {value:g}" for name, value in found.parameters.items()), highlight=False)
+
+
+def row(before: Array, after: Array, unit: str) -> list[str]:
+    """Entries of a metric: medians, the largest that have an end, shares without one, and where it became less."""
+    cells = []
+    for summary in (median, largest):
+        cells += [shown(summary(values), unit) for values in (before, after)]
+    cells += [f"{np.mean(~np.isfinite(values)):.0%}" for values in (before, after)]
+    return [*cells, f"{np.mean(after < before):.0%}"]
+
+
+def median(values: Array) -> float:
+    """Median, of which half of the plants are below; infinite if as many have no end."""
+    return float(np.quantile(np.where(np.isnan(values), np.inf, values), 0.5, method="higher"))
+
+
+def largest(values: Array) -> float:
+    """Largest that has an end."""
+    return float(np.max(values[np.isfinite(values)], initial=0.0))

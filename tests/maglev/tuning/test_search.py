@@ -1,0 +1,124 @@
+"""Searches on a scenario of a fifth of a second: what is found, and what is refused before the first flight."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line
+from command_line import maglev as command
+from tiny_study import experiment, scenario
+
+import maglev
+from maglev.errors import ScenarioError
+from maglev.experiment.preparation import prepare
+from maglev.schema.loading import load_plan
+from maglev.studies.flying.batch import fly_samples
+from maglev.tuning.planning import PlannedTuning, plan_tuning
+from maglev.tuning.schema import FOLDER, load_tuning, read_tuning
+
+START = {"set": ["plant.h.position_start"], "low": "-1 mm", "high": "1 mm"}
+POLES = {"of": ["controller.h"], "rate": {"low": 5, "high": 20}, "damping": {"low": 0.5, "high": 1}}
+FRICTION = {"set": "plant.h.friction.coulomb", "kind": "percent", "percent": "20 %"}
+CUBE = {"kind": "latin hypercube", "samples": 2}
+
+# Where h starts, so that the mean square of its error, about 0 and then about 1 mm, is the least.
+FILE = """
+name = "tuned"
+scenario = "tiny.toml"
+minimise = ["rms error of h"]
+population = 8
+generations = 8
+fresh = 3
+[[search]]
+set = ["plant.h.position_start"]
+low = "-1 mm"
+high = "1 mm"
+[[vary]]
+set = "plant.h.friction.coulomb"
+kind = "percent"
+percent = "20 %"
+[design]
+kind = "latin hypercube"
+samples = 2
+"""
+
+
+def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
+    tuning = read_tuning({"name": "tuned", "scenario": "tiny.toml", "minimise": ["rms error of h"], **table},
+                         Path("tuning.toml"))
+    return plan_tuning(tuning, experiment(folder, fmus), "tuning.toml")
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ({}, "expected [[poles]] or [[search]]"),
+    ({"search": [{**START, "set": ["plant.h.positon_start"]}]}, "nearest is 'h.position_start'"),
+    ({"search": [{**START, "set": ["plant.h.mass"]}]}, "plant.h.mass: 1 of 2 samples are out of range"),
+    ({"search": [START, START]}, "plant.h.position_start is set twice"),
+    ({"search": [START], "vary": [FRICTION]}, "expected grid or list in a design of kind 'grid'"),
+    ({"search": [START], "fresh": 3}, "expected [[vary]] with a [design]"),
+    ({"search": [START], "minimise": ["rms eror of h"]}, "nearest is 'rms error of h'"),
+    ({"search": [START], "no_worse": ["overshot"]}, "there is no metric 'overshot'"),
+    ({"poles": [{**POLES, "of": ["plant.h"]}]}, "'plant.h': expected an axis of an output regulator"),
+    ({"poles": [{**POLES, "of": ["controller.g"]}]}, "controller has no parameter 'g.k1'"),
+    ({"poles": [{**POLES, "rate": {"low": 5, "high": 5}}]}, "expected more than low = 5"),
+    ({"poles": [{**POLES, "rate": {"low": 0, "high": 5}}]}, "expected more than 0")])
+def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as refusal:
+        planned(tmp_path, fastest_fmus, **table)
+    assert words in str(refusal.value)
+    assert str(refusal.value).startswith("tuning.toml")
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_candidate_is_flown_with_its_gains_on_every_plant(fastest_fmus: Path, tmp_path: Path) -> None:
+    plan = planned(tmp_path, fastest_fmus, poles=[POLES], vary=[FRICTION], design=CUBE)
+    assert plan.nominal.tolist() == [-1182.0, -55.0, -154440.0, -45128.0, -11924.0]   # (4.17)
+    gains = plan.unknowns.parameters(np.array([10.0, 10.0, 1.0, 10.0, 1.0]))
+    values = plan.values(np.array([plan.nominal, gains]), plan.plants)
+    found = fly_samples(plan.job, 0, values).values[:, -1]
+    for row, measured in zip(values, found, strict=True):
+        set_there = dict(zip((target.name for target in plan.job.targets), row.tolist(), strict=True))
+        run = maglev.run(tmp_path / "tiny.toml", set=set_there, fmus=fastest_fmus)
+        assert run.metrics.rms_errors["h"] == measured
+    assert len(set(found.tolist())) == 4
+
+
+def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Path) -> None:
+    scenario(tmp_path)
+    (tmp_path / "tuning.toml").write_text(FILE, encoding="utf-8")
+    tuned = maglev.tune(tmp_path / "tuning.toml", fmus=fastest_fmus, out=tmp_path, jobs=2)
+    plan, found = tuned.planned, tuned.found
+    grid = np.linspace(-1e-3, 1e-3, 41)[:, None]
+    flown = fly_samples(plan.job, 0, plan.values(grid, plan.plants)).values.reshape(len(grid), len(plan.plants), -1)
+    costs = plan.cost.of(flown, found.before)
+    assert found.cost <= costs.min() + 1e-6
+    assert found.cost < found.cost_before
+    assert abs(found.parameters["plant.h.position_start"] - grid[np.argmin(costs), 0]) < 1e-4
+    assert found.fresh_after.shape == (3, len(plan.job.columns))
+    assert not set(plan.fresh[:, 0]) & set(plan.plants[:, 0])
+    again = maglev.tune(tmp_path / "tuning.toml", fmus=fastest_fmus, out=tmp_path / "again", jobs=1)
+    assert again.found.parameters == found.parameters
+    assert again.path.read_text() == tuned.path.read_text()
+    # What was found, as a file that a scenario extends.
+    extending = tmp_path / "extending.toml"
+    extending.write_text('extends = ["tiny.toml", "tuned.toml"]\nname = "extending"\n', encoding="utf-8")
+    assert maglev.run(extending, fmus=fastest_fmus)["plant.h.position"][0] == found.parameters["plant.h.position_start"]
+
+
+def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp_path: Path) -> None:
+    scenario(tmp_path)
+    path = tmp_path / "tuning.toml"
+    path.write_text(FILE.replace("= 8", "= 5"), encoding="utf-8")
+    result = command("tune", path, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1")
+    assert result.exit_code == 0, result.output
+    for words in ("searched, 2 plants", "fresh, 3 plants", "plant.h.position_start = ", "tuned.toml"):
+        assert words in result.output
+    assert "there is no tuning file 'horizontal'; nearest is 'horizontal-3dof'" in error_line(
+        command("tune", "horizontal"))
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda path: path.stem)
+def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
+    tuning, _ = load_tuning(path.stem)
+    assert tuning.name == path.stem
+    plan_tuning(tuning, prepare(load_plan(path.parent / tuning.scenario), fastest_fmus, {}, []), path.name)

@@ -1,0 +1,45 @@
+"""Fly the studies of the operating range with every law, draw their maps for docs/operating_range.md, print the shares.
+
+    python tools/operating_range.py [--out results] [--docs docs] [--jobs 2]
+
+It needs native FMUs (`maglev build --native --target host`) and takes some ten minutes on two processors. A study that
+is done is not flown again.
+"""
+
+import argparse
+from pathlib import Path
+
+import maglev
+from maglev.studies.operating_range import read_map, shares_text, write_maps
+from maglev.studies.schema import StudyFile, load_study
+
+LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid")}
+NAMES = {"pid": "PID"}
+
+
+def study_of(rig: str, law: str) -> StudyFile:
+    """The study of a rig, flown with one of its laws; the linear regulator is linearised about each target."""
+    study, path = load_study(f"range-{rig}")
+    scenario = (path.parent / study.scenario).with_name(f"{rig}-{law}.toml").resolve()
+    vary = [varied.model_copy(update={"set": [*varied.set, "controller.setpoint"]})
+            if law == "linear" and varied.column == "target gap" else varied for varied in study.vary]
+    return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
+
+
+def main() -> None:
+    """Fly, draw, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"))
+    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    for rig, laws in LAWS.items():
+        flown = {law: maglev.study(study_of(rig, law), native=True, out=options.out, jobs=options.jobs, resume=True)
+                 for law in laws}
+        maps = {NAMES.get(law, law): read_map(found.path) for law, found in flown.items()}
+        write_maps(options.docs / f"range-{rig}.png", f"{rig[0]}-DOF stage: from one air gap to another", maps)
+        print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
