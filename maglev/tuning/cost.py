@@ -1,5 +1,6 @@
 """What a candidate costs: the worst or the mean over the plants of what is minimised, if all limits are met."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,15 +23,17 @@ class Cost:
     ----------
     columns : tuple of Column
         What is measured, with the limits on it; the first is `failed`, which every tuning limits.
-    minimised, no_worse : tuple of int
+    minimised : tuple of int
         Numbers of columns.
+    times_before : mapping of int to float
+        By number of a column: how many times what it is with the scenario's own values it may be.
     over : str
         "worst" or "mean" of the plants.
     """
 
     columns: tuple[Column, ...]
     minimised: tuple[int, ...]
-    no_worse: tuple[int, ...]
+    times_before: Mapping[int, float]
     over: str
 
     def excess(self, flown: Array, before: Array) -> Array:
@@ -45,8 +48,8 @@ class Cost:
         """
         lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))
         highs = np.broadcast_to(highs, before.shape).copy()
-        for column in self.no_worse:
-            highs[:, column] = np.minimum(highs[:, column], before[:, column])
+        for column, times in self.times_before.items():
+            highs[:, column] = np.minimum(highs[:, column], times * before[:, column])
         with np.errstate(invalid="ignore"):   # of infinite limits, and of metrics without an end
             beyond = np.fmax((flown - highs) / np.maximum(np.abs(highs), SMALLEST),
                              (lows - flown) / np.maximum(np.abs(lows), SMALLEST))

@@ -80,10 +80,11 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
     time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
     known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
-    columns = columns_of(known, [*tuning.minimise, *tuning.no_worse], tuning.limits, origin)
+    columns = columns_of(known, [*tuning.minimise, *tuning.times_before], tuning.limits, origin)
     columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
     cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),
-                numbers(columns, known, tuning.no_worse, origin), tuning.over)
+                {i: times for name, times in tuning.times_before.items()
+                 for i in numbers(columns, known, [name], origin)}, tuning.over)
     plants = plants_of(tuning.plants(), targets, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns))

@@ -61,7 +61,8 @@ class TuneFile(Table):
     """What is tuned: the scenario, what is searched, what is minimised, under which limits, over which plants.
 
     `minimise` are metrics as of a study; of a flight the largest of them counts, of the plants the worst or the mean.
-    `no_worse` are metrics that on every plant must not exceed what they are with the scenario's own values.
+    `times_before` are metrics that on every plant must not exceed so many times what they are with the scenario's own
+    values.
     """
 
     name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # the result is named after it: it is no path
@@ -71,7 +72,7 @@ class TuneFile(Table):
     set: dict[str, float | int | bool | str] = {}
     minimise: Annotated[list[str], Field(min_length=1)]
     over: Literal["worst", "mean"] = "worst"
-    no_worse: list[str] = []
+    times_before: dict[str, Annotated[float, Field(gt=0.0)]] = {}
     limits: dict[str, Limit] = {}
     poles: list[Poles] = []
     search: list[Searched] = []

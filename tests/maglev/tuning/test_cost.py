@@ -13,9 +13,9 @@ COLUMNS = (Column("failed", "", max=0.0), Column("settling", "s"), Column("overs
 BEFORE = np.array([[0.0, 3.0, 0.2, 1.0], [0.0, inf, 0.3, 2.0]])   # of two plants
 
 
-def cost(*flown: list[float], over: str = "worst", no_worse: tuple[int, ...] = ()) -> float:
+def cost(*flown: list[float], over: str = "worst", times: float | None = None) -> float:
     """Cost of one candidate with these metrics on the plants."""
-    return float(Cost(COLUMNS, (1,), no_worse, over).of(np.array([flown]), BEFORE)[0])
+    return float(Cost(COLUMNS, (1,), {} if times is None else {2: times}, over).of(np.array([flown]), BEFORE)[0])
 
 
 def test_the_worst_plant_or_the_mean_of_all() -> None:
@@ -30,11 +30,12 @@ def test_what_breaks_a_limit_costs_more_than_anything_that_does_not(broken: list
     assert cost([0.0, 1.0, 0.1, 1.0], broken) > REFUSED > cost([0.0, 1e5, 0.5, inf], [0.0, 1e5, 0.5, inf])
 
 
-def test_no_worse_is_asked_of_each_plant() -> None:
+def test_what_was_before_counts_plant_by_plant() -> None:
     within, beyond = [0.0, 1.0, 0.25, 1.0], [0.0, 1.0, 0.35, 1.0]
-    assert cost([0.0, 1.0, 0.2, 1.0], within, no_worse=(2,)) == 1.0
-    assert cost(within, [0.0, 1.0, 0.2, 1.0], no_worse=(2,)) > REFUSED   # the first plant had 0.2
-    assert cost([0.0, 1.0, 0.2, 1.0], beyond, no_worse=(2,)) > REFUSED
+    assert cost([0.0, 1.0, 0.2, 1.0], within, times=1.0) == 1.0
+    assert cost(within, [0.0, 1.0, 0.2, 1.0], times=1.0) > REFUSED   # the first plant had 0.2
+    assert cost([0.0, 1.0, 0.2, 1.0], beyond, times=1.0) > REFUSED
+    assert cost([0.0, 1.0, 0.2, 1.0], beyond, times=1.2) == 1.0
 
 
 def test_of_two_that_break_limits_the_lesser_excess_costs_less() -> None:

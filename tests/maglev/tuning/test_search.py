@@ -57,7 +57,7 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
     ({"search": [START], "vary": [FRICTION]}, "expected grid or list in a design of kind 'grid'"),
     ({"search": [START], "fresh": 3}, "expected [[vary]] with a [design]"),
     ({"search": [START], "minimise": ["rms eror of h"]}, "nearest is 'rms error of h'"),
-    ({"search": [START], "no_worse": ["overshot"]}, "there is no metric 'overshot'"),
+    ({"search": [START], "times_before": {"overshot": 1}}, "there is no metric 'overshot'"),
     ({"poles": [{**POLES, "of": ["plant.h"]}]}, "'plant.h': expected an axis of an output regulator"),
     ({"poles": [{**POLES, "of": ["controller.g"]}]}, "controller has no parameter 'g.k1'"),
     ({"poles": [{**POLES, "rate": {"low": 5, "high": 5}}]}, "expected more than low = 5"),
