@@ -54,6 +54,8 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 
 `maglev study payload-friction` flies an experiment many times, with what varies in a file; `maglev sweep`, without
 
+`maglev tune horizontal-3dof` searches gains
+
 `maglev check` asks whether every experiment still gives what it gave
 
 Exit codes: 0 done, 1 a check deviates, 2 an error or a run that was not flown to its end, 130 after Ctrl-C, 143 after
