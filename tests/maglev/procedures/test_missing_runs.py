@@ -33,7 +33,7 @@ def needed(rig: str) -> dict[tuple[str, str], set[str]]:
              ("procedure-2", "constant"): {EXCITATION}, ("procedure-2", "equilibrium_current"): {EXCITATION, CURRENTS},
              ("procedure-2", "equilibrium_deviation"): {EXCITATION, CURRENTS},
              ("procedure-3", "constant"): {OFFSET, EXCITATION}, ("procedure-3", "cogging_force"): {OFFSET, EXCITATION},
-             ("procedure-4", "constant"): {RIG}, ("procedure-4", "thrust"): {RIG},
+             ("procedure-4", "constant"): {RIG}, ("procedure-4", "thrust"): {RIG, alone},
              ("procedure-4", "position_deviation"): {RIG, MODEL}, ("procedure-4", "speed_deviation"): {RIG, MODEL}}
     return found | ({("procedure-1", "simultaneous_deviation"): {alone, BOTH}} if rig == "3dof" else {})
 
