@@ -115,7 +115,12 @@ class BlockSlave(Fmi2Slave):
             raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
         if not self.running:
             raise self.refused("doStep before the end of the initialization, expected exitInitializationMode first")
-        status = self.block.step(current_time, step_size)
+        try:
+            status = self.block.step(current_time, step_size)
+        except Refused:
+            raise
+        except (ArithmeticError, ValueError) as error:   # C goes on with inf or NaN where Python's numbers end
+            raise self.refused(f"step from {current_time} s: {error}") from error
         if status:
             self.refuse(status, current_time, step_size)
         self.next_time = end

@@ -57,7 +57,10 @@ class AmplifierRating:
             return UNLIMITED
         if self.continuous <= 0.0 or self.thermal_time <= 0.0 or self.continuous >= self.peak:
             return self.peak
-        derating = (heat / (self.continuous * self.continuous) - DERATING_START) / DERATING_RANGE
+        square = self.continuous * self.continuous
+        if square <= 0.0:
+            return self.continuous   # below 1e-162 A its square is no number above 0
+        derating = (heat / square - DERATING_START) / DERATING_RANGE
         if derating <= 0.0:
             return self.peak
         if derating >= 1.0:

@@ -85,3 +85,14 @@ def test_sign_of_the_direct_current_that_holds_the_mover(load: Load, gap: float,
         delivered(plant, 0.02, 2e-4)
         ends.append(abs(read(plant, "y.position") - gap))
     assert ends[1] < ends[0]
+
+
+@pytest.mark.parametrize("heat", [0.0, 1.0])
+def test_a_continuous_current_whose_square_is_no_number(load_either: Load, heat: float) -> None:
+    """1e-200 A squared is 0: the phases get nothing, and the step is none to be refused."""
+    plant = load_either("Plant3DOF")
+    plant.initialise({"alpha.amplifier.continuous": 1e-200}, 0.0, 1.0)
+    put(plant, {"alpha.i_a_cmd": heat})
+    assert plant.instance is not None
+    plant.instance.doStep(0.0, 1e-3)
+    assert read(plant, "alpha.i_a") == pytest.approx(0.0, abs=1e-12)
