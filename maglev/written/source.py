@@ -78,10 +78,13 @@ def file_of(path: Path) -> tuple[Path, str | None]:
 def folder_first(folder: Path) -> Iterator[None]:
     """Import from a folder first, as a script in it does; its modules do not stay, for another folder may have such."""
     before = set(sys.modules)
+    writes = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True   # a module that changes twice in a second looks like its compiled form
     sys.path.insert(0, str(folder))
     try:
         yield
     finally:
+        sys.dont_write_bytecode = writes
         sys.path.remove(str(folder))
         for name in set(sys.modules) - before:
             if Path(getattr(sys.modules[name], "__file__", None) or ".").parent == folder:
