@@ -203,14 +203,20 @@ def load_study(name_or_path: str | Path) -> tuple[StudyFile, Path]:
     ScenarioError
         If something in it is not as expected; one line with file, key, value and what was expected.
     """
-    path = Path(name_or_path)
-    if path.name == str(name_or_path) and path.suffix != ".toml":
-        names = {file.stem: file for file in sorted(FOLDER.glob("*.toml"))}
-        if path.name not in names:
-            raise ScenarioError(f"there is no study {path.name!r}; nearest is {nearest(path.name, names)}, or give the "
-                                "path of a TOML file")
-        path = names[path.name]
+    path = file_of(name_or_path, FOLDER, "study")
     return read_study(read_toml(path), path), path
+
+
+def file_of(name_or_path: str | Path, folder: Path, what: str) -> Path:
+    """File of a folder of the package by its name, or the path itself; ScenarioError says what there is not."""
+    path = Path(name_or_path)
+    if path.name != str(name_or_path) or path.suffix == ".toml":
+        return path
+    names = {file.stem: file for file in sorted(folder.glob("*.toml"))}
+    if path.name not in names:
+        raise ScenarioError(f"there is no {what} {path.name!r}; nearest is {nearest(path.name, names)}, or give the "
+                            "path of a TOML file")
+    return names[path.name]
 
 
 def read_study(table: Mapping[str, Any], path: Path) -> StudyFile:

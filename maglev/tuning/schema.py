@@ -6,10 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from maglev.errors import ScenarioError, nearest
+from maglev.errors import ScenarioError
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.toml_table import Table, key_refused, one_line
-from maglev.studies.schema import Design, Limit, Quantity, StudyFile, Varied, read_study
+from maglev.studies.schema import Design, Limit, Quantity, StudyFile, Varied, file_of, read_study
 from maglev.toml_file import read_toml
 
 FOLDER = PACKAGED / "tuning"   # those that come with the package
@@ -109,13 +109,7 @@ def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
     ScenarioError
         If something in it is not as expected; one line with file, key, value and what was expected.
     """
-    path = Path(name_or_path)
-    if path.name == str(name_or_path) and path.suffix != ".toml":
-        names = {file.stem: file for file in sorted(FOLDER.glob("*.toml"))}
-        if path.name not in names:
-            raise ScenarioError(f"there is no tuning file {path.name!r}; nearest is {nearest(path.name, names)}, or "
-                                "give the path of a TOML file")
-        path = names[path.name]
+    path = file_of(name_or_path, FOLDER, "tuning file")
     return read_tuning(read_toml(path), path), path
 
 
