@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +32,8 @@ def samples(study: StudyFile) -> Array:
     The same study gives the same samples: they depend on its seed alone.
     """
     if number_of_samples(study) and study.design.kind == "grid":
-        return np.array(list(product(*(values_of(each) for each in study.vary))), dtype=np.float64)
+        axes = np.meshgrid(*(np.array(values_of(each), dtype=np.float64) for each in study.vary), indexing="ij")
+        return np.stack(axes, axis=-1).reshape(-1, len(axes))
     return at(study, unit_samples(study))
 
 

@@ -34,29 +34,30 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     path, parts = dataset_path(out, planned.study.name), Parts(out / f"{planned.study.name}.parts", planned.job.key)
     samples, sizes = len(planned.values), {batch.number: batch.last - batch.first for batch in planned.batches}
     done = parts.found()
+    kept_samples = sum(sizes[number] for number in done)
     if done and not resume:
-        raise ScenarioError(f"{parts.folder}: {sum(sizes[number] for number in done)} of {samples} samples are done, "
+        raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                             "expected --resume to go on with them, or no such folder")
     if resume and not done and metadata_of(path).get("key") == planned.job.key:
         return path   # it was done before
     schema = trajectory_schema(planned) if planned.job.kept else None
 
     def store(number: int, flown: Flown) -> None:
+        nonlocal kept_samples
         table = planned.layout.table(flown, planned.design, planned.values)
         kept = None if schema is None else trajectories_table(planned.job, flown, planned.times, schema)
         parts.write(number, table, kept)
-        done.add(number)
-        watch(sum(sizes[each] for each in done), samples)
+        kept_samples += sizes[number]
+        watch(kept_samples, samples)
 
     waiting = [batch for batch in planned.batches if batch.number not in done]
     try:
         if waiting:
             with connected(scheduler, jobs) as client:
                 parts.begin()
-                watch(sum(sizes[each] for each in done), samples)
+                watch(kept_samples, samples)
                 fly_all(client, planned.job, waiting, planned.values, store)
     except KeyboardInterrupt as error:
-        kept_samples = sum(sizes[each] for each in done)
         raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                           "--resume goes on with them", signal_of(error)) from error
     if schema is not None:

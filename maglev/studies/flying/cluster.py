@@ -37,8 +37,10 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
     if scheduler is None:
         with quiet(), dask.config.set(UNWATCHED), without_script():   # Dask starts processes now, and when one has died
             with interrupts_blocked():   # and the thread that starts them stays as this one is now
+                # A worker's memory is that of one flight; Dask would pause one for ever that is over its share of a
+                # small machine.
                 cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=":0",
-                                       silence_logs=logging.CRITICAL)
+                                       memory_limit=None, silence_logs=logging.CRITICAL)
             with cluster, Client(cluster) as client:
                 client.run(ignore_interrupts)   # asyncio has let them through again
                 yield client
