@@ -1,5 +1,6 @@
 """Studies: a scenario flown many times on a Dask cluster, one Parquet dataset of all samples, and a page."""
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
 
 Vary = Mapping[str, Sequence[Value] | str]
+
+PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %
 
 
 class Study:
@@ -128,6 +131,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
         After Ctrl-C; what is done is kept.
     """
     require_study()
+    from maglev.api.for_workers import controller_built
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
@@ -138,28 +142,34 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     plan = load_plan(scenario)
     settings = [*settings_of(found.set), *settings_of(options.get("set"))]
     options = {**options, "set": settings}
-    experiment, = experiments_of([plan], options)
-    say_notes([experiment], say or warn)
-    planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
-    with (watch or unwatched)([found.name]) as watcher:
-        return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
-                               partial(watcher, found.name)))
+    if found.controller is not None and options.get("controller") is None:
+        options["controller"] = path.parent / found.controller
+    with controller_built(options, scheduler is not None, say or warn) as for_workers:
+        experiment, = experiments_of([plan], for_workers)
+        say_notes([experiment], say or warn)
+        planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
+        with (watch or unwatched)([found.name]) as watcher:
+            return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
+                                   partial(watcher, found.name)))
 
 
 def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
-          **options: Any) -> Study:
-    """Fly every combination of values; a study without a file.
+          samples: int | None = None, seed: int = 0, **options: Any) -> Study:
+    """Fly every combination of values, or so many samples of ranges; a study without a file.
 
     Parameters
     ----------
     scenario : str or Path
         As of `run`.
     vary : mapping of str to sequence, or to str
-        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`; or "from:to:number".
+        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`, of several with commas between; or
+        "from:to:number". With `samples` also ranges: "low:high", and "±20 %" of the nominal value.
     name : str, optional
         Of the study; "SCENARIO.sweep" if not given.
     keep : sequence of str
         Signals whose trajectories are kept.
+    samples, seed : int, optional
+        Fly so many samples, a Latin hypercube, in place of every combination.
     **options
         As of `study`.
 
@@ -177,27 +187,37 @@ def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Se
     require_study()
     from maglev.studies.schema import read_study
 
-    entries = [{"set": target, **(grid_of(target, values) if isinstance(values, str)
-                                  else {"kind": "list", "values": list(values)})} for target, values in vary.items()]
-    table = {"name": name or f"{Path(scenario).stem}.sweep", "scenario": str(Path(scenario).absolute())
-             if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": list(keep)}
+    entries = [{"set": target.split(","), **(values_of(target, values, samples is not None) if isinstance(values, str)
+                                             else {"kind": "list", "values": list(values)})}
+               for target, values in vary.items()]
+    table: dict[str, Any] = {
+        "name": name or f"{Path(scenario).stem}.sweep", "scenario": str(Path(scenario).absolute())
+        if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": list(keep)}
+    if samples is not None:
+        table["design"] = {"kind": "latin hypercube", "samples": samples, "seed": seed}
     return study(read_study(table, Path("sweep")), **options)
 
 
-def grid_of(target: str, text: str) -> dict[str, Any]:
-    """A grid "from:to:number", or values "a,b,c"."""
+def values_of(target: str, text: str, sampled: bool) -> dict[str, Any]:
+    """A grid "from:to:number", or values "a,b,c"; if they are sampled also a range "low:high" or "±20 %"."""
     from maglev.units import number_or_text
 
-    parts = text.split(":")
+    parts = [part.strip() for part in text.split(":")]
+    percent = PERCENT.fullmatch(text.strip())
+    if (percent or len(parts) == 2) and not sampled:
+        raise ScenarioError(f"{target}={text}: is a range, expected --samples with it, or FROM:TO:NUMBER")
+    if percent:
+        return {"kind": "percent", "percent": f"{percent[1]} %"}
+    if len(parts) == 2:
+        return {"kind": "uniform", "low": number_or_text(parts[0]), "high": number_or_text(parts[1])}
     if len(parts) == 1:
         words = [part.strip() for part in text.split(",")]
         return {"kind": "list", "values": [word == "true" if word in ("true", "false") else number_or_text(word)
                                            for word in words]}
-    if len(parts) != 3 or not parts[2].strip().isdigit():
+    if len(parts) != 3 or not parts[2].isdigit():
         raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
                             "with commas between")
-    return {"kind": "grid", "from": number_or_text(parts[0].strip()), "to": number_or_text(parts[1].strip()),
-            "number": int(parts[2])}
+    return {"kind": "grid", "from": number_or_text(parts[0]), "to": number_or_text(parts[1]), "number": int(parts[2])}
 
 
 def run_command(scenario: str, options: FlightOptions) -> list[str]:

@@ -74,6 +74,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         If something in it cannot be used: before the first flight.
     """
     require_study()
+    from maglev.api.for_workers import controller_built
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
     from maglev.tuning.search import search
@@ -82,11 +83,12 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     tuning, path = load_tuning(file)
     scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else Path(tuning.scenario)
     options = {**options, "set": [*settings_of(tuning.set), *settings_of(options.get("set"))]}
-    experiment, = experiments_of([load_plan(scenario)], options)
-    say_notes([experiment], say or warn)
-    planned = plan_tuning(tuning, experiment, str(path))
-    with (watch or unwatched)([tuning.name]) as watcher:
-        found = search(planned, scheduler, jobs or processors(), partial(watcher, tuning.name))
+    with controller_built(options, scheduler is not None, say or warn) as for_workers:
+        experiment, = experiments_of([load_plan(scenario)], for_workers)
+        say_notes([experiment], say or warn)
+        planned = plan_tuning(tuning, experiment, str(path))
+        with (watch or unwatched)([tuning.name]) as watcher:
+            found = search(planned, scheduler, jobs or processors(), partial(watcher, tuning.name))
     written = Path(out) / f"{tuning.name}.toml"
     written.parent.mkdir(parents=True, exist_ok=True)
     write_whole(written, gains_toml(tuning, found))

@@ -60,6 +60,10 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
                                                   "a TOML file.", autocompletion=run_names)],
           vary: Annotated[list[str], typer.Argument(metavar="FMU.variable=FROM:TO:NUMBER", help="What varies; several: "
                                                     "every combination. Also single values, with commas between.")],
+          samples: Annotated[int | None, typer.Option(min=1, help="Fly so many samples, a Latin hypercube, in place of "
+                                                      "every combination; for ranges, FMU.variable=LOW:HIGH and ±20%.",
+                                                      show_default=False)] = None,
+          seed: Annotated[int, typer.Option(min=0, help="Of --samples: the same gives the same.")] = 0,
           keep: Annotated[list[str] | None, typer.Option("--keep", metavar="FMU.variable", help="Keep the trajectory "
                                                          "of a signal; to be repeated.", show_default=False)] = None,
           name: Annotated[str | None, typer.Option(help="Name of the results.", show_default="SCENARIO.sweep")] = None,
@@ -67,21 +71,25 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
           ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
           resume: Resume = False, debug: Debug = False) -> None:
-    """Fly a scenario with every combination of values, a study without a file; results as of `maglev study`.
+    """Fly a scenario with every combination of values, or --samples of ranges, a study without a file.
+
+    Results are those of `maglev study`. Several variables, with commas between, take the same values.
 
     **Examples:**
 
     `maglev sweep 3dof-setpoints controller.y.k1=-2000:-800:20 --native`
 
     `maglev sweep 2dof-setpoints plant.v.mass=4:5:5 reference.v.amplitude=0.5,1,1.5`
+
+    `maglev sweep 3dof-setpoints plant.x.friction.coulomb=±20% --samples 200 --controller mine.py --native`
     """
     with one_line_errors(debug):
         from maglev.api.studying import sweep as fly_sweep
 
-        finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), out=out, jobs=jobs,
-                         scheduler=scheduler, resume=resume, watch=progress_of, say=say, set=settings, model=model,
-                         plant=plant, controller=controller, ports=ports, step=step, order=order, fmus=fmus,
-                         native=native))
+        finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), samples=samples, seed=seed, out=out,
+                         jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say, set=settings,
+                         model=model, plant=plant, controller=controller, ports=ports, step=step, order=order,
+                         fmus=fmus, native=native))
 
 
 def values_of(vary: list[str]) -> dict[str, str]:

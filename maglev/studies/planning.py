@@ -79,8 +79,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                             f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
     for name, path in experiment.files.items():
         if is_written(path):
-            raise ScenarioError(f"--{name} {path}: workers have no Python files of yours, expected an FMU, which "
-                                f"`maglev build --native {path}` makes of it")
+            raise ScenarioError(f"{origin}: the scenario's {name} is {path}, which workers do not have: expected it as "
+                                f"--{name}, for which an FMU is built")
     targets = targets_of(study, experiment, origin)
     count = number_of_samples(study)
     descriptions = experiment.check()

@@ -88,8 +88,9 @@ def code_of_package() -> str:
 def files_of(experiment: Experiment) -> dict[str, bytes]:
     """FMUs of an experiment, and the C loop that lies beside them, by their paths on a worker."""
     found = {f"{name}/{path.name}": path.read_bytes() for name, path in experiment.files.items()}
-    loop = next(iter(experiment.files.values())).parent / LIBRARY
-    return {**found, LIBRARY: loop.read_bytes()} if loop.is_file() else found
+    loops = (path.parent / LIBRARY for path in experiment.files.values())
+    loop = next((path for path in loops if path.is_file()), None)
+    return found if loop is None else {**found, LIBRARY: loop.read_bytes()}
 
 
 def digest(files: Mapping[str, bytes]) -> str:

@@ -1,0 +1,48 @@
+"""A user's controller for the workers of a study: they have no Python file of his, but take any FMU."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from maglev.api.options import FlightOptions
+from maglev.api.running import Say
+from maglev.catalogue import build_written
+from maglev.errors import BuildError, ControllerError
+from maglev.written.source import is_written
+
+
+@contextmanager
+def controller_built(options: FlightOptions, everywhere: bool, say: Say) -> Iterator[FlightOptions]:
+    """Options whose controller is an FMU, built from the Python file that they name, for as long as the block lasts.
+
+    Parameters
+    ----------
+    options : FlightOptions
+        With `native` its FMU is native, too, if it can be; `say` is told why if it cannot.
+    everywhere : bool
+        Whether a native one has binaries for all platforms, not only for this machine.
+    say : callable
+
+    Raises
+    ------
+    ControllerError, BuildError
+        If there is no such controller, or no FMU of it.
+    """
+    given = options.get("controller")
+    if isinstance(given, type):
+        raise ControllerError(f"class {given.__name__}: was given as a class, which only the process that defines it "
+                              "can fly, and a study takes others; expected its file, such as 'lqi.py'")
+    if given is None or not is_written(Path(given)):
+        yield options
+        return
+    with tempfile.TemporaryDirectory(prefix="maglev_study_") as folder:
+        path = None
+        if options.get("native"):
+            try:
+                path = build_written(Path(given), Path(folder), native=True, host_only=not everywhere)
+            except BuildError as error:
+                say(f"{given} runs in Python, which takes its time, for it cannot be native: {error}")
+        if path is None:
+            path = build_written(Path(given), Path(folder))
+        yield {**options, "controller": path}

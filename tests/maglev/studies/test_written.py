@@ -1,0 +1,75 @@
+"""A user's controller, a Python file, in studies: its FMU is built for the workers, and flies what the file flies."""
+
+from pathlib import Path
+
+import pytest
+from command_line import error_line
+from command_line import maglev as command
+from written_controllers import PD, controller, flight
+
+import maglev
+from maglev.errors import ControllerError, ScenarioError
+from maglev.studies.schema import read_study
+
+RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
+
+
+def flown(folder: Path, fmus: Path, path: Path, **options: object) -> maglev.Study:
+    return maglev.sweep(flight(folder), RANGES, samples=3, seed=2, controller=path, fmus=fmus, out=folder / "out",
+                        say=lambda _: None, jobs=1, **options)
+
+
+def test_samples_are_what_the_file_flies(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = controller(tmp_path)
+    study = flown(tmp_path, fastest_fmus, path)
+    frame = study.to_pandas()
+    assert len(frame) == 3 and frame["failure"].isna().all()
+    nominal = maglev.run(flight(tmp_path), fmus=fastest_fmus, controller=path)
+    assert frame["controller.bandwidth"].between(50.0, 70.0).all()
+    assert frame["plant.h.friction.coulomb"].nunique() == 3
+    words = study.command(2).split()
+    assert str(path) in words
+    settings = [setting for flag, setting in zip(words, words[1:], strict=False) if flag == "--set"]
+    run = maglev.run(flight(tmp_path), fmus=fastest_fmus, controller=path, set=settings)
+    assert run.metrics.rms_errors["v"] == frame["rms error of v"][2] != nominal.metrics.rms_errors["v"]
+
+
+def test_what_cannot_be_native_flies_as_python(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path, ("        self.known = True\n", "        self.known = len([1]) == 1\n"))
+    said: list[str] = []
+    (tmp_path / "fmus").mkdir()
+    (tmp_path / "fmus" / "native").symlink_to(fastest_fmus)
+    study = maglev.sweep(flight(tmp_path), {"plant.v.mass": [4.0, 4.5]}, controller=path, native=True, out=tmp_path,
+                         fmus=tmp_path / "fmus", say=said.append, jobs=1)
+    assert any("runs in Python" in each and "pd.py, line" in each for each in said)
+    assert study.to_pandas()["failure"].isna().all()
+    assert {fmu["name"]: fmu["kind"] for fmu in study.about["provenance"]["fmus"]}["controller"] == "Python"
+
+
+def test_a_study_file_names_its_controller(fastest_fmus: Path, tmp_path: Path) -> None:
+    controller(tmp_path)
+    flight(tmp_path)
+    (tmp_path / "mine.toml").write_text('name = "mine"\nscenario = "flight.toml"\ncontroller = "pd.py"\n[[vary]]\n'
+                                        'set = "controller.damping"\nkind = "list"\nvalues = [0.8, 0.9]\n')
+    result = command("study", tmp_path / "mine.toml", "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1")
+    assert result.exit_code == 0, result.output
+    assert "2 of 2 samples pass" in result.output
+    assert "--controller" in maglev.Study(tmp_path / "mine.parquet").command(0)
+
+
+def test_refused(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path)
+    line = error_line(command("sweep", flight(tmp_path), "plant.v.mass=±20%", "--controller", path))
+    assert "plant.v.mass=±20%: is a range, expected --samples with it" in line
+    line = error_line(command("sweep", flight(tmp_path), "plant.v.mass=4,5", "--controller", tmp_path / "pid.py"))
+    assert "there is no file" in line and "pd.py" in line
+    names: dict[str, type] = {}
+    exec(PD, names)
+    with pytest.raises(ControllerError, match=r"class PD: was given as a class.*expected its file"):
+        flown(tmp_path, fastest_fmus, names["PD"])   # type: ignore[arg-type]
+    (tmp_path / "with.toml").write_text(flight(tmp_path).read_text() + '[fmus.controller]\nfile = "pd.py"\n')
+    named = read_study({"name": "named", "scenario": str(tmp_path / "with.toml"),
+                        "vary": [{"set": "plant.v.mass", "kind": "list", "values": [4.0]}]}, Path("named.toml"))
+    with pytest.raises(ScenarioError, match=r"controller is .*pd\.py, which workers do not have.*--controller"):
+        maglev.study(named, fmus=fastest_fmus, out=tmp_path)
