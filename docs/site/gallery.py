@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import maglev
-from maglev.report.figures import MOVING
+from maglev.report.plots.figures import MOVING
 
 
 def draw(folder: Path, fmus: Path, names: tuple[str, ...] = MOVING) -> list[Path]:

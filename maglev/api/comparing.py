@@ -20,7 +20,7 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import needed
-from maglev.report.plot import overlay, require_matplotlib
+from maglev.report.plots.picture import overlay, require_matplotlib
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 

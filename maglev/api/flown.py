@@ -118,7 +118,7 @@ class Run:
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
-        from maglev.report.plot import figure_of, require_matplotlib
+        from maglev.report.plots.picture import figure_of, require_matplotlib
 
         require_matplotlib()
         return figure_of(self.plan, Recording(self.time, self.columns), self.flown.parameters, self.metrics)

@@ -26,7 +26,7 @@ from maglev.processes import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
-from maglev.report.plot import figure_of, require_matplotlib, write_figure
+from maglev.report.plots.picture import figure_of, require_matplotlib, write_figure
 from maglev.report.text import claims_markdown, text_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

@@ -15,7 +15,7 @@ from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
-from maglev.report.plot import overlay, write_figure
+from maglev.report.plots.picture import overlay, write_figure
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
 

@@ -7,8 +7,9 @@ from string import Template
 
 from maglev.comparison.table import Row, summary
 from maglev.experiment.execution import RunResult
-from maglev.report.figures import AXIS_PANELS, EVERY, MOTOR_PANELS, Figure, with_data
-from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, figure_data, json_in_html, read, runs_data
+from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
+from maglev.report.plots.data import figure_data, runs_data
+from maglev.report.plots.figures import AXIS_PANELS, EVERY, MOTOR_PANELS, Figure, with_data
 from maglev.report.status import run_status
 
 PAGE = Path(__file__).parent / "comparison.html"

@@ -17,9 +17,9 @@ from maglev.judging.verdicts import (
     sentences,
 )
 from maglev.procedures.outcome import Outcome
-from maglev.report.charts import ShownChart
-from maglev.report.figures import Shown, anchor, rig_of
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
+from maglev.report.plots.charts import ShownChart
+from maglev.report.plots.figures import Shown, anchor, rig_of
 from maglev.report.status import is_listed, modification, run_status
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.procedures.outcome import Outcome, ValueTable
-from maglev.report.figures import anchor, rig_of
+from maglev.report.plots.figures import anchor, rig_of
 
 LINK = '<li><a href="#identification">Identification</a></li>'
 

@@ -1,11 +1,10 @@
 """The page: claims with their verdicts, tables and figures, a moving picture, and what all this rests on."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any
 
 from fmi_export.whole_file import write_whole
 from maglev.experiment.execution import RunResult
@@ -14,30 +13,22 @@ from maglev.live.content import flies_live
 from maglev.live.page import NAME as LIVE_PAGE
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings
-from maglev.report.charts import ShownChart, chart_data, in_order, shown_charts
-from maglev.report.figure_bounds import figure_bounds
-from maglev.report.figures import (
+from maglev.report.plots.charts import ShownChart, in_order, shown_charts
+from maglev.report.plots.data import figure_data, runs_data
+from maglev.report.plots.figures import (
     MOVING,
     Shown,
     error_of,
-    needed_tolerances,
     read_figures,
     recorded_columns,
     rig_of,
-    shown_commands,
     shown_figures,
-    speed_of,
 )
-from maglev.report.limits import limits
-from maglev.report.series import pack
-from maglev.report.status import events, is_listed, run_status
+from maglev.report.status import is_listed, run_status
 
 FOLDER = Path(__file__).parent
-MOST_ROWS = 16000            # of a signal
 PIXELS, TOOLS = 204, 40      # height of a panel, and of the buttons above
-FEWEST_ROWS = 1000           # of a signal, however large the page
-LARGEST_DATA = 8_900_000     # bytes of all signals; the rest is less than 2 million
-PLOT_SCRIPTS = ("series.js", "scale.js", "plot.js", "plot_hands.js", "charts.js", "plots.js")
+PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "scale", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
 
@@ -104,53 +95,6 @@ def has_motion(result: RunResult, name: str) -> bool:
     axes = result.plan.axes.values()
     return (result.plan.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
             and all(error_of(axis) in recorded_columns(result) for axis in axes))
-
-
-def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str, dict[str, Any]]:
-    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
-    most = MOST_ROWS
-    while True:
-        runs = {result.plan.name: run_data(result, shown, most) for result in results
-                if len(result.time) and is_drawn(result, shown)}
-        if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
-            return runs
-        most //= 2
-
-
-def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
-    """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
-    name = result.plan.name
-    return result.plan.procedure is None or name in MOVING or any(each.has(name) for each in shown)
-
-
-def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
-    """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
-    plan = result.plan
-    packed = pack(result.time, recorded_columns(result), plan.output_interval, needed_tolerances(result, shown),
-                  most)
-    return {
-        "title": plan.title,
-        "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in plan.axes.items()},
-        "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
-                   for name, motor in plan.motors.items()},
-        "bands": plan.metrics.bands,
-        "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
-        "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
-        **packed,
-    }
-
-
-def figure_data(shown: Shown | ShownChart, judgements: Judgements) -> dict[str, Any]:
-    """What the page's scripts know about a figure."""
-    if isinstance(shown, ShownChart):
-        return chart_data(shown)
-    labels = {run.plan.name: shown.figure.runs[run.plan.name] + (" (modified)" if run.modified else "")
-              for run in shown.recorded}
-    return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
-            "panels": [panel._asdict() for panel in shown.panels],
-            "bounds": figure_bounds(shown, judgements),
-            **({} if shown.figure.until is None else {"until": shown.figure.until})}
 
 
 def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool) -> str:

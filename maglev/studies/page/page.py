@@ -18,7 +18,7 @@ from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import COUNTS, limits_text, metrics_of, text
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("series.js",)   # of the report: its data, and what goes wrong
+SCRIPTS = ("plots/series.js",)   # of the report: its data, and what goes wrong
 OWN_SCRIPTS = ("look.js", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed

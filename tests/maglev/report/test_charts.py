@@ -6,10 +6,10 @@ from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_
 from report_runs import Page, failed, judged, of_procedure, packaged, page_of, recorded, renamed
 
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
-from maglev.report.charts import MOST_POINTS, chart_data, curve_data, in_order, shown_charts
 from maglev.report.claim_table import linked_source, unbroken
-from maglev.report.figures import read_figures, shown_figures
 from maglev.report.page import SCRIPTS
+from maglev.report.plots.charts import MOST_POINTS, chart_data, curve_data, in_order, shown_charts
+from maglev.report.plots.figures import read_figures, shown_figures
 
 SETPOINTS = packaged("2dof-setpoints")
 CHART = "figure-4-9-2dof-thrust"

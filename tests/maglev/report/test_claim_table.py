@@ -3,7 +3,7 @@ from report_runs import failed, judged, packaged, page_of, recorded
 
 from maglev.judging.verdicts import VERDICTS
 from maglev.report.claim_table import cited_figures, linked_source
-from maglev.report.figures import read_figures, shown_figures
+from maglev.report.plots.figures import read_figures, shown_figures
 
 SETPOINTS = packaged("2dof-setpoints")
 

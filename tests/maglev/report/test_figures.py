@@ -1,7 +1,7 @@
 import pytest
 from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, without_anything
 
-from maglev.report.figures import MOVING, Figure, Panel, read_figures, shown_figures
+from maglev.report.plots.figures import MOVING, Figure, Panel, read_figures, shown_figures
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
 

@@ -19,15 +19,10 @@ from report_runs import (
 
 from maglev.judging.verdicts import VERDICTS, ClaimResult
 from maglev.report import page as page_module
-from maglev.report.figures import MOVING, read_figures, shown_figures
-from maglev.report.page import (
-    FEWEST_ROWS,
-    LARGEST_DATA,
-    SCRIPTS,
-    report_page,
-    runs_data,
-    write_report,
-)
+from maglev.report.page import SCRIPTS, report_page, write_report
+from maglev.report.plots import data as data_module
+from maglev.report.plots.data import FEWEST_ROWS, LARGEST_DATA, runs_data
+from maglev.report.plots.figures import MOVING, read_figures, shown_figures
 
 SETPOINTS = packaged("2dof-setpoints")
 HOSTILE = '</script><script>alert("1 & 2")</script>'
@@ -159,7 +154,7 @@ def test_noisy_runs_get_fewer_rows(monkeypatch):
     results = [recorded(SETPOINTS, stop_time=5.0, noise=1e-3)]
     shown = shown_figures(read_figures(), results)
     whole = runs_data(results, shown)["2dof-setpoints"]
-    monkeypatch.setattr(page_module, "LARGEST_DATA", len(whole["data"]) // 3)
+    monkeypatch.setattr(data_module, "LARGEST_DATA", len(whole["data"]) // 3)
     small = runs_data(results, shown)["2dof-setpoints"]
     assert len(small["data"]) <= len(whole["data"]) // 3
     assert small["signals"].keys() == whole["signals"].keys()

@@ -13,7 +13,7 @@ from maglev.cosim.master import Recording
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plot import figure_of, write_figure
+from maglev.report.plots.picture import figure_of, write_figure
 from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packed_series import decode, unpack
 
-from maglev.report.series import LARGEST_COUNT, QUANTA, encode, pack, thin
+from maglev.report.plots.series import LARGEST_COUNT, QUANTA, encode, pack, thin
 
 INTERVAL = 1e-3   # s
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
-from maglev.report.series import tolerances
+from maglev.report.plots.series import tolerances
 from maglev.schema.run_plan import Axis, Motor, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from maglev.judging.verdicts import ClaimResult, Judgements, bounds
-from maglev.report.figures import Panel, Shown, needed_columns
+from maglev.report.plots.figures import Panel, Shown, needed_columns
 from maglev.schema.claims import RunClaim
 
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from maglev.procedures.outcome import Chart, Curve, Outcome
-from maglev.report.figures import Shown, anchor
-from maglev.report.series import thin
+from maglev.report.plots.figures import Shown, anchor
+from maglev.report.plots.series import thin
 
 DIGITS = 6              # significant ones of the numbers of a curve
 MOST_POINTS = 4000      # of a line

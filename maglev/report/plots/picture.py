@@ -11,8 +11,8 @@ from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.judging.metrics import Metrics
-from maglev.report.figures import shown_commands
-from maglev.report.limits import limits
+from maglev.report.plots.figures import shown_commands
+from maglev.report.plots.limits import limits
 from maglev.report.status import events
 from maglev.schema.run_plan import RunPlan
 

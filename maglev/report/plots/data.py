@@ -1,0 +1,72 @@
+"""What the page's scripts know about runs and figures, as JSON has it."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from maglev.experiment.execution import RunResult
+from maglev.judging.verdicts import Judgements
+from maglev.report.plots.charts import ShownChart, chart_data
+from maglev.report.plots.figure_bounds import figure_bounds
+from maglev.report.plots.figures import (
+    MOVING,
+    Shown,
+    error_of,
+    needed_tolerances,
+    recorded_columns,
+    shown_commands,
+    speed_of,
+)
+from maglev.report.plots.limits import limits
+from maglev.report.plots.series import pack
+from maglev.report.status import events
+
+MOST_ROWS = 16000            # of a signal
+FEWEST_ROWS = 1000           # of a signal, however large the page
+LARGEST_DATA = 8_900_000     # bytes of all signals; the rest is less than 2 million
+
+
+def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str, dict[str, Any]]:
+    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
+    most = MOST_ROWS
+    while True:
+        runs = {result.plan.name: run_data(result, shown, most) for result in results
+                if len(result.time) and is_drawn(result, shown)}
+        if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
+            return runs
+        most //= 2
+
+
+def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
+    """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
+    name = result.plan.name
+    return result.plan.procedure is None or name in MOVING or any(each.has(name) for each in shown)
+
+
+def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
+    """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
+    plan = result.plan
+    packed = pack(result.time, recorded_columns(result), plan.output_interval, needed_tolerances(result, shown),
+                  most)
+    return {
+        "title": plan.title,
+        "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
+                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in plan.axes.items()},
+        "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
+                   for name, motor in plan.motors.items()},
+        "bands": plan.metrics.bands,
+        "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
+        "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
+        **packed,
+    }
+
+
+def figure_data(shown: Shown | ShownChart, judgements: Judgements) -> dict[str, Any]:
+    """What the page's scripts know about a figure."""
+    if isinstance(shown, ShownChart):
+        return chart_data(shown)
+    labels = {run.plan.name: shown.figure.runs[run.plan.name] + (" (modified)" if run.modified else "")
+              for run in shown.recorded}
+    return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
+            "panels": [panel._asdict() for panel in shown.panels],
+            "bounds": figure_bounds(shown, judgements),
+            **({} if shown.figure.until is None else {"until": shown.figure.until})}
