@@ -15,7 +15,7 @@ from maglev.catalogue import DEFINITIONS
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import Recording, RunFailed
-from maglev.errors import FAILURES, ScenarioError, in_one_line
+from maglev.errors import FAILURES, ScenarioError, UnknownName, in_one_line, nearest
 from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment
@@ -185,6 +185,9 @@ def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOpt
     """
     own = plan.fmus.get("controller")
     ours = str(controller) in DEFINITIONS
+    if not ours and is_bare_name(controller):
+        raise UnknownName(f"controller {controller}: is no FMU of this project and no file, nearest is "
+                          f"{nearest(str(controller), DEFINITIONS)}")
     chosen: FlightOptions = {**options}
     if ours and options.get("plant") is None:
         chosen.pop("ports", None)
@@ -192,6 +195,12 @@ def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOpt
         chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else controller
     experiment, = experiments_of([plan], chosen)
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
+
+
+def is_bare_name(controller: Controller) -> bool:
+    """Whether this can only be meant as the name of an FMU of this project: no file has it, and no path is like it."""
+    return not isinstance(controller, type) and Path(controller).name == Path(controller).stem == str(controller) \
+        and not Path(controller).exists()
 
 
 def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:

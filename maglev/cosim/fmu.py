@@ -26,7 +26,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
-from maglev.errors import FmuError, nearest
+from maglev.errors import FmuError, nearest, nearest_file
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
@@ -62,8 +62,9 @@ class Buffer:
 def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMI 2.0 co-simulation FMU; FmuError says what is wrong with another file."""
     if not path.is_file():
-        raise FmuError(f"{name}: there is no file {path}, expected an FMU; `maglev build` makes those of this "
-                       "project in the folder fmus, `maglev build --native` those in fmus/native")
+        raise FmuError(f"{name}: there is no file {path}{nearest_file(path)}, expected an FMU; "
+                       "`maglev build` makes those of this project in the folder fmus, "
+                       "`maglev build --native` those in fmus/native")
     written = path.stat()
     try:
         # Who gives the variables other names and units does it on a list of their own.

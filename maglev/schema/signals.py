@@ -6,6 +6,7 @@ Python 3.12, and did not before.
 """
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -61,9 +62,9 @@ class SignalTable(Table):
             si_unit(unit)
         return unit
 
+    @abstractmethod
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
-        raise NotImplementedError
 
     def rates_at(self, times: Array) -> Array:
         """Return the time derivatives at times (s), shape (n,), SI; at a jump none."""

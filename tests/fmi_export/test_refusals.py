@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from dividing_block import DIVIDER
 from fmu_access import outputs, put, read, refusal, step
 
-from maglev.cosim.fmu import Fmu
+from fmi_export.build import build_fmu
+from maglev.cosim.fmu import Fmu, read_description
 
 Load = Callable[[str], Fmu]
 
@@ -143,3 +146,21 @@ def test_outputs_follow_parameters_during_the_initialization(load: Load) -> None
     assert read(component, "y.encoder") == 0.021004
     component.instance.exitInitializationMode()
     assert outputs(component)["y.encoder"] == 0.021004
+
+
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize(("number", "said"), [(0.0, "step from 0.1 s: float division by zero"),
+                                              (-1.0, "step from 0.1 s: math domain error")])
+def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float, said: str) -> None:
+    """In one line with the time, and without an end of the process, also once the instance is freed."""
+    path = build_fmu(DIVIDER, "dividing_block", "DIVIDER", "1", "licence",
+                     ("dividing_block", "fmi_export", "pythonfmu"), tmp_path)
+    for _ in range(2):
+        component = Fmu("divider", path, read_description("divider", path))
+        component.initialise({"number": 2.0}, 0.0, 1.0)
+        component.instance.doStep(0.0, 0.1)
+        assert read(component, "reciprocal") == 0.5
+        put(component, {"number": number})
+        text = refusal(component, lambda component=component: component.instance.doStep(0.1, 0.1))   # type: ignore[misc]
+        assert said in text
+        component.close()

@@ -68,6 +68,14 @@ def test_a_controller_that_is_not_there_is_refused_before_any_flies(fastest_fmus
     assert not (tmp_path / "out").exists()
 
 
+def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
+    with pytest.raises(maglev.UnknownName, match=r"controller PID9: .* nearest is 'PID[23]DOF'"):
+        maglev.compare(NAME, ["Regulator2DOF", "PID9"], fmus=fastest_fmus)
+    Path(tmp_path / "mine.fmu").touch()
+    with pytest.raises(maglev.FmuError, match=r"there is no file .*min\.fmu, nearest is 'mine\.fmu'"):
+        maglev.compare(NAME, [tmp_path / "min.fmu"], fmus=fastest_fmus)
+
+
 def test_one_that_ends_early_leaves_the_other(fmus: Path, tmp_path: Path) -> None:
     """A controller that ends its run is told of with the time, and what was recorded until then is kept and drawn."""
     bad = faulty("crash", tmp_path)

@@ -18,7 +18,7 @@ from maglev.regression.check import check_all
 from maglev.regression.outcome import CheckResult
 from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
-from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunOutput, RunPlan
 
 # Brackets hold the air gap; each run starts where the one that it names has ended.
@@ -295,10 +295,3 @@ def test_a_failed_run_hands_on_nothing_to_an_update(fmus: Path, chain: Path) -> 
     assert [result.status for result in results] == ["error", "error", "error", "new"]
     assert sorted(path.name for path in (chain.parent / "baselines").iterdir()) == [
         "chain-alone_ref.csv", "chain-alone_ref.opt"]
-
-
-def test_packaged_runs_start_from_estimates_of_their_own_rig() -> None:
-    for rig, constants in (("2dof", ["C1", "C2", "C3", "C4"]), ("3dof", ["C1", "C2", "C3", "C4", "C5"])):
-        run = load_plan(f"{rig}-identification-model")
-        assert run.fmus["plant"].start_from == {
-            name: RunOutput(run=f"{rig}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}

@@ -10,7 +10,7 @@ from maglev.identification.rigs import RIGS
 from maglev.schema.layers import PACKAGED, packaged_files, packaged_runs
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.procedure import ProcedureSettings
-from maglev.schema.run_plan import RunPlan
+from maglev.schema.run_plan import RunOutput, RunPlan
 
 RUNS = [run for name in packaged_files() for run in load_plans(name)]
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
@@ -143,3 +143,10 @@ def test_every_law_has_a_smooth_run_that_is_checked_to_the_nanometre() -> None:
         for axis in run.axes.values():
             assert run.check.signals[axis.position].absolute <= 1e-9
             assert run.check.signals[axis.position].relative == 0.0
+
+
+def test_packaged_runs_start_from_estimates_of_their_own_rig() -> None:
+    for rig, constants in (("2dof", ["C1", "C2", "C3", "C4"]), ("3dof", ["C1", "C2", "C3", "C4", "C5"])):
+        run = load_plan(f"{rig}-identification-model")
+        assert run.fmus["plant"].start_from == {
+            name: RunOutput(run=f"{rig}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}
