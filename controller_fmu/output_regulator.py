@@ -25,12 +25,12 @@ class OutputRegulator:
         self.error = 0.0                # m, output: measured − reference
         self.error_rate = 0.0           # m/s
 
-    def start(self, demand: float) -> None:
-        """Begin at the measurement, with ξ1 such that the first demand is this (m/s²) but for the rate of the error."""
+    def start(self, demand: float, error: float) -> None:
+        """Begin at the measurement, with ξ1 such that the demand at an error (m) is this (m/s²) but for its rate."""
         self.observer.seed(self.measured)
         self.model.xi1 = 0.0
         if self.k3 != -1.0:
-            self.model.xi1 = (demand - self.k1 * (self.measured - self.reference)) / (self.k3 + 1.0)
+            self.model.xi1 = (demand - self.k1 * error) / (self.k3 + 1.0)
 
     def sample(self, observer_filter: ObserverFilter, sample_time: float) -> None:
         """Take in measurement and reference."""

@@ -29,6 +29,7 @@ class Regulator2DOF:
         self.sample_time = SAMPLE_TIME_2DOF   # s, parameter
         self.omega0 = 1.5 * pi  # rad/s, parameter
         self.setpoint = 20.0e-3               # m, parameter of the linear law: gap of its linearisation
+        self.bumpless = True                  # parameter of the linear law
         self.current_limit = 4.0              # A, parameter, 0 = none
         self.antiwindup = False               # parameter
         self.trip_error = 0.0                 # m, parameter, 0 = never
@@ -69,8 +70,11 @@ class Regulator2DOF:
         if not self.started:
             if v.measured <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
-            v.start(self.vertical.holding_demand(v.measured, v.measured - v.reference))
-            h.start(0.0)
+            # Not bumpless, it begins as though the mover rested at the set-point.
+            gap = v.measured if self.bumpless else self.setpoint
+            error = v.measured - v.reference if self.bumpless else 0.0
+            v.start(self.vertical.holding_demand(gap, error), error)
+            h.start(0.0, h.measured - h.reference if self.bumpless else 0.0)
             self.started = True
         v.sample(self.observer, self.sample_time)
         h.sample(self.observer, self.sample_time)

@@ -6,6 +6,7 @@ from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
+    bumpless_start,
     internal_model_parameters,
     loop_parameters,
     model_constants,
@@ -47,6 +48,7 @@ LINEAR_REGULATOR_2DOF = FmuDefinition(
     variables=(
         *ports(RIG_2DOF),
         setpoint("the motor is linearised", "assumed: mid-range; an experiment sets its target"),
+        bumpless_start(),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP, NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM},
     experiment=Experiment(stop_time=0.25, step=RIG_2DOF.sample_time),

@@ -33,6 +33,7 @@ class Regulator3DOF:
         self.sample_time = SAMPLE_TIME_3DOF   # s, parameter
         self.omega0 = 1.5 * pi  # rad/s, parameter
         self.setpoint = 25.0e-3               # m, parameter of the linear law: gap of its linearisation
+        self.bumpless = True                  # parameter of the linear law
         self.current_limit = 4.0              # A, parameter, 0 = none
         self.antiwindup = True                # parameter
         self.trip_error = 0.0                 # m, parameter, 0 = never
@@ -86,9 +87,12 @@ class Regulator3DOF:
         if self.law == SCHEDULED:
             self.schedule.choose(y.measured, self.vertical.linear)
         if not self.started:
-            y.start(self.vertical.holding_demand(y.measured, y.measured - y.reference))
-            x.start(0.0)
-            z.start(0.0)
+            # Not bumpless, it begins as though the mover rested at the set-point.
+            gap = y.measured if self.bumpless else self.setpoint
+            error = y.measured - y.reference if self.bumpless else 0.0
+            y.start(self.vertical.holding_demand(gap, error), error)
+            x.start(0.0, x.measured - x.reference if self.bumpless else 0.0)
+            z.start(0.0, z.measured - z.reference if self.bumpless else 0.0)
             self.started = True
         y.sample(self.observer, self.sample_time)
         x.sample(self.observer, self.sample_time)

@@ -6,6 +6,7 @@ from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, 
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
+    bumpless_start,
     internal_model_parameters,
     loop_parameters,
     model_constants,
@@ -50,6 +51,7 @@ LINEAR_REGULATOR_3DOF = FmuDefinition(
     variables=(
         *ports(RIG_3DOF),
         setpoint("the motors are linearised", "assumed: mid-range; an experiment sets its target"),
+        bumpless_start(),
         *PARAMETERS),
     refusals={STEP_MISFIT: REFUSED_STEP, NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM},
     experiment=Experiment(stop_time=0.1, step=RIG_3DOF.sample_time),

@@ -156,6 +156,13 @@ def setpoint(use: str, source: str) -> Variable:
     return parameter("setpoint", "m", f"air gap about which {use}", source, 8e-3, 40e-3, 0.01, fixed=True)
 
 
+def bumpless_start() -> Variable:
+    """How a linear regulator starts."""
+    return switch("bumpless", "start with the current that holds the mover where it is; if false, with the one that "
+                  "holds it at setpoint, fed forward, and no integral of an error",
+                  "assumed: the thesis does not say how its runs start", fixed=True)
+
+
 def pid_parameters(axis: str) -> tuple[Variable, ...]:
     """Gains, design poles and pre-filter of the PID of one axis."""
     gains = (("kp", "A/m", "error"), ("ki", "A/(m.s)", "integral of the error"), ("kd", "A.s/m", "rate of the error"))

@@ -116,6 +116,34 @@ def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, law
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_start_at_the_setpoint_feeds_its_equilibrium_current_forward(kind: type[Regulator]) -> None:
+    """Not bumpless: i_d* of the nonlinear model at the set-point, plus the gains on the errors, and no integral."""
+    regulator = kind(LINEAR)
+    regulator.setpoint, regulator.current_limit, regulator.bumpless = 22e-3, 0.0, False
+    assert regulator.start() == 0
+    errors = (2e-3, -3e-3, 1e-3)[:len(AXES[kind])]
+    for name, error in zip(AXES[kind], errors, strict=True):
+        axis = getattr(regulator, name)
+        axis.reference = 22e-3 if name in "vy" else 5e-3
+        axis.measured = axis.reference + error
+    assert regulator.step(0.0, regulator.sample_time) == 0
+    gains = [row[0] for row in current_gains(kind_like(regulator))]
+    forward = brentq(lambda i: vertical_row(regulator, 22e-3, i), -12, 12)
+    motors = [regulator.motor] if isinstance(regulator, Regulator2DOF) else [regulator.alpha, regulator.beta]
+    for motor, gain, error in zip(motors, gains[1:], errors[1:], strict=True):
+        assert motor.i_d_cmd == pytest.approx(forward + gains[0] * errors[0], abs=1e-9)
+        assert motor.i_q_cmd == pytest.approx(gain * error, abs=1e-9)
+
+
+def kind_like(regulator: Regulator) -> Regulator:
+    """A fresh linear regulator with the same set-point, whose states are zero."""
+    fresh = type(regulator)(LINEAR)
+    fresh.setpoint = regulator.setpoint
+    assert fresh.start() == 0
+    return fresh
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_setpoint_without_equilibrium_is_refused(kind: type[Regulator]) -> None:
     """Strong attraction and weak coils: nothing holds the mover at a small gap."""
     regulator = kind(LINEAR)

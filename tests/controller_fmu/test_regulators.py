@@ -140,7 +140,7 @@ def test_start_without_integral_action(kind: type[Regulator]) -> None:
     for name in AXES[kind]:
         axis = getattr(regulator, name)
         axis.k3, axis.reference = -1.0, axis.measured - 1e-4
-        axis.start(0.0)
+        axis.start(0.0, axis.measured - axis.reference)
         axis.sample(regulator.observer, regulator.sample_time)
         assert axis.model.xi1 == 0.0
         assert axis.demand() == pytest.approx(axis.k1 * 1e-4)

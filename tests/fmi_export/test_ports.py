@@ -45,7 +45,7 @@ def test_controller_ports(name: str) -> None:
         own = {"setpoint"} | each(axes, "kp", "ki", "kd", "prefilter", "pole", "pair_real", "pair_imaginary")
     else:
         own = {"omega0"} | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3", "friction_compensation")
-        own |= {"setpoint"} if name.startswith("Linear") else set()
+        own |= {"setpoint", "bumpless"} if name.startswith("Linear") else set()
     assert ports(name, "parameter") == of_all | own
 
 

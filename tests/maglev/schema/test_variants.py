@@ -109,5 +109,6 @@ def test_variants_are_tables(hold: Path, text: str) -> None:
 def test_a_single_run_is_asked_for_by_its_name(hold: Path) -> None:
     with pytest.raises(ScenarioError, match="has variants, expected one of hold-light, hold-heavy"):
         load_plan(hold)
-    assert [run.name for run in load_plans("2dof-step-4")] == ["2dof-step-4-nonlinear", "2dof-step-4-linear"]
+    assert [run.name for run in load_plans("2dof-step-4")] == ["2dof-step-4-nonlinear", "2dof-step-4-linear",
+                                                               "2dof-step-4-fed-forward"]
     assert load_plan("2dof-step-4-linear").fmus["controller"].model == "LinearRegulator2DOF"
