@@ -38,7 +38,7 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
 
 def test_selection() -> None:
     assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"])] == [
-        "2dof-step-1-nonlinear", "2dof-step-1-linear", "3dof-setpoints"]
+        "2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward", "3dof-setpoints"]
     assert {run.name for run in select(None)} == set(packaged_runs())
     with pytest.raises(ScenarioError, match="there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"):
         select(["3dof-setpoint"])
@@ -62,5 +62,5 @@ def test_what_claims_compare_with_is_run_as_well() -> None:
 def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
     runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_plans("2dof-step-1")]
     verdicts = judge_all(execute_all(runs, tmp_path, "csv", 2, lambda *_: None))
-    assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear"]
+    assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward"]
     assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}
