@@ -2,10 +2,10 @@
 
 from controller_fmu.commutation_2dof import Commutation2DOF
 from controller_fmu.commutation_3dof import Commutation3DOF
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import DIAGRAMS, ICONS
 from controller_fmu.status import STEP_MISFIT
 from controller_fmu.variables import REFUSED_STEP, commutation_variables
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_2DOF, RIG_3DOF, Rig
 
 
@@ -20,7 +20,8 @@ def commutation(name: str, block: type, rig: Rig, motors: str, stop_time: float)
         experiment=Experiment(stop_time=stop_time, step=rig.sample_time),
         variable_step=False,
         documentation=(("controller_fmu", "commutation.html"), ("pmlsm", "motor.html")),
-        icon=CONTROLLER_ICON)
+        icon=Drawing(ICONS, "controller", ("commutation", len(rig.axis_names))),
+        sketch=Drawing(DIAGRAMS, "commutation"))
 
 
 COMMUTATION_2DOF = commutation("Commutation2DOF", Commutation2DOF, RIG_2DOF, "2-DOF stage's motor", 0.25)

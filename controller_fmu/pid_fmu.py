@@ -1,6 +1,6 @@
 """The FMUs PID2DOF and PID3DOF."""
 
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import DIAGRAMS, ICONS
 from controller_fmu.pid_2dof import PID2DOF
 from controller_fmu.pid_3dof import PID3DOF
 from controller_fmu.status import NO_EQUILIBRIUM, PREFILTER_TOO_FAST, STEP_MISFIT
@@ -14,7 +14,7 @@ from controller_fmu.variables import (
     ports,
     setpoint,
 )
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_2DOF, RIG_3DOF, Rig
 
 
@@ -38,7 +38,8 @@ def pid(name: str, block: type, rig: Rig, stage: str, limit_source: str, stop_ti
         experiment=Experiment(stop_time=stop_time, step=rig.sample_time),
         variable_step=False,
         documentation=(("controller_fmu", "pid.html"), ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-        icon=CONTROLLER_ICON)
+        icon=Drawing(ICONS, "controller", ("PID", len(rig.axis_names))),
+        sketch=Drawing(DIAGRAMS, "pid"))
 
 
 PID_2DOF = pid("PID2DOF", PID2DOF, RIG_2DOF, "2-DOF stage", "assumed, as for the other controllers of this stage", 0.25)

@@ -1,6 +1,6 @@
 """The FMUs Regulator2DOF and LinearRegulator2DOF."""
 
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import DIAGRAMS, ICONS
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT
 from controller_fmu.variables import (
@@ -14,7 +14,7 @@ from controller_fmu.variables import (
     regulator_gains,
     setpoint,
 )
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_2DOF
 
 PARAMETERS = (
@@ -38,7 +38,8 @@ REGULATOR_2DOF = FmuDefinition(
     variable_step=False,
     documentation=(("controller_fmu", "linearisation_2dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-    icon=CONTROLLER_ICON)
+    icon=Drawing(ICONS, "controller", ("nonlinear", 2)),
+    sketch=Drawing(DIAGRAMS, "regulator", ("nonlinear",)))
 
 LINEAR_REGULATOR_2DOF = FmuDefinition(
     name="LinearRegulator2DOF",
@@ -55,4 +56,5 @@ LINEAR_REGULATOR_2DOF = FmuDefinition(
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_2dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-    icon=CONTROLLER_ICON)
+    icon=Drawing(ICONS, "controller", ("linear", 2)),
+    sketch=Drawing(DIAGRAMS, "regulator", ("linear",)))

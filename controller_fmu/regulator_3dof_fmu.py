@@ -1,6 +1,6 @@
 """The FMUs Regulator3DOF, LinearRegulator3DOF and ScheduledRegulator3DOF."""
 
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import DIAGRAMS, ICONS
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, STEP_MISFIT
 from controller_fmu.variables import (
@@ -14,7 +14,7 @@ from controller_fmu.variables import (
     regulator_gains,
     setpoint,
 )
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_3DOF
 
 PARAMETERS = (
@@ -40,7 +40,8 @@ REGULATOR_3DOF = FmuDefinition(
     variable_step=False,
     documentation=(("controller_fmu", "linearisation_3dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-    icon=CONTROLLER_ICON)
+    icon=Drawing(ICONS, "controller", ("nonlinear", 3)),
+    sketch=Drawing(DIAGRAMS, "regulator", ("nonlinear",)))
 
 LINEAR_REGULATOR_3DOF = FmuDefinition(
     name="LinearRegulator3DOF",
@@ -58,7 +59,8 @@ LINEAR_REGULATOR_3DOF = FmuDefinition(
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_3dof.html"), ("controller_fmu", "regulator.html"),
                    ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-    icon=CONTROLLER_ICON)
+    icon=Drawing(ICONS, "controller", ("linear", 3)),
+    sketch=Drawing(DIAGRAMS, "regulator", ("linear",)))
 
 SCHEDULED_REGULATOR_3DOF = FmuDefinition(
     name="ScheduledRegulator3DOF",
@@ -77,4 +79,5 @@ SCHEDULED_REGULATOR_3DOF = FmuDefinition(
     variable_step=False,
     documentation=(("controller_fmu", "setpoint_3dof.html"), ("controller_fmu", "schedule.html"),
                    ("controller_fmu", "regulator.html"), ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
-    icon=CONTROLLER_ICON)
+    icon=Drawing(ICONS, "controller", ("scheduled", 3)),
+    sketch=Drawing(DIAGRAMS, "regulator", ("scheduled",)))

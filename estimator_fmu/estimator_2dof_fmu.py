@@ -1,9 +1,8 @@
 """The FMU Estimator2DOF."""
 
 from estimator_fmu.estimator_2dof import STEP_MISFIT, Estimator2DOF
-from estimator_fmu.icon import ESTIMATOR_ICON
 from estimator_fmu.variables import REFUSED_STEP, estimator_variables
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_2DOF
 
 ESTIMATOR_2DOF = FmuDefinition(
@@ -17,4 +16,5 @@ ESTIMATOR_2DOF = FmuDefinition(
     variable_step=False,
     documentation=(("estimator_fmu", "estimator.html"), ("estimator_fmu", "rows_2dof.html"),
                    ("estimator_fmu", "matched_filter.html"), ("pmlsm", "motor.html")),
-    icon=ESTIMATOR_ICON)
+    icon=Drawing("estimator_fmu.drawings", "icon", (2,)),
+    sketch=Drawing("estimator_fmu.drawings", "block_diagram"))

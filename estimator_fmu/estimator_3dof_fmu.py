@@ -1,9 +1,8 @@
 """The FMU Estimator3DOF."""
 
 from estimator_fmu.estimator_3dof import STEP_MISFIT, Estimator3DOF
-from estimator_fmu.icon import ESTIMATOR_ICON
 from estimator_fmu.variables import REFUSED_STEP, estimator_variables
-from fmi_export.definition import Experiment, FmuDefinition
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rigs import RIG_3DOF
 
 ESTIMATOR_3DOF = FmuDefinition(
@@ -17,4 +16,5 @@ ESTIMATOR_3DOF = FmuDefinition(
     variable_step=False,
     documentation=(("estimator_fmu", "estimator.html"), ("estimator_fmu", "rows_3dof.html"),
                    ("estimator_fmu", "matched_filter.html"), ("pmlsm", "motor.html")),
-    icon=ESTIMATOR_ICON)
+    icon=Drawing("estimator_fmu.drawings", "icon", (3,)),
+    sketch=Drawing("estimator_fmu.drawings", "block_diagram"))

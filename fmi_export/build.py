@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
-from fmi_export.documentation import documentation, external_dependencies
+from fmi_export.documentation import documentation, external_dependencies, icon_of
 from fmi_export.errors import ExportError
 from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
@@ -128,7 +128,7 @@ def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version
 
 def described(definition: FmuDefinition, version: str, licence: str) -> dict[str, bytes]:
     """What every FMU has beside its model description: icon, documentation, licence, terminals if it has any."""
-    contents = {"model.png": png_icon(definition.icon),
+    contents = {"model.png": png_icon(icon_of(definition)),
                 "documentation/index.html": documentation(definition, version).encode("utf-8"),
                 "documentation/licenses/license.txt": licence.encode("utf-8")}
     described_terminals = terminals(definition)

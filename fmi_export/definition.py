@@ -1,7 +1,8 @@
 """What an FMU is: a block and the table of its variables. Everything else is derived from these."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from importlib import import_module
 from operator import attrgetter
 from typing import Any
 
@@ -42,6 +43,22 @@ class Experiment:
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """A function that draws an icon (`icon.Shape`s) or a sketch (SVG), called with numbers or words.
+
+    It has the name of its module, not the module itself, so that an FMU in Python does not carry it.
+    """
+
+    module: str
+    function: str
+    arguments: tuple[int | str, ...] = ()
+
+    def drawn(self) -> Any:
+        """What the function draws."""
+        return getattr(import_module(self.module), self.function)(*self.arguments)
+
+
+@dataclass(frozen=True)
 class FmuDefinition:
     """A block as an FMU.
 
@@ -57,7 +74,8 @@ class FmuDefinition:
     experiment: Experiment
     variable_step: bool                                # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
-    icon: tuple[tuple[int, int, int, int, str], ...] = field(default=())   # rectangles x, y, width, height, #rrggbb
+    icon: Drawing | None = None
+    sketch: Drawing | None = None                      # what the documentation begins with
     arguments: tuple[Any, ...] = ()                    # of the block's constructor, such as the law of a regulator
     slave: tuple[str, str] = ("fmi_export.slave", "BlockSlave")   # module and class, of an FMU that runs in Python
     author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs

@@ -1,5 +1,7 @@
 """Units of the variables as FMI defines them: exponents of the SI base units."""
 
+import re
+
 UNITS: dict[str, dict[str, int]] = {
     "m": {"m": 1},
     "m/s": {"m": 1, "s": -1},
@@ -34,3 +36,10 @@ UNITS: dict[str, dict[str, int]] = {
 
 # A second unit for the eye of the importing tool: name and factor from the SI unit.
 DISPLAY_UNITS: dict[str, tuple[str, float]] = {"m": ("mm", 1000.0)}
+
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def typeset_unit(unit: str) -> str:
+    """A unit as people read it, m/(s²·T²) of "m/(s2.T2)"."""
+    return re.sub(r"(?<=[A-Za-z])\d+", lambda power: power[0].translate(RAISED), unit).replace(".", "·")

@@ -31,7 +31,7 @@ def imports(path: Path) -> set[str]:
 def block_modules() -> dict[str, Path]:
     """Modules that import nothing but math and each other, and define something to run: dependencies first."""
     paths = {f"{path.parent.name}.{path.stem}": path for package in PACKAGES
-             for path in sorted((ROOT / package).glob("*.py")) if path.stem not in ("__init__", "icon")}
+             for path in sorted((ROOT / package).glob("*.py")) if path.stem not in ("__init__", "drawings")}
     ordered: dict[str, Path] = {}
     while True:
         ready = {name: path for name, path in paths.items()

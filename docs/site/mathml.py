@@ -3,12 +3,13 @@
 from typing import Any
 
 from docutils import nodes
-from latex2mathml.converter import convert
+
+from fmi_export.mathml import mathml
 
 
 def inline(writer: Any, node: nodes.math) -> None:
     """Write an equation within a line."""
-    writer.body.append(convert(node.astext()))
+    writer.body.append(mathml(node.astext()))
     raise nodes.SkipNode
 
 
@@ -16,7 +17,7 @@ def display(writer: Any, node: nodes.math_block) -> None:
     """Write an equation on lines of its own."""
     number = node.get("number")
     label = f'<span class="eqno">({number})</span>' if number else ""
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}{label}</div>')
+    writer.body.append(f'<div class="math">{mathml(node.astext(), display=True)}{label}</div>')
     raise nodes.SkipNode
 
 

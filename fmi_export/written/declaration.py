@@ -11,7 +11,7 @@ from numbers import Real
 from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import Experiment, FmuDefinition, Variable
+from fmi_export.definition import Drawing, Experiment, FmuDefinition, Variable
 from fmi_export.errors import ExportError
 from fmi_export.units import UNITS
 from fmi_export.written.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
@@ -23,7 +23,6 @@ SAMPLE_TIME = "sample_time"
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
-Rectangles = tuple[tuple[int, int, int, int, str], ...]
 
 
 @dataclass(frozen=True)
@@ -36,8 +35,8 @@ class WrittenDefinition(FmuDefinition):
         return self.starts[variable.name]
 
 
-def definition_of(written: type, clock: type, icon: Rectangles = (), requires: tuple[str, ...] = ()
-                  ) -> WrittenDefinition:
+def definition_of(written: type, clock: type, icon: Drawing | None = None, sketch: Drawing | None = None,
+                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
     Parameters
@@ -47,7 +46,7 @@ def definition_of(written: type, clock: type, icon: Rectangles = (), requires: t
         attribute `sample_time` (s); `step(self, t)`; perhaps `start(self)`, called when the parameters are set.
     clock : type
         Clock of the samples, with `fits` and `due`.
-    icon : tuple
+    icon, sketch : Drawing, optional
         As of `FmuDefinition`.
     requires : tuple of str
         Packages of the importer's Python that the class needs.
@@ -96,6 +95,7 @@ def definition_of(written: type, clock: type, icon: Rectangles = (), requires: t
         experiment=Experiment(stop_time=500 * float(starts[SAMPLE_TIME]), step=float(starts[SAMPLE_TIME])),
         variable_step=False,
         icon=icon,
+        sketch=sketch,
         arguments=(written, clock, tuple(v.place for v in ports)),
         slave=("fmi_export.written.slave", "WrittenSlave"),
         author="",

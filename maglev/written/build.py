@@ -26,12 +26,12 @@ BLOCK = OWN + "block"   # module that has the block in a native one
 
 DEFINITION = '''"""What the FMU of {name} is: it is read from the class."""
 
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.written.declaration import definition_of
 from {module} import {name}
 
-DEFINITION = definition_of({name}, SampleClock, CONTROLLER_ICON, {requires!r})
+DEFINITION = definition_of({name}, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH, {requires!r})
 '''
 
 # A message of pyccel's: severity, stage, file, line, and what is wrong.

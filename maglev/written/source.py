@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-from controller_fmu.icon import CONTROLLER_ICON
+from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.errors import ExportError
 from fmi_export.written.declaration import WrittenDefinition, definition_of
@@ -194,6 +194,6 @@ def load_class(path: Path) -> Written:
 def declared(found: type, file: str) -> WrittenDefinition:
     """Definition of a class; ControllerError names its file."""
     try:
-        return definition_of(found, SampleClock, CONTROLLER_ICON)
+        return definition_of(found, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH)
     except ExportError as error:
         raise ControllerError(f"{file}: {error}" if file else str(error)) from error

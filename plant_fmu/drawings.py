@@ -1,0 +1,95 @@
+"""Icons of the plants, and sketches of the stages with their axes, directions and symbols."""
+
+from fmi_export.icon import Shape, disc, rectangle, stroke
+from fmi_export.sketch import filled, labelled_arrow, line, sketch, symbol, words
+
+IRON, MOVER, COPPER, RED, BLUE = "#607080", "#404850", "#d08030", "#c03030", "#3050c0"
+PHASES = "acbacb"   # of successive slots
+POLE, SLOT, TOOTH = 48, 16, 14   # px
+
+
+def icon(axes: int) -> tuple[Shape, ...]:
+    """Of the 2-DOF stage a view from the side, of the 3-DOF stage one from above."""
+    return from_the_side() if axes == 2 else from_above()
+
+
+def from_the_side() -> tuple[Shape, ...]:
+    """Stator with teeth and coils, and below it the mover with its magnets."""
+    teeth = [rectangle(6 + 26 * k, 8, 10, 38, IRON) for k in range(4)]
+    coils = [rectangle(16 + 26 * k, 22, 16, 22, COPPER) for k in range(3)]
+    magnets = [rectangle(14 + 18 * k, 60, 18, 12, (RED, BLUE)[k % 2]) for k in range(4)]
+    return (rectangle(6, 8, 88, 13, IRON), *teeth, *coils, *magnets, rectangle(14, 72, 72, 18, MOVER))
+
+
+def from_above() -> tuple[Shape, ...]:
+    """Mover with the magnets of four motors, of which two drive it along either direction."""
+    bars = [rectangle(24, y, 52, 14, COPPER) for y in (6, 80)] + [rectangle(x, 24, 14, 52, BLUE) for x in (6, 80)]
+    cross = [*stroke([(50, 32), (50, 68)], 6, "#ffffff"), *stroke([(32, 50), (68, 50)], 6, "#ffffff")]
+    return (rectangle(6, 6, 88, 88, "#d5dade"), rectangle(22, 22, 56, 56, MOVER), *bars, *cross, disc(50, 50, 8, RED))
+
+
+def sketch_2dof() -> str:
+    """The 2-DOF stage from the side."""
+    return sketch(600, 265, "2-DOF stage from the side: stator with slots above, mover with magnets below it. The air "
+                            "gap v grows downwards, the displacement h to the right.",
+                  side_view(300, "v", "h", "q"))
+
+
+def sketch_3dof() -> str:
+    """The 3-DOF stage from the side and from above."""
+    return sketch(920, 265, "3-DOF stage from the side and from above: the air gap y grows downwards; pair alpha "
+                            "drives the mover along x, to the right, pair beta along z.",
+                  side_view(290, "y", "x", "{qα}"), above(760, 138))
+
+
+def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) -> str:
+    """One motor: what its axes are called, and the index of its quadrature current."""
+    face, gap, width = 92, 50, 4 * POLE
+    top, left = face + gap, middle + 30 - width / 2
+    slots = [middle + (SLOT + TOOTH) * (k - 5) - SLOT / 2 for k in range(11)]
+    parts = [filled(slots[0] - TOOTH, 30, slots[-1] - slots[0] + SLOT + 2 * TOOTH, face - 30, "iron")]
+    for k, x in enumerate(slots):
+        parts += [filled(x, 52, SLOT, face - 52, "paper"), words(x + SLOT / 2, 78, PHASES[k % 6], "small")]
+    parts.append(filled(left, top + 16, width, 34, "iron"))
+    for k in range(4):
+        parts += [filled(left + POLE * k + 5, top, POLE - 10, 16, ("north", "south")[k % 2])]
+    bottom = top + 50
+    right = left + width
+    return "".join(parts) + "".join([
+        words(middle, 20, "stator with the coils of phases a, b, c"),
+        words(left + width / 2, bottom - 12, "mover with magnets"),
+        line([(middle, face + 4), (middle, top - 2)], "dashed"),
+        line([(middle, bottom + 4), (middle, bottom + 62)], "dashed"),
+        line([(left + width / 2, bottom + 4), (left + width / 2, bottom + 46)]),
+        labelled_arrow([(middle, bottom + 36), (left + width / 2, bottom + 36)], horizontal, "axis",
+                       (middle + 8, bottom + 58)),
+        words(middle + 26, bottom + 58, "displacement, 0 at the stator's middle", "start small"),
+        line([(left - 48, face), (left - 8, face)]), line([(left - 48, top), (left - 4, top)]),
+        labelled_arrow([(left - 36, face), (left - 36, top)], f"{vertical} = g", "axis",
+                       (left - 44, face + 28), "end"),
+        words(left - 44, face + 46, "air gap", "end small"),
+        labelled_arrow([(right + 6, bottom - 18), (right + 6 + 44, bottom - 18)], "F", "force",
+                        (right + 56, bottom - 13)),
+        labelled_arrow([(left - 6, bottom - 18), (left - 50, bottom - 18)], f"i_{quadrature} > 0", "force",
+                       (left - 56, bottom - 13), "end"),
+        words(left - 56, bottom + 6, "drives it this way", "end small"),
+        labelled_arrow([(right + 18, face + 8), (right + 18, face + 42)], "i_d > 0, G", "force",
+                       (right + 28, face + 22)),
+        words(right + 28, face + 40, "push it down", "start small"),
+        words(right + 72, bottom - 13, f"{horizontal}.force > 0", "start small")])
+
+
+def above(x: float, y: float) -> str:
+    """The mover from above, with the motors that drive it along each direction."""
+    size, bar = 160, 26
+    left, top = x - size / 2, y - size / 2
+    pairs = [filled(left + bar + 4, place, size - 2 * bar - 8, bar, "north") for place in (top, top + size - bar)]
+    pairs += [filled(place, top + bar + 4, bar, size - 2 * bar - 8, "south") for place in (left, left + size - bar)]
+    return "".join([
+        words(x, 20, "from above"), filled(left, top, size, size, "iron"), *pairs,
+        words(x, top - 8, "pair alpha: along x", "small"),
+        words(x, top + size + 18, "pair beta, at the sides: along z", "small"),
+        labelled_arrow([(x, y), (x + 46, y)], "x", "axis", (x + 36, y + 18)),
+        labelled_arrow([(x, y), (x, y - 46)], "z", "axis", (x - 16, y - 34), "end"),
+        f'<circle class="head" cx="{x:g}" cy="{y:g}" r="3"/>', symbol(x - 10, y + 18, "y", "end"),
+        words(x - 6, y + 34, "down", "small")])

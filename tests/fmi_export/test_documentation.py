@@ -1,0 +1,125 @@
+"""The page and the icon of every FMU: sketch, equations that are typeset, units, and icons that can be told apart."""
+
+import re
+import struct
+import zipfile
+import zlib
+from itertools import combinations
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
+from fmi_export.documentation import documentation, icon_of, number
+from fmi_export.icon import SIZE, disc, png_icon, rectangle, stroke
+from fmi_export.mathml import typeset
+from fmi_export.sketch import symbol
+from fmi_export.units import UNITS, typeset_unit
+from maglev.catalogue import DEFINITIONS, definition
+
+SMALL = 32   # px, of an icon in a list
+MATHML = "{http://www.w3.org/1998/Math/MathML}"
+
+
+def pixels(png: bytes) -> np.ndarray:
+    """Colours of a PNG without filters, shape (SIZE, SIZE, 3)."""
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    place, chunks = 8, {}
+    while place < len(png):
+        length, = struct.unpack(">I", png[place:place + 4])
+        kind, content = png[place + 4:place + 8], png[place + 8:place + 8 + length]
+        assert struct.unpack(">I", png[place + 8 + length:place + 12 + length])[0] == zlib.crc32(kind + content)
+        chunks[kind] = content
+        place += 12 + length
+    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), dtype=np.uint8).reshape(SIZE, 1 + 3 * SIZE)
+    assert not rows[:, 0].any()
+    return rows[:, 1:].reshape(SIZE, SIZE, 3).astype(float)
+
+
+def small(name: str) -> np.ndarray:
+    """Icon of an FMU at the size of a list."""
+    factor = SIZE // SMALL
+    return pixels(png_icon(icon_of(definition(name)))).reshape(SMALL, factor, SMALL, factor, 3).mean(axis=(1, 3))
+
+
+def test_icons_can_be_told_apart_in_a_list() -> None:
+    """Those of two FMUs differ clearly in some pixels, those of two kinds in many, also without colours.
+
+    The loops are a kind, with the sign of the controller in a corner.
+    """
+    icons = {name: small(name) for name in DEFINITIONS}
+    for one, other in combinations(DEFINITIONS, 2):
+        difference = np.abs(icons[one].mean(axis=2) - icons[other].mean(axis=2)) > 60.0
+        twins = one.replace("2DOF", "3DOF") == other.replace("2DOF", "3DOF") and not one.startswith("Plant")
+        loops = one.startswith("ClosedLoop") and other.startswith("ClosedLoop")
+        assert difference.sum() >= (3 if twins else 10 if loops else 30), f"{one}, {other}: {difference.sum()} pixels"
+
+
+def test_shapes_cover_what_they_should() -> None:
+    def covered(*shapes: tuple) -> float:
+        return float((255.0 - pixels(png_icon(shapes))).mean() / 255.0)
+
+    assert covered(rectangle(10, 20, 30, 40, "#000000")) == pytest.approx(0.12, abs=0.002)
+    assert covered(disc(50, 50, 30, "#000000")) == pytest.approx(np.pi * 0.09, rel=0.02)
+    assert covered(*stroke([(20, 20), (80, 20)], 10, "#000000")) == pytest.approx(0.06 + np.pi * 0.0025, rel=0.02)
+    assert covered(rectangle(0, 0, 50, 50, "#000000"), rectangle(0, 0, 50, 50, "#ffffff")) == 0.0
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_pages_are_typeset_and_have_a_sketch(name: str) -> None:
+    page = documentation(definition(name), "1")
+    assert page == documentation(definition(name), "1")
+    assert "\\" not in page and "<sub>" not in page and "<sup>" not in page, "TeX or an index that is not typeset"
+    sketch, = re.findall(r'<div class="sketch">(<svg .*?</svg>)</div>', page)
+    assert len(ElementTree.fromstring(sketch).attrib["aria-label"].split()) > 10
+    equations = [ElementTree.fromstring(text) for text in re.findall(r"<math .*?</math>", page, re.DOTALL)]
+    assert sum(equation.get("display") == "block" for equation in equations) >= 3
+    # What latex2mathml does not know, and what it reads as one word, it leaves as an ordinary letter or character.
+    for equation in equations:
+        assert not [mi.text for mi in equation.iter(f"{MATHML}mi") if "&" in (mi.text or "") or "\\" in (mi.text or "")]
+    for v in definition(name).variables:
+        assert f'<td class="unit">{typeset_unit(v.unit)}</td>' in page
+    assert not re.search(r'(?:src|href)="(?!#)', page), "it needs nothing else"
+
+
+def test_units_are_written_as_people_do() -> None:
+    assert [typeset_unit(unit) for unit in ("m/s2", "N.s/m", "m/(s2.T2)", "1/s5", "")] == [
+        "m/s²", "N·s/m", "m/(s²·T²)", "1/s⁵", ""]
+    assert len({typeset_unit(unit) for unit in UNITS}) == len(UNITS)
+    assert not any(re.search(r"[A-Za-z]\d|\.", typeset_unit(unit)) for unit in UNITS)
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.0002, "0.0002"), (-1000.0, "−1000"), (1e-6, "10⁻⁶"), (-1e15, "−10¹⁵"),
+                                             (2.5e7, "2.5 · 10⁷"), (0.0, "0"), (4.71238898038469, "4.71238898038469")])
+def test_numbers_are_written_as_people_do(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_symbols_have_indices() -> None:
+    text = ElementTree.fromstring(symbol(0, 0, "i_d, i_{qα}"))
+    assert "".join(text.itertext()) == "id, iqα"
+    assert [part.text for part in text.iter("tspan") if part.get("class") == "index"] == ["d", "qα"]
+    # What is lowered is raised again.
+    assert [float(part.get("dy", 0)) for part in text.iter("tspan")] == [0.0, 4.0, -4.0, 4.0]
+
+
+def test_equations_of_a_text_are_typeset() -> None:
+    text = typeset(r"a \(i_d\) b \[\ddot g = G\] c &lt;")
+    assert re.sub(r"<math.*?</math>", "M", text) == "a M b M c &lt;"
+    assert 'display="inline"' in text and 'display="block"' in text
+
+
+def test_users_controllers_have_a_face() -> None:
+    assert png_icon(tuple(WRITTEN_ICON.drawn())) not in {png_icon(icon_of(definition(name))) for name in DEFINITIONS}
+    assert "<svg" in WRITTEN_SKETCH.drawn()
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_both_kinds_have_the_same_face(fmus: Path, native_fmus: Path, name: str) -> None:
+    faces = []
+    for folder in (fmus, native_fmus):
+        with zipfile.ZipFile(folder / f"{name}.fmu") as archive:
+            faces.append([archive.read(file) for file in ("model.png", "documentation/index.html")])
+    assert faces[0] == faces[1]
