@@ -88,7 +88,10 @@ class Study:
         return command_of(self.about, self.to_arrow().slice(sample, 1).to_pylist()[0])
 
     def write_page(self, path: str | Path | None = None) -> Path:
-        """Write the page about the study, one HTML file; beside the dataset if no path is given."""
+        """Write the page about the study, one HTML file; beside the dataset if no path is given.
+
+        Where `live.html` of `maglev.write_live` lies beside it, its worst samples are linked to their runs there.
+        """
         from maglev.studies.page.page import write_page
 
         found = self.path.with_suffix(".html") if path is None else Path(path)

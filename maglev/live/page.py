@@ -9,12 +9,12 @@ from string import Template
 
 from fmi_export.whole_file import write_whole
 from maglev.live.content import FLOWN, page_data
+from maglev.live.link import NAME
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
 SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "stage.js", "controls.js", "main.js", "hands.js",
            "start.js")
-NAME = "live.html"
 
 
 def write_live_page(folder: Path, fmus: Path) -> Path:

@@ -10,7 +10,7 @@ from fmi_export.whole_file import write_whole
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
-from maglev.live.page import NAME as LIVE_PAGE
+from maglev.live.link import has_live_page, live_address
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
@@ -49,7 +49,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
     outcomes : sequence of Outcome
         What the procedures found that the runs belong to.
     """
-    page = report_page(results, judgements, outcomes, path.with_name(LIVE_PAGE).is_file())
+    page = report_page(results, judgements, outcomes, has_live_page(path))
     write_whole(path, page)
 
 
@@ -133,8 +133,8 @@ def live_link(run: RunResult) -> str:
     """Link that opens a run in the live page; empty for one that it cannot fly as it was flown here."""
     if run.modified or not flies_live(run.plan):
         return ""
-    name = escape(run.plan.name)
-    return f' (<a href="{LIVE_PAGE}#run={name}" aria-label="open {name} live">open this run live</a>)'
+    name = run.plan.name
+    return (f' (<a href="{escape(live_address(name))}" aria-label="open {escape(name)} live">open this run live</a>)')
 
 
 def description(result: RunResult, live: bool) -> str:

@@ -11,8 +11,11 @@ import numpy as np
 import pyarrow as pa
 
 from fmi_export.whole_file import write_whole
+from maglev.live.link import NAME as LIVE_PAGE
+from maglev.live.link import has_live_page
 from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of
+from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import COUNTS, limits_text, metrics_of, text
@@ -29,11 +32,11 @@ UNITS = {"m": ("mm", 1e3), "": ("%", 1e2)}
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network; ScenarioError if plotly is not installed."""
     require_plotly()
-    write_whole(path, page(table, about))
+    write_whole(path, page(table, about, has_live_page(path)))
 
 
-def page(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Text of the page."""
+def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
+    """Text of the page; `live` is whether the live page lies beside it."""
     count, passing = table.num_rows, sum(table["passed"].to_pylist())
     failures = sum(why is not None for why in table["failure"].to_pylist())
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
@@ -46,7 +49,7 @@ def page(table: pa.Table, about: Mapping[str, Any]) -> str:
         summary=f"{passing} of {count} samples pass{f', {failures} were not flown to their ends' if failures else ''}. "
                 f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                 + (f" Drawn are {len(drawn)} of them." if len(drawn) < count else ""),
-        table=quantiles_table(table, about), worst=worst_table(table, about, metrics),
+        table=quantiles_table(table, about), worst=worst_table(table, about, metrics, live),
         sensitivity="\n".join(f"<p>{escape(note)}</p>" for note in notes) + indices_table(indices),
         provenance=f"maglev-fmus {escape(provenance['version'])}"
                    + (f", commit {escape(provenance['commit'])}" if provenance["commit"] else "")
@@ -115,16 +118,25 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
 
 
-def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> str:
-    """The samples that did worst, each with the command that flies it again."""
+def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
+    """The samples that did worst, each with the command that flies it again, and its run in the live page."""
+    why = why_not_live(about)
+    linked = live and not why
     rows = []
-    for sample, why in worst(table, about, metrics):
+    for sample, reason in worst(table, about, metrics):
         row = table.slice(sample, 1).to_pylist()[0]
         at = ", ".join(f"{each['name']} = {row[each['name']]:.5g}" for each in about["vary"])
-        rows.append(f'<tr><th scope="row">{sample}</th><td>{escape(why)}</td><td>{escape(at)}</td>'
+        rows.append(f'<tr><th scope="row">{sample}</th><td>{escape(reason)}</td><td>{escape(at)}</td>'
                     f'<td><code>{escape(command_of(about, row))}</code> '
-                    '<button type="button" class="copy">Copy</button></td></tr>')
-    return html_table(("sample", "why", "at (SI)", "fly it again"), rows) if rows else "<p>No sample failed.</p>"
+                    '<button type="button" class="copy">Copy</button>'
+                    + (f' <a href="{escape(live_link(about, row))}" aria-label="open sample {sample} live">open it live'
+                       "</a>" if linked else "") + "</td></tr>")
+    if not rows:
+        return "<p>No sample failed.</p>"
+    said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
+            f"<p>The live page can fly these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
+            "this page when this is written, each sample is linked to its run there.</p>")
+    return html_table(("sample", "why", "at (SI)", "fly it again"), rows) + said
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:

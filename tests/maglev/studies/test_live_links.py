@@ -1,0 +1,65 @@
+"""A study's worst samples in the live page: exactly these runs, or a word why not."""
+
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl
+
+import pytest
+from tiny_study import planned
+
+from maglev.errors import shortened
+from maglev.live.link import NAME, live_address
+from maglev.studies.flying.batch import fly_samples
+from maglev.studies.page.live_links import live_link, why_not_live
+from maglev.studies.page.page import page, write_page
+
+RUN = "3dof-setpoints-improved"
+MASS = 0.1 + 6.6   # kg, which needs all its digits
+
+
+def about(*options: str, targets: tuple[str, ...] = ("plant.y.mass",), scenario: str = RUN) -> dict[str, Any]:
+    return {"scenario": scenario, "run": ["maglev", "run", scenario, *options], "targets": list(targets),
+            "vary": [{"name": "payload", "set": [target]} for target in targets]}
+
+
+def test_a_link_has_the_bits_of_the_sample() -> None:
+    said = about("--native", "--set", "plant.x.mass=11000g", "--set", "controller.antiwindup=false")
+    assert why_not_live(said) == ""
+    address = live_link(said, {"payload": MASS})
+    file, _, fragment = address.partition("#")
+    assert file == NAME
+    assert dict(parse_qsl(fragment, strict_parsing=True)) == {
+        "run": RUN, "plant.x.mass": "11.0", "controller.antiwindup": "false", "plant.y.mass": repr(MASS)}
+    assert float(dict(parse_qsl(fragment))["plant.y.mass"]) == MASS
+
+
+def test_a_setting_of_the_sample_goes_over_that_of_the_command() -> None:
+    assert live_link(about("--set", "plant.y.mass=7kg"), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
+
+
+@pytest.mark.parametrize(("said", "why"), [
+    (about(targets=("reference.y.amplitude",)), "the samples differ in reference.y.amplitude"),
+    (about(targets=("plant.y.force",)), "the samples differ in plant.y.force"),
+    (about("--step", "0.1ms"), "this study was flown with --step"),
+    (about("--native", "--controller", "mine.fmu"), "this study was flown with --controller"),
+    (about("--set", "reference.y.amplitude=1mm"), "the samples differ in reference.y.amplitude"),
+    (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
+    (about(scenario="mine.toml"), "mine.toml is none of these")])
+def test_what_the_live_page_cannot_fly(said: dict[str, Any], why: str) -> None:
+    assert why in why_not_live(said)
+
+
+def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path) -> None:
+    study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
+    made = study.layout.table(fly_samples(study.job, 0, study.values), study.design, study.values)
+    own = page(made, study.layout.about, live=True)
+    assert "The live page cannot fly these: it has the packaged runs alone" in own, shortened(own)
+    name = "2dof-setpoints"
+    packaged = {**study.layout.about, "scenario": name, "run": ["maglev", "run", name]}
+    for there in (False, True):
+        if there:
+            (tmp_path / NAME).touch()
+        write_page(tmp_path / "study.html", made, packaged)
+        text = (tmp_path / "study.html").read_text(encoding="utf-8")
+        assert (f'href="{NAME}#run={name}&amp;plant.v.mass=4.35"' in text) is there
+        assert ("maglev live" in text) is not there
