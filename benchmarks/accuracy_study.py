@@ -5,13 +5,15 @@
 
 from time import perf_counter
 
-from stage_cases import IMPACTS, SMOOTH, STEP, Case, differences
+from stage_cases import IMPACTS, SMOOTH, Case, differences
 
 import plant_fmu.stage_2dof
 import plant_fmu.stage_3dof
+from pmlsm.rigs import RIG_2DOF, RIG_3DOF
 
 MODULES = {2: plant_fmu.stage_2dof, 3: plant_fmu.stage_3dof}
 STAGES = {2: plant_fmu.stage_2dof.Stage2DOF, 3: plant_fmu.stage_3dof.Stage3DOF}
+STEP = {2: RIG_2DOF.sample_time, 3: RIG_3DOF.sample_time}   # s, communication steps
 LONGEST_STEPS = (0.5e-3, 0.25e-3, 0.2e-3, 0.125e-3, 0.1e-3, 0.05e-3)   # s
 ROUNDS = 5
 

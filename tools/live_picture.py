@@ -28,7 +28,7 @@ def picture(page: Path) -> Image.Image:
         tab.on("pageerror", lambda error: problems.append(str(error)))
         tab.goto(f"{page.resolve().as_uri()}#run={RUN}")
         # The page's policy forbids Playwright's own way of waiting.
-        while tab.evaluate("maglevLive.problems.length === 0 && !(maglevLive.frame?.time > %s)" % UNTIL):
+        while tab.evaluate(f"maglevLive.problems.length === 0 && !(maglevLive.frame?.time > {UNTIL})"):
             tab.wait_for_timeout(20)
         tab.click("#play")
         tab.wait_for_timeout(300)
