@@ -19,9 +19,9 @@ from rich.table import Table
 from maglev.api.options import experiments_of
 from maglev.catalogue import build_native, definition
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.batch import fly_samples
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
+from maglev.studies.flying.samples import fly_samples
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import read_study
 

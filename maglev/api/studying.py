@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from maglev.api.flown import extra
-from maglev.api.options import FlightOptions, Value, experiments_of, settings_of
+from maglev.api.options import FlightOptions, Value, experiments_of, seconds, settings_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import MaglevError, ScenarioError, UnknownName
 from maglev.processors import processors
@@ -100,8 +100,8 @@ class Study:
 
 
 def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: int | None = None,
-          scheduler: str | None = None, resume: bool = False, watch: Watch | None = None, say: Say | None = None,
-          **options: Unpack[FlightOptions]) -> Study:
+          scheduler: str | None = None, resume: bool = False, sample_timeout: float | str | None = None,
+          watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Study:
     """Fly a study, and give its dataset.
 
     Parameters
@@ -116,6 +116,9 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
         Address of a Dask scheduler, "tcp://host:8786", whose workers fly in place of this machine's.
     resume : bool
         Go on with what an interrupted study has done.
+    sample_timeout : float or str, optional
+        Longest wall time of a sample, s, or text with a unit; the file's, or none, but 600 s with FMUs that are not
+        of this project.
     watch, say : callable, optional
         As of `run_all`.
     **options
@@ -140,6 +143,8 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     from maglev.studies.schema import StudyFile, load_study
 
     found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
+    limit = seconds("sample-timeout", sample_timeout)
+    found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
     beside = path.parent / found.scenario
     scenario = beside if found.scenario.endswith(".toml") else Path(found.scenario)
     plan = load_plan(scenario)

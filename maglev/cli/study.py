@@ -30,13 +30,16 @@ Processes = Annotated[int | None, typer.Option("--jobs", min=1, help="Processes 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose "
                                                "workers fly in place of this machine's.", show_default=False)]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted study has done.")]
+SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", help="Longest wall time of a sample; of one that "
+                                                   "takes longer a row says so; 600 s with FMUs that are not of this "
+                                                   "project.", show_default="none")]
 
 
 def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file.")],
           settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
           ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-          resume: Resume = False, debug: Debug = False) -> None:
+          resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
     """Fly a scenario many times: what varies, by which design, and what is kept is in a TOML file (docs/studies.md).
 
     The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
@@ -51,7 +54,8 @@ def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     with one_line_errors(debug):
         from maglev.api.studying import study as fly_study
 
-        finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
+        finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume,
+                         sample_timeout=sample_timeout, watch=progress_of, say=say,
                          set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
                          order=order, fmus=fmus, native=native))
 
@@ -70,7 +74,7 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
           settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
           ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-          resume: Resume = False, debug: Debug = False) -> None:
+          resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
     """Fly a scenario with every combination of values, or --samples of ranges, a study without a file.
 
     Results are those of `maglev study`. Several variables, with commas between, take the same values.
@@ -87,9 +91,9 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
         from maglev.api.studying import sweep as fly_sweep
 
         finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), samples=samples, seed=seed, out=out,
-                         jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say, set=settings,
-                         model=model, plant=plant, controller=controller, ports=ports, step=step, order=order,
-                         fmus=fmus, native=native))
+                         jobs=jobs, scheduler=scheduler, resume=resume, sample_timeout=sample_timeout,
+                         watch=progress_of, say=say, set=settings, model=model, plant=plant, controller=controller,
+                         ports=ports, step=step, order=order, fmus=fmus, native=native))
 
 
 def values_of(vary: list[str]) -> dict[str, str]:

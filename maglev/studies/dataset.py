@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fmi_export.whole_file import whole_file, write_whole
 from maglev.errors import ScenarioError
 from maglev.studies.columns import passed
-from maglev.studies.flying.batch import Flown, Job
+from maglev.studies.flying.samples import Flown, Job
 
 ROWS_OF_A_GROUP = 10_000
 METADATA = b"maglev"   # key of the schema's metadata, JSON

@@ -12,19 +12,21 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import whole_steps
 from maglev.errors import ScenarioError, nearest
-from maglev.experiment.preparation import Experiment
+from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.columns import columns_of, metrics_at_rest, named_values
 from maglev.studies.dataset import Layout, trajectories_schema
 from maglev.studies.design import number_of_samples, samples
-from maglev.studies.flying.batch import Job, code_of_package, digest, files_of
+from maglev.studies.flying.batch import code_of_package, digest, files_of
 from maglev.studies.flying.batches import Batch, batches_of
+from maglev.studies.flying.samples import Job
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
 from maglev.written.source import is_written
 
 Array = NDArray[np.float64]
 
-LEAST_FREE = 1e8   # bytes that a study leaves on the disk
+LEAST_FREE = 1e8           # bytes that a study leaves on the disk
+LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                  + 8 * count * rows * len(study.keep), count)
     design = samples(study)
     values = target_values(targets, design, origin)
-    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), max(1, every))
+    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), max(1, every),
+              limit_of(experiment, study.sample_timeout))
     job = replace(job, key=key_of(job, values, experiment))
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     varied = {each.column: "" if each.mode == "factor" else
@@ -105,6 +108,13 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, command, count))
     return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
                         time[::max(1, every)], experiment.outputs())
+
+
+def limit_of(experiment: Experiment, asked: float | None) -> float | None:
+    """Longest wall time of a sample, s; None if it may take any: FMUs of this project do not hang."""
+    if asked is None and any(is_foreign(name, path) for name, path in experiment.files.items()):
+        return LIMIT_OF_FOREIGN
+    return asked
 
 
 def require_signals(study: StudyFile, experiment: Experiment, origin: str) -> None:
@@ -129,7 +139,7 @@ def key_of(job: Job, values: Array, experiment: Experiment) -> str:
     plan = experiment.plan
     said = {"code": job.code, "files": digest(files_of(experiment)),
             "targets": [target.name for target in job.targets],
-            "columns": [repr(column) for column in job.columns], "kept": [*job.kept, job.every],
+            "limit": job.limit, "columns": [repr(column) for column in job.columns], "kept": [*job.kept, job.every],
             "plan": repr([plan.stop_time, [fmu.start for fmu in plan.fmus.values()], plan.wires, plan.signals,
                           plan.axes, plan.motors, plan.stop_flag, plan.trip_flag, plan.metrics]),
             "step": experiment.step, "order": experiment.order, "ports": repr(experiment.ports)}

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
 from maglev.studies.dataset import Parts, metadata_of, trajectories_table
-from maglev.studies.flying.batch import Flown
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
+from maglev.studies.flying.samples import Flown
 from maglev.studies.planning import PlannedStudy, trajectory_schema
 
 Watcher = Callable[[int, int], None]   # samples done, samples in all

@@ -151,6 +151,7 @@ class StudyFile(Table):
     limits: dict[str, Limit] = {}
     keep: list[str] = []
     keep_interval: Annotated[Seconds, Field(gt=0.0)] | None = None
+    sample_timeout: Annotated[Seconds, Field(gt=0.0)] | None = None   # wall time
 
     @field_validator("vary")
     @classmethod

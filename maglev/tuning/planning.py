@@ -10,8 +10,9 @@ from maglev.errors import ScenarioError
 from maglev.experiment.preparation import Experiment
 from maglev.studies.columns import Column, columns_of, meant, metrics_at_rest, named_values
 from maglev.studies.design import samples
-from maglev.studies.flying.batch import Job, code_of_package
-from maglev.studies.planning import key_of
+from maglev.studies.flying.batch import code_of_package
+from maglev.studies.flying.samples import Job
+from maglev.studies.planning import key_of, limit_of
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.cost import Cost
@@ -87,7 +88,8 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
                  for i in numbers(columns, known, [name], origin)}, tuning.over)
     plants = plants_of(tuning.plants(), targets, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
-    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns))
+    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns),
+              limit=limit_of(experiment, None))
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     nominal = np.array([target.nominal for target in searched])
     return PlannedTuning(tuning, replace(job, key=key_of(job, plants, experiment)), unknowns, cost, nominal, plants,

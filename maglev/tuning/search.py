@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
-from maglev.studies.flying.batch import Flown
 from maglev.studies.flying.batches import batches_of, fly_all
 from maglev.studies.flying.cluster import connected
+from maglev.studies.flying.samples import Flown
 from maglev.tuning.planning import PlannedTuning
 
 Array = NDArray[np.float64]

@@ -78,7 +78,11 @@ def end(process: BaseProcess) -> None:
 
 def how_it_ended(process: BaseProcess) -> str:
     """Signal or exit code of a process that has ended."""
-    code = process.exitcode
+    return named_end(process.exitcode)
+
+
+def named_end(code: int | None) -> str:
+    """Signal or exit code, in words, of an exit code as Python has it."""
     if code is None or code >= 0:
         return f"exit code {code}"
     try:

@@ -3,10 +3,9 @@
 import hashlib
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -14,64 +13,12 @@ from distributed import Worker, WorkerPlugin, get_worker
 from numpy.typing import NDArray
 
 from maglev.cosim.step_loop import LIBRARY
-from maglev.errors import MaglevError, in_one_line
+from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import evaluate
-from maglev.studies.columns import Column, named_values
-from maglev.studies.flying.flight import Flight
-from maglev.studies.targets import Target
+from maglev.studies.flying.apart import each_flown_apart
+from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Job:
-    """What every batch of a study has in common.
-
-    Attributes
-    ----------
-    key : str
-        Of the study: SHA-256 of all that its result depends on.
-    code : str
-        Of the package that plans it, see `code_of_package`.
-    experiment : Experiment
-        Its files are those of the machine that plans the study.
-    targets : tuple of Target
-    columns : tuple of Column
-    kept : tuple of str
-        Signals whose trajectories are kept.
-    every : int
-        Communication steps between two rows of these.
-    """
-
-    key: str
-    code: str
-    experiment: Experiment
-    targets: tuple[Target, ...]
-    columns: tuple[Column, ...]
-    kept: tuple[str, ...] = ()
-    every: int = 1
-
-
-@dataclass(frozen=True)
-class Flown:
-    """A batch that was flown.
-
-    Attributes
-    ----------
-    first : int
-        Number of its first sample.
-    values : ndarray, shape (samples, columns)
-        Metrics, SI; NaN where a sample was not flown to its end, or has no such metric.
-    failures : tuple of str or None
-        Why a sample was not flown to its end.
-    trajectories : ndarray, shape (samples, rows, signals), or None
-    """
-
-    first: int
-    values: Array
-    failures: tuple[str | None, ...]
-    trajectories: Array | None = None
 
 
 @cache
@@ -141,30 +88,6 @@ def fly_batch(plugin: str, first: int, values: Array) -> Flown:
     assert isinstance(files, StudyFiles)
     if files.job.code != code_of_package():
         raise MaglevError(f"a worker has maglev-fmus {code_of_package()}, expected {files.job.code}")
-    return fly_samples(files.local_job(), first, values)
-
-
-def fly_samples(job: Job, first: int, values: Array) -> Flown:
-    """Fly samples in this process; one that fails has a row that says why."""
-    plan = job.experiment.plan
-    rows = np.full((len(values), len(job.columns)), nan)
-    failures: list[str | None] = []
-    kept = None
-    with Flight(job.experiment) as flight:
-        flight.load()   # what fails here is no sample's fault
-        if job.kept:
-            kept = np.full((len(values), len(flight.time[::job.every]), len(job.kept)), nan)
-        for row, sample in enumerate(values.tolist()):
-            changes = {target.name: bool(value) if target.boolean else value
-                       for target, value in zip(job.targets, sample, strict=True)}
-            try:
-                columns = flight.fly(changes)
-                found = named_values(plan, evaluate(plan, flight.time, columns))
-            except MaglevError as error:
-                failures.append(in_one_line(error))
-                continue
-            failures.append(None)
-            rows[row] = [found.get(column.name, (nan, ""))[0] for column in job.columns]
-            if kept is not None:
-                kept[row] = np.column_stack([columns[name][::job.every] for name in job.kept])
-    return Flown(first, rows, tuple(failures), kept)
+    job = files.local_job()
+    return gathered(job, first, len(values), each_flown(job, values) if job.limit is None else
+                    each_flown_apart(job, values, job.limit))

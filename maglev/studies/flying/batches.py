@@ -10,7 +10,8 @@ from distributed import Client, Future, KilledWorker, as_completed
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError, in_one_line
-from maglev.studies.flying.batch import Flown, Job, StudyFiles, files_of, fly_batch
+from maglev.studies.flying.batch import StudyFiles, files_of, fly_batch
+from maglev.studies.flying.samples import Flown, Job
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside

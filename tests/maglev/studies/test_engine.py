@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from tiny_study import planned, scenario, tiny
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
 from maglev.studies.flying import cluster
-from maglev.studies.flying.batch import Flown, fly_samples
 from maglev.studies.flying.batches import fly_all
+from maglev.studies.flying.samples import Flown, fly_samples
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.running import run_study
 
@@ -146,14 +147,27 @@ def test_studies_as_data(client: Client, fastest_fmus: Path, tmp_path: Path) -> 
         study.command(6)
 
 
+def of_a_crash(fmus: Path, folder: Path) -> PlannedStudy:
+    crashing = faulty_run(faulty("crash", folder), fmus)
+    return plan_study(tiny(vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0]}]), crashing, "study.toml",
+                      folder, [])
+
+
+def test_a_foreign_fmu_that_crashes(client: Client, fastest_fmus: Path, tmp_path: Path) -> None:
+    """The study goes on, and says so; no worker dies of it."""
+    before = client.run(os.getpid)
+    flown(client, of_a_crash(fastest_fmus, tmp_path), tmp_path)
+    row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
+    assert row["failure"] == "the process that flew it ended (SIGSEGV)"
+    assert not row["passed"] and row["rms error of v"] is None
+    assert client.run(os.getpid) == before
+
+
 def test_a_sample_that_takes_its_workers_with_it(client: Client, fastest_fmus: Path, tmp_path: Path) -> None:
-    """A foreign FMU that crashes: the study goes on, and says so."""
-    crashing = faulty_run(faulty("crash", tmp_path), fastest_fmus)
-    study = plan_study(tiny(vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0]}]), crashing, "study.toml",
-                       tmp_path, [])
+    study = of_a_crash(fastest_fmus, tmp_path)
     scheduler: Any = client.cluster
     scheduler.scheduler.allowed_failures = 0   # the first death is enough
-    flown(client, study, tmp_path)
+    flown(client, replace(study, job=replace(study.job, limit=None)), tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert row["failure"] == "every process that flew it died"
     assert not row["passed"] and row["rms error of v"] is None

@@ -15,8 +15,8 @@ from tiny_study import planned
 
 from maglev.studies import dataset, running
 from maglev.studies.flying import batches as batches_module
-from maglev.studies.flying.batch import Flown, Job
 from maglev.studies.flying.batches import Batch
+from maglev.studies.flying.samples import Flown, Job
 
 FEW, MANY = 2_000, 20_000
 BATCH = 100   # samples

@@ -11,7 +11,7 @@ import pytest
 from tiny_study import planned, tiny
 
 from maglev.studies.design import unit_samples
-from maglev.studies.flying.batch import fly_samples
+from maglev.studies.flying.samples import fly_samples
 from maglev.studies.page.page import page
 from maglev.studies.page.sensitivity import sensitivity
 

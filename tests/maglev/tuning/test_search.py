@@ -12,7 +12,7 @@ import maglev
 from maglev.errors import ScenarioError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.batch import fly_samples
+from maglev.studies.flying.samples import fly_samples
 from maglev.tuning.planning import PlannedTuning, plan_tuning
 from maglev.tuning.schema import FOLDER, load_tuning, read_tuning
 
