@@ -2,6 +2,7 @@
 
 import logging
 import signal
+import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.sys
              "distributed.nanny.pre-spawn-environ": {
                  "MALLOC_TRIM_THRESHOLD_": 256_000_000, "MALLOC_MMAP_THRESHOLD_": 32_000_000, "OMP_NUM_THREADS": 1,
                  "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1}}
+SCRATCH = "temporary-directory"
 REACHED_WITHIN = 10.0    # s
 WORKERS_WITHIN = 60.0    # s
 
@@ -35,7 +37,8 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
         If the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
     if scheduler is None:
-        with quiet(), dask.config.set(UNWATCHED), without_script():   # Dask starts processes now, and when one has died
+        # Dask starts processes now, and when one has died; what they have on the disk goes with the folder.
+        with scratch() as folder, quiet(), without_script(), dask.config.set(UNWATCHED | {SCRATCH: folder}):
             with interrupts_blocked():   # and the thread that starts them stays as this one is now
                 # A worker's memory is that of one flight; Dask would pause one for ever that is over its share of a
                 # small machine.
@@ -59,6 +62,11 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
                                 "more") from None
         require_same_package(client, scheduler)
         yield client
+
+
+def scratch() -> tempfile.TemporaryDirectory[str]:
+    """Folder for a cluster; a process that is just being ended may still write into it."""
+    return tempfile.TemporaryDirectory(prefix="maglev_dask_", ignore_cleanup_errors=True)
 
 
 def ignore_interrupts() -> None:

@@ -112,6 +112,35 @@ def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code:
     assert not [line for line in lines if not line.startswith("maglev: ")]
 
 
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path, number: int, code: int, word: str) -> None:
+    """Whenever it was interrupted, its results are those, byte for byte, of one that was not."""
+    file = tmp_path / "payload.toml"
+    file.write_text(f'name = "payload"\nscenario = "{scenario(tmp_path, "hold", 10.0)}"\nmetrics = ["rms error"]\n'
+                    'keep = ["plant.v.position"]\nkeep_interval = "1 s"\n[[vary]]\nset = "plant.v.mass"\n'
+                    'kind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
+    folders = [tmp_path / name for name in ("whole", "parts")]
+    for folder in folders:
+        folder.mkdir()
+    arguments = ["study", file, "--fmus", fastest_fmus, "--jobs", "2"]
+    command, parts = Command(folders[1], *arguments), folders[1] / "results" / "payload.parts"
+    command.wait_until(lambda: list(parts.glob("samples-*.parquet")))
+    found, lines = command.ended(number)
+    done = 8 * len(list(parts.glob("samples-*.parquet")))
+    assert 0 < done < 64
+    assert (found, lines) == (code, [f"maglev: {word}: {done} of 64 samples are kept in "
+                                     f"{parts.relative_to(folders[1])}, --resume goes on with them"])
+    command.unpacked.rmdir()
+    for folder, more in zip(folders, ([], ["--resume"]), strict=True):
+        command = Command(folder, *arguments, *more)
+        _, errors = command.process.communicate(timeout=300.0)
+        assert command.process.returncode == 0, errors
+        assert list(command.unpacked.iterdir()) == []
+    whole, resumed = ({path.name: path.read_bytes() for path in (folder / "results").iterdir()} for folder in folders)
+    assert set(whole) == {"payload.parquet", "payload.trajectories.parquet", "payload.html"}
+    assert resumed == whole
+
+
 def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:
     """Ctrl-C when the first of two runs is done."""
     plans = [load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")]
