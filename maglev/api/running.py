@@ -11,6 +11,7 @@ from typing import Any, Unpack
 from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, Settings, experiments_of
+from maglev.api.what_if import fly_frictionless
 from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
@@ -26,6 +27,7 @@ from maglev.processes import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
+from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of, require_matplotlib, write_figure
 from maglev.report.text import claims_markdown, text_of
 from maglev.schema.loading import load_plan
@@ -148,8 +150,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
 
 
 def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "results", plot: bool = False,
-            page: bool = False, format: Format = "csv", jobs: int | None = None, watch: Watch | None = None,
-            say: Say | None = None, **options: Unpack[FlightOptions]) -> Results:
+            page: bool = False, what_if: bool = True, format: Format = "csv", jobs: int | None = None,
+            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Results:
     """Fly runs side by side, judge the claims about them, and write what was found.
 
     Parameters
@@ -162,6 +164,9 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
         Also write pictures, NAME.png.
     page : bool
         Also write one HTML page about all, report.html.
+    what_if : bool
+        For the page fly again, without friction, what claims rest on that were missed and whose reasons blame it; the
+        files are in the folder `without-friction`.
     format : "csv" or "parquet"
         Of the columns: NAME.parquet, with units and provenance in it, takes the place of NAME.csv.
     jobs : int, optional
@@ -192,8 +197,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     plans = [*asked, *([] if replaced else compared(asked))]
     experiments = experiments_of([*plans, *needed(plans)], options)
     say_notes(experiments, say or warn)
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = folder_for(Path(out))
     flown = fly_all(experiments, folder, format, jobs or processors(), watch or unwatched)
     for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.notes):
         (say or warn)(note)
@@ -203,9 +207,19 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
              folder / "claims.md"]
     write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
     if page:
+        again = fly_frictionless(experiments, verdicts if what_if else {}, lambda runs: fly_all(
+            runs, folder_for(folder / "without-friction"), format, jobs or processors(), watch or unwatched),
+            lambda runs: outcomes_of(runs, asked))
         files.append(folder / "report.html")
-        write_report(files[-1], flown, verdicts, outcomes)
+        write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
+                     Frictionless(again.runs, again.outcomes))
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files))
+
+
+def folder_for(path: Path) -> Path:
+    """The folder of that path, which is made if needed."""
+    path.mkdir(parents=True, exist_ok=True)
+    return path
 
 
 def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Outcome]:

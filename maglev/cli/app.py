@@ -177,6 +177,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 def report(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
            controller: Controller = None, ports: PortsFile = None, step: Step = None, out: Out = Path("results"),
            fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+           what_if: Annotated[bool, typer.Option(help="Fly again, without friction, the runs behind missed claims "
+                                                      "whose reasons blame it.")] = True,
            jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
@@ -192,9 +194,9 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
     with one_line_errors(debug):
         from maglev.api.running import run_all
 
-        print_results(run_all(names or None, out=out, page=True, jobs=jobs, watch=progress_of, say=say, set=settings,
-                              model=model, plant=plant, controller=controller, ports=ports, step=step, fmus=fmus,
-                              native=native, timeout=timeout), debug=debug)
+        print_results(run_all(names or None, out=out, page=True, what_if=what_if, jobs=jobs, watch=progress_of, say=say,
+                              set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
+                              fmus=fmus, native=native, timeout=timeout), debug=debug)
 
 
 @app.command()

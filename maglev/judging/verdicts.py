@@ -43,12 +43,15 @@ class ClaimResult:
     verdict : str
     against : float or None
         What a comparative claim compares the measured value with.
+    without : ClaimResult or None
+        The same of runs without what the claim's reason blames; None if these were not flown.
     """
 
     claim: Claim
     measured: float | bool | None
     verdict: Verdict
     against: float | None = None
+    without: "ClaimResult | None" = None
 
     @property
     def measured_text(self) -> str:
@@ -64,6 +67,12 @@ class ClaimResult:
         why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason,
                "not met": self.claim.reason}.get(self.verdict)
         return "; ".join(part for part in (why, self.claim.remark) if part)
+
+
+def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
+    """Claims that were missed and whose reason blames something that is assumed of the plant, such as "friction"."""
+    return [result for result in claims if result.claim.because == what
+            and result.verdict in ("within 10 %", "not reproduced", "not met")]
 
 
 # What is measured for a claim and, if it is comparative, for its other side.

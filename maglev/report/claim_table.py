@@ -12,6 +12,7 @@ from maglev.judging.verdicts import (
     ClaimResult,
     Judgements,
     Verdict,
+    blames,
     bounds_met,
     count_verdicts,
     sentences,
@@ -44,8 +45,6 @@ LOOKS: dict[Verdict, Look] = {
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
 FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
 FIGURE_NUMBER = re.compile(r"\d+\.\d+")
-# In a reason: friction that is assumed, not just friction; not beyond the end of a sentence.
-ASSUMED_FRICTION = re.compile(r"friction\b[^.;]*\bassumed\b|assumed friction")
 FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
 
 
@@ -61,8 +60,8 @@ def message(judgements: Judgements) -> str:
     counts = count_verdicts(claims)
     if not counts["reproduced"] + counts["not reproduced"]:
         return ""
-    missed = [each.note for each in claims if each.verdict == "not reproduced"]
-    friction = sum(bool(ASSUMED_FRICTION.search(note)) for note in missed)
+    missed = [each for each in claims if each.verdict == "not reproduced"]
+    friction = len(blames(missed, "friction"))
     return (f'<p class="message"><strong>{counts["reproduced"]} of {len(claims)} claims reproduce</strong>, '
             f'{counts["within 10 %"]} more come within 10 %.'
             + (f" Of the {len(missed)} that do not, {friction} have guide friction among their reasons, which the "
@@ -159,7 +158,8 @@ def claim_group(identifier: str, name: str, title: str, status: str, links: Sequ
 
 def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
     """Rows of the claims about a run or a procedure."""
-    return [claim_row(claim_anchor(name, k), each, shown) for k, each in enumerate(claims)]
+    own = next((each for each in shown if name in names_behind(each)), None)
+    return [claim_row(claim_anchor(name, k), each, shown, own) for k, each in enumerate(claims)]
 
 
 def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
@@ -167,16 +167,31 @@ def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
     return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
 
 
-def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart]) -> str:
-    """One claim; its source links to the figures, of those with the same number to the first."""
+def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart],
+              own: Shown | ShownChart | None) -> str:
+    """One claim; its source links to the figures, of those with the same number to the first; `own` has its curves."""
     claim = result.claim
     reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
+    reason += what_if(result, own)
     cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, shown)),
              ("criterion", escape(unbroken(claim.criterion))),
              ("measured", escape(unbroken(result.measured_text))),
              ("verdict", f"{badge(result.verdict)}{reason}"))
     return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
+
+
+def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str:
+    """What becomes of a claim without the friction that its reason blames, to unfold; with a link to its curves."""
+    if result.without is None:
+        return ""
+    measured = f": {escape(unbroken(result.without.measured_text))}" if result.without.measured_text else ""
+    link = (f' <a href="#{shown.id}" data-without="{shown.id}">Its curves in {escape(shown.title)}</a>'
+            if shown is not None else "")
+    verdict = ("a run without it does not complete" if result.without.verdict == "not run"
+               else badge(result.without.verdict))
+    return (f'<details class="what-if"><summary>What if friction were zero?</summary>'
+            f"<p>{verdict}{measured}.{link}</p></details>")
 
 
 def wording(result: ClaimResult) -> str:
@@ -212,15 +227,17 @@ def cited_figures(source: str) -> set[str]:
     return numbers
 
 
-def names_behind(shown: Shown) -> list[str]:
+def names_behind(shown: Shown | ShownChart) -> list[str]:
     """Names of a figure's runs, and of the procedures that these belong to: all that claims may be about."""
+    if isinstance(shown, ShownChart):
+        return shown.names
     procedures = [run.plan.procedure.name for run in shown.runs if run.plan.procedure is not None]
     return list(dict.fromkeys([*(run.plan.name for run in shown.runs), *procedures]))
 
 
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
     """Claims about a figure, linked: those of what it shows that cite it, or all of a run if it has no number."""
-    names = shown.names if isinstance(shown, ShownChart) else names_behind(shown)
+    names = names_behind(shown)
     every = isinstance(shown, Shown) and shown.number is None
     items = []
     for name in names:
@@ -230,5 +247,6 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
                 measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
                 wanted = f" ({escape(unbroken(result.claim.criterion))})" if result.claim.figure is None else ""
                 items.append(f'<li data-verdict="{result.verdict}"><a href="#{claim_anchor(name, k)}">'
-                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured}{reason}</li>")
+                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured}{reason}"
+                             f"{what_if(result)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -14,7 +14,7 @@ from maglev.live.link import has_live_page, live_address
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
-from maglev.report.plots.data import figure_data, runs_data
+from maglev.report.plots.data import NOTHING, Frictionless, figure_data, runs_data
 from maglev.report.plots.figures import (
     MOVING,
     Shown,
@@ -33,7 +33,7 @@ SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
-                 outcomes: Sequence[Outcome] = ()) -> None:
+                 outcomes: Sequence[Outcome] = (), frictionless: Frictionless = NOTHING) -> None:
     """Write the report of a study as one HTML page that needs no network.
 
     The file appears under its name when it is complete: what stood there before is intact until then.
@@ -48,19 +48,21 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
         Claims with their verdicts by name of the run or the procedure.
     outcomes : sequence of Outcome
         What the procedures found that the runs belong to.
+    frictionless : Frictionless
+        Runs among these that were flown again without friction, and what procedures found in them.
     """
-    page = report_page(results, judgements, outcomes, has_live_page(path))
+    page = report_page(results, judgements, outcomes, has_live_page(path), frictionless)
     write_whole(path, page)
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
-                live: bool = False) -> str:
+                live: bool = False, frictionless: Frictionless = NOTHING) -> str:
     """Text of the page; `live` is whether the live page lies beside it."""
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
-    data = {"runs": runs_data(results, figures),
-            "figures": {each.id: figure_data(each, judgements) for each in shown},
+    drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
+    data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
@@ -72,7 +74,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
-        figures="\n".join(figure_element(each, judgements, live) for each in shown)
+        figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id]) for each in shown)
         or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
@@ -97,8 +99,10 @@ def has_motion(result: RunResult, name: str) -> bool:
             and all(error_of(axis) in recorded_columns(result) for axis in axes))
 
 
-def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool) -> str:
+def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool, frictionless: bool) -> str:
     """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it."""
+    switch = (f'<p><button type="button" class="what-if" data-switch="{shown.id}" aria-pressed="false" hidden>'
+              "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
         caption, panels, rig = shown.chart.caption, len(shown.chart.panels), rig_of(name)
@@ -110,7 +114,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
                                   for text in run_status(run)) + "</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
-            f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n'
+            f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f'<div class="plot" data-figure="{shown.id}" style="min-height:{TOOLS + PIXELS * panels}px"></div>\n'
             f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
 

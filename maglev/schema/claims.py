@@ -50,6 +50,7 @@ class Claim(Table):
     over: Literal["all", "any", "mean"] = "all"
     axes: list[str] | None = None
     reason: str | None = None         # why it is not reproduced
+    because: Literal["friction"] | None = None   # what, assumed of the plant, the reason or the remark blames
     remark: str | None = None         # what a reader should know whatever the verdict
     not_testable: str | None = None   # why
 
@@ -118,7 +119,7 @@ class Claim(Table):
         kind = "a claim that is not testable"
         if self.quantity is not None:
             words = (self.NOUN, self.quantity, self.relation, "with than" if self.comparative else None)
-            kind = "the " + " ".join(word for word in words if word)
+            kind = " ".join(filter(None, ("the", *words)))
         for key in ("relation", "target", "digits", "unit", *self.PICKS):
             value = getattr(self, key)
             if value is None and key in needed:
@@ -131,6 +132,8 @@ class Claim(Table):
             raise key_refused("than", self.elsewhere, "has no meaning for the bound of a figure")
         if self.comparative and (self.measured is None or self.measured.yes_no):
             raise key_refused("than", self.elsewhere, f"expected a {self.NOUN} that is a number")
+        if self.because is not None and self.reason is None and self.remark is None:
+            raise key_refused("because", self.because, "expected a reason, or a remark, that says why")
         if self.factor != 1.0 and not self.comparative:
             raise key_refused("factor", self.factor, "has no meaning without than")
         return self
@@ -193,8 +196,7 @@ class Claim(Table):
             return f"{self.subject} in {low.partition(' ')[0]} … {high}"
         if not self.comparative:
             return f"{self.subject} {self.relation} {self.printed(self.target)}"
-        factor = "" if self.factor == 1.0 else f"{self.factor:g} × "
-        return f"{self.subject} {self.relation} {factor}{self.elsewhere}"
+        return f"{self.subject} {self.relation} {'' if self.factor == 1.0 else f'{self.factor:g} × '}{self.elsewhere}"
 
 
 class RunClaim(Claim):
@@ -240,8 +242,7 @@ class RunClaim(Claim):
     @property
     def elsewhere(self) -> str | None:
         """Axis and run that the claim compares with, such as "x of 3dof-tracking"; None if it has a target."""
-        names = [name for name in (self.than_axis, self.than) if name is not None]
-        return " of ".join(names) if names else None
+        return " of ".join(name for name in (self.than_axis, self.than) if name is not None) or None
 
 
 class Elsewhere(Table):
@@ -282,8 +283,7 @@ class ProcedureClaim(Claim):
         average = "mean " if self.over == "mean" or self.comparative else ""
         name = "" if self.quantity == "constant" else str(self.quantity).replace("_", " ")
         axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
-        words = " ".join(word for word in (name, self.constant, axes) if word)
-        return average + words + place(self.epsilon, self.gaps)
+        return average + " ".join(filter(None, (name, self.constant, axes))) + place(self.epsilon, self.gaps)
 
     @property
     def elsewhere(self) -> str | None:

@@ -11,6 +11,7 @@ from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import OF_BOUNDS, ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.report.page import report_page
+from maglev.report.plots.data import NOTHING
 from maglev.schema.claims import RunClaim
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
@@ -149,7 +150,7 @@ class Page(HTMLParser):
         return json.loads(self.with_id("data").text)
 
 
-def page_of(results, judgements=None, outcomes=()) -> Page:
+def page_of(results, judgements=None, outcomes=(), frictionless=NOTHING) -> Page:
     """Page of results; the claims of the outcomes are judged."""
     procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
-    return Page(report_page(results, {**(judgements or {}), **procedures}, outcomes))
+    return Page(report_page(results, {**(judgements or {}), **procedures}, outcomes, frictionless=frictionless))

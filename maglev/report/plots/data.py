@@ -1,13 +1,16 @@
 """What the page's scripts know about runs and figures, as JSON has it."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
-from maglev.report.plots.charts import ShownChart, chart_data
+from maglev.procedures.outcome import Outcome
+from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figure_bounds import figure_bounds
 from maglev.report.plots.figures import (
+    AXIS_PANELS,
+    MOTOR_PANELS,
     MOVING,
     Shown,
     error_of,
@@ -25,12 +28,26 @@ FEWEST_ROWS = 1000           # of a signal, however large the page
 LARGEST_DATA = 8_900_000     # bytes of all signals; the rest is less than 2 million
 
 
-def runs_data(results: Sequence[RunResult], shown: Sequence[Shown]) -> dict[str, dict[str, Any]]:
+class Frictionless(NamedTuple):
+    """Runs that were flown again without friction, and what procedures found in them."""
+
+    runs: Sequence[RunResult] = ()
+    outcomes: Sequence[Outcome] = ()
+
+
+NOTHING = Frictionless()
+
+
+def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
+              frictionless: Sequence[RunResult] = ()) -> dict[str, dict[str, Any]]:
     """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
     most = MOST_ROWS
     while True:
-        runs = {result.plan.name: run_data(result, shown, most) for result in results
-                if len(result.time) and is_drawn(result, shown)}
+        runs = {name: run_data(result, shown, most, kinds) for result, name, kinds in (
+            *((result, result.plan.name, AXIS_PANELS + MOTOR_PANELS) for result in results),
+            # What claims blame friction for is seen in the motion.
+            *((result, again_name(result), AXIS_PANELS) for result in frictionless))
+            if len(result.time) and is_drawn(result, shown)}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
         most //= 2
@@ -42,11 +59,16 @@ def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
     return result.plan.procedure is None or name in MOVING or any(each.has(name) for each in shown)
 
 
-def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, Any]:
-    """What the page's scripts know about a run: names of its signals by axis and motor, and the signals."""
+def again_name(result: RunResult) -> str:
+    """Name in the page of a run that was flown again without friction."""
+    return f"{result.plan.name}, without friction"
+
+
+def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str]) -> dict[str, Any]:
+    """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
     plan = result.plan
-    packed = pack(result.time, recorded_columns(result), plan.output_interval, needed_tolerances(result, shown),
-                  most)
+    packed = pack(result.time, recorded_columns(result), plan.output_interval,
+                  needed_tolerances(result, shown, kinds), most)
     return {
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
@@ -60,13 +82,19 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int) -> dict[str, 
     }
 
 
-def figure_data(shown: Shown | ShownChart, judgements: Judgements) -> dict[str, Any]:
+def figure_data(shown: Shown | ShownChart, judgements: Judgements,
+                frictionless: Frictionless = NOTHING) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
-        return chart_data(shown)
+        same = [each for each in shown_charts(frictionless.outcomes) if each.id == shown.id]
+        return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}
     labels = {run.plan.name: shown.figure.runs[run.plan.name] + (" (modified)" if run.modified else "")
               for run in shown.recorded}
+    again = [{"name": again_name(run), "label": "without friction" if len(labels) == 1 else
+              f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
+             if run.plan.name in labels and len(run.time)]
     return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
             "panels": [panel._asdict() for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
+            **({"without": again} if again else {}),
             **({} if shown.figure.until is None else {"until": shown.figure.until})}

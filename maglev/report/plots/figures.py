@@ -202,16 +202,16 @@ def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     return {"speed": [speed_of(axis)], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
 
 
-def needed_tolerances(result: RunResult, shown: Iterable[Shown]) -> dict[str, float]:
-    """Tolerances by name of the columns that the figures and the moving picture draw of a run."""
+def needed_tolerances(result: RunResult, shown: Iterable[Shown],
+                      kinds: Sequence[str] = AXIS_PANELS + MOTOR_PANELS) -> dict[str, float]:
+    """Tolerances by name of the columns that panels of some kinds and the moving picture draw of a run."""
     plan = result.plan
     panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
     if plan.name in MOVING:
         panels |= {Panel("position", axis) for axis in plan.axes}
         panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in plan.motors}
-    needed: dict[str, list[str]] = {"position": [], "speed": [], "current": []}
-    for kind, of in sorted(panels):
+    needed: dict[str, list[str]] = {"position": [], "error": [], "speed": [], "current": []}
+    for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
         if of in (plan.axes if kind in AXIS_PANELS else plan.motors):
-            group = "current" if kind in MOTOR_PANELS else "speed" if kind == "speed" else "position"
-            needed[group] += needed_columns(plan, kind, of)
-    return tolerances(needed["position"], needed["speed"], needed["current"])
+            needed["current" if kind in MOTOR_PANELS else kind] += needed_columns(plan, kind, of)
+    return tolerances(needed["position"], needed["error"], needed["speed"], needed["current"])

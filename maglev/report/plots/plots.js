@@ -9,6 +9,7 @@ const SMALLEST_ERROR = 1e-4;   // mm, lower end of logarithmic axes
 const RUN_DASHES = ["solid", "dash", "dot", "dashdot"];
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same
+const frictionless = new Set();   // ids of the figures that show their runs without friction, too
 let kept = false;     // while all are drawn, for paper, none is released
 
 /** Points of |error| in mm; between rows that differ by much, further points of the straight line. */
@@ -31,17 +32,31 @@ function logarithmicPoints({ times, values }) {
   return { x, y };
 }
 
+/** Runs that a figure draws: its own and, where asked for, these without friction. */
+function runsOf(id) {
+  const { runs, without, chart } = report.figures[id];
+  return !chart && without && frictionless.has(id) ? [...runs, ...without] : runs;
+}
+
+/** Panels of a chart, where asked for with its curves without friction. */
+function chartOf(id) {
+  const { chart, without } = report.figures[id];
+  return !without || !frictionless.has(id) ? chart : chart.map((panel, p) => ({ ...panel, curves: [...panel.curves,
+    ...(without[p]?.curves ?? []).map((curve) => ({ ...curve, label: `${curve.label}, without friction`,
+      kin: `${curve.kin}, without friction` }))] }));
+}
+
 /** Lines that a panel draws: run, signal, legend, colour, dash. */
-function panelLines(figure, { kind, of }) {
+function panelLines(figure, runs, { kind, of }) {
   const lines = [];
-  figure.runs.forEach(({ name, label }, r) => {
+  runs.forEach(({ name, label }, r) => {
     const run = report.runs[name];
     const dash = RUN_DASHES[r % RUN_DASHES.length];
     if (kind === "commands" || kind === "currents") {
       (run.motors[of]?.[kind] ?? []).forEach((signal, s) => {
         const short = signal.split(".").pop().replace("_cmd", "");
         const css = kind === "currents" ? `phase-${s % 3}` : s % 2 ? "quadrature" : "direct";
-        lines.push({ run: name, signal, name: figure.runs.length > 1 ? `${short} ${label}` : short, css, dash });
+        lines.push({ run: name, signal, name: runs.length > 1 ? `${short} ${label}` : short, css, dash });
       });
       return;
     }
@@ -101,15 +116,17 @@ function panelTitle({ kind, of }) {
   return kind === "error" ? what : `${what} (${KINDS[kind].unit})`;
 }
 
-function figurePanels(figure) {
-  const ends = figure.runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
-  const instants = figure.runs.flatMap(({ name, label }) => report.runs[name].events.map(({ time, text }) => ({
-    x: time, css: "bad", dash: "dash", name: `${figure.runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
+function figurePanels(id) {
+  const figure = report.figures[id];
+  const runs = runsOf(id);
+  const ends = runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
+  const instants = runs.flatMap(({ name, label }) => report.runs[name].events.map(({ time, text }) => ({
+    x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
   return figure.panels.map((panel, p) => ({
     title: panelTitle(panel), xTitle: "time (s)", low: 0, high: Math.max(...ends), logarithmic: panel.kind === "error",
     format: (value) => `${numberText(value, KINDS[panel.kind].digits)}`,
-    lines: panelLines(figure, panel).map((line) => drawnLine(line, panel.kind)),
+    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel.kind)),
     levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants,
   }));
 }
@@ -118,13 +135,13 @@ async function decodeAndDraw(id) {
   const figure = report.figures[id];
   const element = document.querySelector(`[data-figure="${id}"]`);
   try {
-    for (const { name } of figure.runs) {
+    for (const { name } of runsOf(id)) {
       await decodeRun(name);
       await breath();
     }
     if (!drawing[id]) return;   // released meanwhile
-    plots[id] = figure.chart ? makePlot(element, chartPanels(figure.chart), false)
-      : makePlot(element, figurePanels(figure), true, figure.until ? [0, figure.until] : null);
+    plots[id] = figure.chart ? makePlot(element, chartPanels(chartOf(id)), false)
+      : makePlot(element, figurePanels(id), true, figure.view ?? (figure.until ? [0, figure.until] : null));
     await plots[id].drawn;
     element.style.minHeight = `${element.offsetHeight}px`;   // so that nothing jumps when it is released
   } catch (error) {
@@ -149,8 +166,33 @@ function release(id) {
     plots[id].element.replaceChildren();
     delete plots[id];
   }
-  const needed = new Set(Object.keys(drawing).flatMap((drawn) => report.figures[drawn].runs.map(({ name }) => name)));
+  const needed = new Set(Object.keys(drawing).flatMap((drawn) => runsOf(drawn).map(({ name }) => name)));
   for (const name of Object.keys(ready)) if (!needed.has(name)) forgetRun(name);
+}
+
+/** Show a figure's runs without friction too, or no more, in the range of time that is shown; and what claims come to. */
+async function showFrictionless(id, shown) {
+  const button = document.querySelector(`[data-switch="${id}"]`);
+  if (!button) return;   // nothing of it was flown without friction
+  const figure = report.figures[id];
+  button.setAttribute("aria-pressed", String(shown));
+  frictionless[shown ? "add" : "delete"](id);
+  for (const details of button.closest("figure").querySelectorAll("details.what-if")) details.open = shown;
+  if (!drawing[id]) return;   // when it comes near the view
+  await drawing[id];
+  const view = figure.chart ? null : plots[id]?.views[0];
+  if (view) figure.view = [view.low, view.high];
+  if (plots[id]) plots[id].gone = true;
+  delete drawing[id];
+  await draw(id);
+}
+
+for (const button of document.querySelectorAll("[data-switch]")) {
+  button.hidden = false;
+  button.addEventListener("click", () => showFrictionless(button.dataset.switch, button.getAttribute("aria-pressed") !== "true"));
+}
+for (const link of document.querySelectorAll("a[data-without]")) {
+  link.addEventListener("click", () => showFrictionless(link.dataset.without, true));
 }
 
 /** Draw every figure, and keep it until `releaseFar`. */
@@ -187,4 +229,4 @@ window.addEventListener("resize", () => {
 });
 
 // For tests: draw everything, what is drawn, and what went wrong.
-window.maglevReport = { drawAll, errors, plots, ready };
+window.maglevReport = { drawAll, errors, figures: report.figures, plots, ready };

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-LENGTH = 0.2e-6        # m, tolerance of positions and references
+LENGTH = 1e-6          # m, tolerance of positions and references
+ERROR = 0.2e-6         # m, tolerance of the differences between them
 SPEED = 0.2e-3         # m/s, tolerance of velocities
-CURRENT = 10e-3        # A, tolerance of currents
+CURRENT = 20e-3        # A, tolerance of currents
 QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it
 FIRST_ROWS = 33        # evenly spaced, before rows are added where they are needed
 LARGEST_COUNT = 2**30 - 1   # quanta; keeps values and their differences in 32 bits
@@ -138,6 +139,8 @@ def time_quantum(time: Array, interval: float) -> float:
     return interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND
 
 
-def tolerances(positions: Iterable[str], speeds: Iterable[str], currents: Iterable[str]) -> dict[str, float]:
+def tolerances(positions: Iterable[str], errors: Iterable[str], speeds: Iterable[str],
+               currents: Iterable[str]) -> dict[str, float]:
     """Tolerances, SI, by the names of the columns of each kind."""
-    return {**dict.fromkeys(positions, LENGTH), **dict.fromkeys(speeds, SPEED), **dict.fromkeys(currents, CURRENT)}
+    kinds = ((positions, LENGTH), (errors, ERROR), (speeds, SPEED), (currents, CURRENT))
+    return {name: tolerance for names, tolerance in kinds for name in names}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from report_outcomes import HOSTILE
 from report_runs import SPEED
+from report_tab import DESKTOP, PHONE, Tab, wait_until
 
 
 def test_every_figure_is_drawn(desktop):
@@ -39,6 +40,55 @@ def test_a_figure_overlays_its_runs_and_has_units(desktop):
         (stop,) = panel["instants"]
         assert stop["x"] == 0.25   # s
         assert stop["name"] == "linear touched an end stop at 0.250 s"
+
+
+def lines_of(tab, figure: str) -> list[list[str]]:
+    """Names of the lines that each panel of a figure shows now."""
+    wait_until(tab.page, f"maglevReport.plots['{figure}']?.places.every((place) => place.querySelector('.panel-plot'))")
+    return tab.evaluate(f"maglevReport.plots['{figure}'].panels.map(({{ lines }}) => lines.map(({{ name }}) => name))")
+
+
+@pytest.mark.parametrize("viewport", [DESKTOP, PHONE])
+def test_a_switch_shows_the_motion_without_friction_and_what_claims_come_to(browser, report, viewport):
+    tab = Tab(browser, report, viewport)
+    switch = tab.page.locator('[data-switch="figure-5-20"]')
+    told = "[...document.querySelectorAll('#figure-5-20 details.what-if')].map(({ open }) => open)"
+    switch.scroll_into_view_if_needed()
+    position, *_ = lines_of(tab, "figure-5-20")
+    assert position == ["reference", "nonlinear"]
+    assert set(tab.evaluate(told)) == {False}
+    switch.click()
+    assert switch.get_attribute("aria-pressed") == "true"
+    wait_until(tab.page, "maglevReport.plots['figure-5-20']?.panels[0].lines.length === 3")
+    position, *_ = lines_of(tab, "figure-5-20")
+    assert position == ["reference", "nonlinear", "without friction"]
+    assert set(tab.evaluate(told)) == {True}
+    switch.click()
+    wait_until(tab.page, "maglevReport.plots['figure-5-20']?.panels[0].lines.length === 2")
+    assert set(tab.evaluate(told)) == {False}
+    tab.close()
+
+
+def test_a_claim_of_the_table_leads_to_its_curves_without_friction(browser, report):
+    tab = Tab(browser, report)
+    tab.page.locator("#run-3dof-setpoints details.what-if summary").first.click()
+    tab.page.locator("#run-3dof-setpoints details.what-if a").first.click()
+    assert tab.evaluate("location.hash") == "#figure-5-20"
+    wait_until(tab.page, "maglevReport.plots['figure-5-20']?.panels[0].lines.length === 3")
+    tab.close()
+
+
+def test_a_chart_of_a_procedure_has_its_curves_without_friction_too(desktop):
+    chart = desktop.evaluate("Object.keys(maglevReport.figures).find((id) => maglevReport.figures[id].chart"
+                             " && maglevReport.figures[id].without)")
+    before = panels_of(desktop, chart)
+    desktop.evaluate("(id) => document.querySelector(`[data-switch='${id}']`).click()", chart)
+    wait_until(desktop.page, f"maglevReport.plots['{chart}']?.panels[0].lines.length > {len(before[0]['lines'])}")
+    for panel, old in zip(panels_of(desktop, chart), before, strict=True):
+        names = [line["name"] for line in old["lines"]]
+        assert [line["name"] for line in panel["lines"]] == [*names, *(f"{name}, without friction" for name in names)]
+    desktop.evaluate("(id) => document.querySelector(`[data-switch='${id}']`).click()", chart)
+    wait_until(desktop.page, f"maglevReport.plots['{chart}']?.panels[0].lines.length === {len(before[0]['lines'])}")
 
 
 def test_a_line_is_drawn_where_its_values_are(desktop):
@@ -145,7 +195,7 @@ def test_pointing_at_a_plot_tells_the_values(desktop):
     reference, position = (float(text.split(": ")[1].split(" ")[0]) for text in texts[1:])
     assert reference == pytest.approx(21.0 + 1e3 * SPEED * time, abs=2e-3)
     assert position == pytest.approx(20.0 + 1e3 * SPEED * time, abs=2e-3)
-    assert "± 0.0002 mm" in texts[1]
+    assert "± 0.001 mm" in texts[1]
     desktop.page.mouse.move(0, 0)
     assert not readout.is_visible()
 

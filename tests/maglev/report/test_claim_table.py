@@ -1,9 +1,13 @@
+from dataclasses import replace
+
 import pytest
 from report_runs import failed, judged, packaged, page_of, recorded
 
-from maglev.judging.verdicts import VERDICTS
+from maglev.judging.verdicts import VERDICTS, ClaimResult
 from maglev.report.claim_table import cited_figures, linked_source
+from maglev.report.plots.data import Frictionless
 from maglev.report.plots.figures import read_figures, shown_figures
+from maglev.schema.claims import RunClaim
 
 SETPOINTS = packaged("2dof-setpoints")
 
@@ -87,15 +91,35 @@ def test_a_source_links_to_the_figures_of_the_page_only():
         'Figs. <a href="#figure-4-18">4.18</a>, 5.20 &amp; (4.19)')
 
 
-def test_the_message_counts_claims_and_the_reasons_with_assumed_friction():
-    """Not what merely mentions friction, nor bounds, nor claims that reproduce."""
-    reasons = ("guide friction, which is assumed, slows it", "the assumed friction makes this figure",
-               "a stage without friction. The stop is assumed", "neither has friction", None)
-    claims = [judged("reproduced"), judged("within 10 %"), judged("met"), judged("not met"),
-              *(judged("not reproduced", reason=reason) for reason in reasons)]
+def blaming(verdict: str, because: str | None = "friction") -> ClaimResult:
+    """A claim whose reason blames friction, as it is marked, or has one that is not."""
+    claim = RunClaim(text="It settles at once", source="p. 53, Fig. 4.18", metric="overshoot", relation="<", target=0.3,
+                     reason="guide friction slows it", because=because)
+    return ClaimResult(claim, 0.35, verdict)
+
+
+def test_the_message_counts_claims_and_those_that_blame_friction():
+    """Not what merely mentions friction, nor bounds, nor claims that reproduce or come close."""
+    claims = [judged("reproduced"), blaming("within 10 %"), judged("not met"),
+              *(blaming("not reproduced") for _ in range(2)), *(blaming("not reproduced", None) for _ in range(3))]
     (message,) = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).of_class("message")
     assert message.text == ("1 of 7 claims reproduce, 1 more come within 10 %. Of the 5 that do not, 2 have guide "
                             "friction among their reasons, which the thesis does not state and which is assumed here.")
+
+
+def test_a_claim_that_blames_friction_says_what_comes_out_without_it():
+    without = replace(blaming("reproduced"), measured=0.2)
+    claims = [replace(blaming("not reproduced"), without=without), blaming("not reproduced")]
+    again = recorded(SETPOINTS)
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}, frictionless=Frictionless([again]))
+    told = [element.text for element in page.of_class("what-if") if element.tag == "details"]
+    assert told[0] == "What if friction were zero?✓ reproduced: 20\N{NO-BREAK SPACE}%. Its curves in Figure 4.18"
+    assert len(told) == 2   # and in the figure that the claim cites
+    assert [button["data-switch"] for button in page.all("button") if "data-switch" in button.attributes] == [
+        name for name, figure in page.data["figures"].items() if "without" in figure] != []
+    signals = page.data["runs"]["2dof-setpoints, without friction"]["signals"]
+    assert "plant.v.position" in signals
+    assert not [name for name in signals if ".i_" in name]
 
 
 def test_without_verdicts_there_is_no_message():

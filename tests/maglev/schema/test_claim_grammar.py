@@ -91,6 +91,8 @@ def test_a_claim_that_is_not_testable_says_nothing_else(kind: type[Claim], table
     ({**OVERSHOOT, "band": 1}, ["'band'", "no meaning"]),
     ({**OVERSHOOT, "motor": "alpha"}, ["'motors'", "no meaning"]),
     ({**OVERSHOOT, "motor": "alpha", "motors": ["alpha"]}, ["'motor'", "got both"]),
+    ({**OVERSHOOT, "because": "friction"}, ["'because'", "expected a reason"]),
+    ({**OVERSHOOT, "reason": "rough guides", "because": "frictoin"}, ["because", "'friction'"]),
     ({**OVERSHOOT, "axi": "y"}, ["axi", "nearest valid key is 'ax"]),
     ({**OVERSHOOT, "target": "3 s"}, ["target", "3 s"]),
     ({**RUN, "axis": "y"}, ["'axes'", "no meaning"]),

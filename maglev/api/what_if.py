@@ -1,0 +1,73 @@
+"""What if friction were zero: the runs behind claims whose reasons blame it, flown again without it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from maglev.experiment.execution import RunResult
+from maglev.experiment.frictionless import without_friction
+from maglev.experiment.preparation import Experiment
+from maglev.judging.run_claims import judge_run
+from maglev.judging.verdicts import ClaimResult, Judgements, blames
+from maglev.procedures.judging import judge_procedure
+from maglev.procedures.outcome import Outcome
+
+Fly = Callable[[list[Experiment]], list[RunResult]]
+Evaluate = Callable[[list[RunResult]], list[Outcome]]
+
+
+class Again(NamedTuple):
+    """What runs without friction gave: the runs, what procedures found in them, and every claim with the verdict."""
+
+    runs: list[RunResult]
+    outcomes: list[Outcome]
+    verdicts: Judgements
+
+
+def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fly: Fly,
+                     evaluate: Evaluate) -> Again:
+    """Fly again, without friction, what claims rest on that were missed and whose reasons blame it.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        Those that were flown.
+    verdicts : mapping of str to sequence of ClaimResult
+        By name of the run or procedure; given back with what comes out `without` friction.
+    fly, evaluate : callable
+        From experiments to their results, and from these to what procedures find.
+    """
+    blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
+    again = [without_friction(each) for each in with_needed(experiments, blamed)]
+    runs = fly(again) if again else []
+    outcomes = [found for found in evaluate(runs) if found.settings.name in blamed] if runs else []
+    metrics = {result.plan.name: result.metrics for result in runs}
+    found = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs
+             if result.plan.name in blamed}
+    found |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
+    return Again(runs, outcomes, {name: [beside(*pair) for pair in zip(claims, found[name], strict=True)]
+                                         if name in found else claims for name, claims in verdicts.items()})
+
+
+def beside(result: ClaimResult, without: ClaimResult) -> ClaimResult:
+    """The result with that of the same claim without friction, if its reason blames this."""
+    return replace(result, without=without) if blames([result], "friction") else result
+
+
+def with_needed(experiments: Sequence[Experiment], blamed: Judgements) -> list[Experiment]:
+    """Experiments that claims, by run or procedure, are judged on, and those that these start from."""
+    plans = {each.plan.name: each.plan for each in experiments}
+    procedures = {plan.procedure.name: plan.procedure for plan in plans.values() if plan.procedure is not None}
+    names = set(blamed)
+    for claims in blamed.values():
+        names.update(run for each in claims for run in getattr(each.claim, "other_runs", ()))
+    for name in blamed.keys() & procedures.keys():
+        names.update(procedures[name].runs.values())   # of other procedures, too
+    wanted = {plan.name for plan in plans.values()
+              if plan.name in names or (plan.procedure is not None and plan.procedure.name in names)}
+    waiting = list(wanted)
+    while waiting:
+        new = plans[waiting.pop()].needs - wanted
+        wanted |= new
+        waiting += new
+    return [each for each in experiments if each.plan.name in wanted]
