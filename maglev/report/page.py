@@ -24,6 +24,7 @@ from maglev.report.plots.figures import (
     rig_of,
     shown_figures,
 )
+from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
 
 FOLDER = Path(__file__).parent
@@ -115,6 +116,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
                                   for text in run_status(run)) + "</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
+            f"<noscript>{static_picture(shown)}</noscript>\n"
             f'<div class="plot" data-figure="{shown.id}" style="min-height:{TOOLS + PIXELS * panels}px"></div>\n'
             f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
 

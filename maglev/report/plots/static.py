@@ -1,0 +1,137 @@
+"""Pictures of the figures for browsers without JavaScript: the same lines as SVG, coarse, with few labels."""
+
+import math
+from collections.abc import Iterator, Sequence
+from html import escape
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.report.plots.charts import ShownChart
+from maglev.report.plots.figures import AXIS_PANELS, Panel, Shown, needed_columns, recorded_columns
+from maglev.report.plots.series import thin
+
+Array = NDArray[np.float64]
+
+WIDTH, HEIGHT = 600, 120         # px of the frame
+LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, times
+MOST_POINTS = 120                # of a line
+FINEST = 0.6                     # px, tolerance of a line
+COLOURS = 5                      # of runs
+SMALLEST_ERROR = 1e-3            # mm
+# Titles with the unit, and how many of it are one SI unit.
+KINDS = {"position": ("{} (mm)", 1e3), "speed": ("speed of {} (mm/s)", 1e3), "error": ("|error| of {} (mm)", 1e3),
+         "commands": ("{} commands (A)", 1.0), "currents": ("{} currents (A)", 1.0)}
+PHASES = ("phase-0", "phase-1", "phase-2")
+
+
+class Line(NamedTuple):
+    """A line or marks: name, colour in the style sheet, abscissae and ordinates, shape (n,)."""
+
+    name: str
+    colour: str
+    x: Array
+    y: Array
+    marked: bool = False
+
+
+def static_picture(shown: Shown | ShownChart) -> str:
+    """The panels of a figure as SVG below each other."""
+    if isinstance(shown, ShownChart):
+        panels = [(panel.y_title, panel.x_title, [
+            Line(curve.label, f"run-{k % COLOURS}", np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float),
+                 curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)], False)
+            for panel in shown.chart.panels]
+    else:
+        panels = [(KINDS[panel.kind][0].format(panel.of), "time (s)", list(panel_lines(shown, panel)),
+                   panel.kind == "error") for panel in shown.panels]
+    return "\n".join(panel_picture(*panel) for panel in panels)
+
+
+def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
+    """Lines of a panel: of each run, and of a position the reference of the run that was recorded longest."""
+    factor = KINDS[panel.kind][1]
+    runs = [run for run in shown.recorded if panel.of in (run.plan.axes if panel.kind in AXIS_PANELS
+                                                          else run.plan.motors)]
+    if panel.kind == "position":
+        longest = max(runs, key=lambda run: run.time[-1])
+        reference = longest.columns.get(longest.plan.axes[panel.of].reference)
+        if reference is not None:
+            yield Line("reference", "reference", longest.time, factor * reference)
+    for number, run in enumerate(runs):
+        columns, label = recorded_columns(run), shown.figure.runs[run.plan.name]
+        names = needed_columns(run.plan, panel.kind, panel.of)
+        for k, name in enumerate(names[:1] if panel.kind == "position" else names):
+            if name not in columns:
+                continue
+            short = name.rpartition(".")[2].replace("_cmd", "")
+            colour = {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(
+                panel.kind, f"run-{number % COLOURS}")
+            yield Line(label if panel.kind in AXIS_PANELS else short if len(runs) == 1 else f"{short} {label}", colour,
+                       run.time, factor * columns[name])
+
+
+def panel_picture(title: str, x_title: str, lines: Sequence[Line], logarithmic: bool) -> str:
+    """One panel as SVG: title and names of the lines, frame with labels, and the lines; none if it has no points."""
+    lines = [finite(line, logarithmic) for line in lines]
+    lines = [line for line in lines if len(line.x)]
+    if not lines:
+        return ""
+    x_low, x_high = limits(lines, 0, 0.0)
+    low, high = limits(lines, 1, 0.05)
+    drawn = []
+    for value, label in labels(low, high, logarithmic):
+        y = TOP + HEIGHT * (high - value) / (high - low)
+        drawn.append(f'<path d="M{LEFT} {y:.0f}h{WIDTH}" class="grid"/><text x="{LEFT - 5}" y="{y + 4:.0f}" '
+                     f'text-anchor="end">{label}</text>')
+    for value, label in labels(x_low, x_high, False):
+        x = LEFT + WIDTH * (value - x_low) / (x_high - x_low)
+        drawn.append(f'<text x="{x:.0f}" y="{TOP + HEIGHT + 14}" text-anchor="middle">{label}</text>')
+    for line in lines:
+        across = LEFT + WIDTH * (line.x - x_low) / (x_high - x_low)
+        drawn.append(shape(line, across, TOP + HEIGHT * (high - line.y) / (high - low)))
+    names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines)
+    return (f'<svg class="still" viewBox="0 0 {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW}" role="img" '
+            f'aria-label="{escape(title)} over {escape(x_title)}"><text x="{LEFT}" y="14"><tspan font-weight="bold">'
+            f'{escape(title)}</tspan>{names}</text>{"".join(drawn)}<path d="M{LEFT} {TOP}h{WIDTH}v{HEIGHT}h-{WIDTH}z" '
+            f'class="grid"/><text x="{LEFT + WIDTH // 2}" y="{TOP + HEIGHT + 29}" text-anchor="middle">'
+            f"{escape(x_title)}</text></svg>")
+
+
+def finite(line: Line, logarithmic: bool) -> Line:
+    """The line without points that are not finite; of a logarithmic one the logarithms of its sizes."""
+    kept = np.isfinite(line.x) & np.isfinite(line.y)
+    y = line.y[kept]
+    return line._replace(x=line.x[kept], y=np.log10(np.maximum(np.abs(y), SMALLEST_ERROR)) if logarithmic else y)
+
+
+def limits(lines: Sequence[Line], of: int, air: float) -> tuple[float, float]:
+    """Least and largest abscissa (0) or ordinate (1) of lines, with a share of air; never the same."""
+    values = [(line.x, line.y)[of] for line in lines]
+    low, high = min(float(each.min()) for each in values), max(float(each.max()) for each in values)
+    if high - low < 1e-9 * max(1.0, abs(high)):
+        low, high = low - 0.5, high + 0.5
+    return low - air * (high - low), high + air * (high - low)
+
+
+def labels(low: float, high: float, logarithmic: bool) -> list[tuple[float, str]]:
+    """At most six places between two limits, and what is written there."""
+    if logarithmic:
+        return [(power, f"{10.0 ** power:g}") for power in range(math.ceil(low), math.floor(high) + 1)]
+    power = 10.0 ** math.floor(math.log10((high - low) / 5.0))
+    step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power * 5.0 >= (high - low) * (1 - 1e-9))
+    return [(k * step, f"{k * step:.6g}".replace("-", "−"))
+            for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+
+
+def shape(line: Line, x: Array, y: Array) -> str:
+    """A line through points (px), with those left out that would not be seen; or marks there."""
+    if line.marked:
+        marks = "".join(f"M{across:.0f} {down:.0f}h.1" for across, down in zip(x, y, strict=True))
+        return f'<path class="mark" style="stroke:var(--{line.colour})" d="{marks}"/>'
+    if len(x) > MOST_POINTS and (np.diff(x) > 0.0).all():
+        rows = thin(x, y, FINEST, MOST_POINTS).rows
+        x, y = x[rows], y[rows]
+    points = list(dict.fromkeys(f"{across:.0f} {down:.0f}" for across, down in zip(x, y, strict=True)))
+    return f'<path style="stroke:var(--{line.colour})" d="M{"L".join(points)}"/>'
