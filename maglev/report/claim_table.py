@@ -20,6 +20,7 @@ from maglev.judging.verdicts import (
 from maglev.procedures.outcome import Outcome
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
 from maglev.report.plots.charts import ShownChart
+from maglev.report.plots.citations import FIGURE_LIST, FIGURE_NUMBER, cited_figures
 from maglev.report.plots.figures import Shown, anchor, rig_of
 from maglev.report.status import is_listed, modification, run_status
 
@@ -42,10 +43,6 @@ LOOKS: dict[Verdict, Look] = {
     "not met": Look("bad", "⊄"),
 }
 
-# "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
-FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
-FIGURE_NUMBER = re.compile(r"\d+\.\d+")
-FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
 
 
 def badge(verdict: Verdict) -> str:
@@ -215,16 +212,6 @@ def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
         return f'<a href="#{targets[number]}">{number}</a>' if number in targets else number
 
     return FIGURE_LIST.sub(lambda found: FIGURE_NUMBER.sub(link, found.group()), escape(source))
-
-
-def cited_figures(source: str) -> set[str]:
-    """Numbers of the figures that a source cites, those within a range too."""
-    numbers: set[str] = set()
-    for text in FIGURE_LIST.findall(source):
-        numbers.update(FIGURE_NUMBER.findall(text))
-        for chapter, first, _, last in FIGURE_RANGE.findall(text):
-            numbers.update(f"{chapter}.{k}" for k in range(int(first), int(last) + 1))
-    return numbers
 
 
 def names_behind(shown: Shown | ShownChart) -> list[str]:

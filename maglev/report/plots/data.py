@@ -20,6 +20,7 @@ from maglev.report.plots.figures import (
     speed_of,
 )
 from maglev.report.plots.limits import limits
+from maglev.report.plots.marks import figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
 
@@ -96,5 +97,6 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
     return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
             "panels": [panel._asdict() for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
+            "marks": figure_marks(shown, judgements),
             **({"without": again} if again else {}),
             **({} if shown.figure.until is None else {"until": shown.figure.until})}

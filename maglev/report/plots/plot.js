@@ -94,7 +94,7 @@ function legend(plot, panel, parent) {
       plot.drawn = drawPanels(plot);
     });
   }
-  const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants].map((each) => [each.name, each]));
+  const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants, ...panel.marks].map((each) => [each.name, each]));
   for (const { name, css, dash, area } of notes.values()) {
     const note = html("span", {}, list);
     if (area) html("i", { class: "area", style: `background: var(--${css})` }, note);
@@ -128,7 +128,7 @@ function drawPanel(plot, p) {
   const whole = Math.max(240, plot.element.clientWidth);
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.height - PANEL.top - PANEL.bottom];
   const lines = panel.lines.filter(({ name }) => !plot.hidden.has(name));
-  const limits = [...panel.levels.map(({ value }) => value), ...panel.areas.flatMap(({ low, high }) => [low, high])];
+  const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
   const up = scaleOf(...fitted(lines, limits, view.low, view.high, panel.logarithmic), PANEL.top + height, PANEL.top,
     panel.logarithmic);
@@ -154,6 +154,16 @@ function drawPanel(plot, p) {
     svg("path", { class: "instant", "data-name": name, d: `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`,
       style: `stroke: var(--${css}); stroke-width: 1.5; stroke-dasharray: ${DASHES.dash}` }, inner);
   }
+  const labels = [];
+  const labelled = new Set();
+  for (const { x, value, low, high, css, dash, name, short } of panel.marks) {
+    const d = value === null ? `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`
+      : `M${across.place(low).toFixed(1)} ${up.place(value).toFixed(1)}H${across.place(high).toFixed(1)}`;
+    svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner);
+    labels.push({ x: value === null ? across.place(x) + 4 : Math.max(0, across.place(low)) + 4,
+      y: value === null ? PANEL.top + height - 6 : up.place(value) + (up.place(value) < PANEL.top + 15 ? 12 : -4), text: labelled.has(name) ? "" : short });
+    labelled.add(name);
+  }
   for (const line of lines) {
     if (line.marked) {
       const marks = line.x.map((x, k) => (line.y[k] === null ? ""
@@ -165,6 +175,8 @@ function drawPanel(plot, p) {
         style: `stroke: var(--${line.css}); stroke-dasharray: ${DASHES[line.dash]}` }, inner);
     }
   }
+  // Above the lines, on paper.
+  for (const { x, y, text } of labels) if (text) svg("text", { class: "mark-label", x, y }, inner, text);
   handle(plot, p, picture, across, lines, height);
 }
 

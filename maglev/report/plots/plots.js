@@ -110,6 +110,16 @@ function panelAreas(figure, p) {
   }));
 }
 
+/** Values that the thesis states: at a time, or at a level between two times. */
+function panelMarks(figure, p, end) {
+  const { kind } = figure.panels[p];
+  const { scale } = KINDS[kind];
+  return (figure.marks ?? []).filter(({ panel }) => panel === p).map((mark) => ({
+    name: mark.text, short: mark.short, css: "thesis", dash: "dot", x: mark.time, low: mark.start, high: mark.end ?? end,
+    value: mark.level === null ? null : scale * mark.level,
+  }));
+}
+
 function panelTitle({ kind, of }) {
   const what = { position: of, speed: `speed of ${of}`, error: `|error| of ${of}`, commands: `${of} commands`,
     currents: `${of} currents` }[kind];
@@ -128,6 +138,7 @@ function figurePanels(id) {
     format: (value) => `${numberText(value, KINDS[panel.kind].digits)}`,
     lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel.kind)),
     levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants,
+    marks: panelMarks(figure, p, Math.max(...ends)),
   }));
 }
 

@@ -71,7 +71,10 @@ function fitted(lines, levels, from, to, logarithmic) {
     }
   }
   if (low > high) return logarithmic ? [1e-3, 1] : [0, 1];
-  if (logarithmic) return [low / 1.3, Math.max(high * 1.3, low * 10)];
+  if (logarithmic) {
+    for (const level of levels) if (level >= low / 10 && level <= high * 10) [low, high] = [Math.min(low, level), Math.max(high, level)];
+    return [low / 1.3, Math.max(high * 1.3, low * 10)];
+  }
   if (high - low < 1e-9 * Math.max(1e-3, Math.abs(high))) [low, high] = [low - 0.5, high + 0.5];
   const [least, most] = [low - (high - low), high + (high - low)];
   for (const level of levels) {

@@ -4,7 +4,8 @@ import pytest
 from report_runs import failed, judged, packaged, page_of, recorded
 
 from maglev.judging.verdicts import VERDICTS, ClaimResult
-from maglev.report.claim_table import cited_figures, linked_source
+from maglev.report.claim_table import linked_source
+from maglev.report.plots.citations import cited_figures
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.figures import read_figures, shown_figures
 from maglev.schema.claims import RunClaim

@@ -51,18 +51,18 @@ def scheme(request) -> dict[str, str]:
 @pytest.mark.parametrize("who", SEEN_BY)
 def test_lines_of_a_panel_are_told_apart(scheme, who):
     for group in GROUPS:
-        for one, other in combinations(group, 2):
+        for one, other in combinations([*group, "thesis"], 2):
             seen = [lab(SEEN_BY[who] @ linear(scheme[name])) for name in (one, other)]
             assert np.linalg.norm(seen[0] - seen[1]) > 20.0, (one, other)   # of two greys 20 % of black to white
 
 
 def test_a_colour_has_one_meaning(scheme):
     meanings = [name for group in GROUPS for name in group]
-    assert len({scheme[name] for name in [*meanings, "reference", "limit"]}) == len(meanings) + 2
+    assert len({scheme[name] for name in [*meanings, "reference", "limit", "thesis"]}) == len(meanings) + 3
 
 
 def test_lines_stand_out_from_the_paper(scheme):
-    for name in [*(name for group in GROUPS for name in group), "reference", "limit"]:
+    for name in [*(name for group in GROUPS for name in group), "reference", "limit", "thesis"]:
         bright, dim = sorted((luminance(scheme[name]), luminance(scheme["paper"])), reverse=True)
         assert (bright + 0.05) / (dim + 0.05) > 3.0, name   # WCAG 2.1, 1.4.11
 

@@ -1,0 +1,86 @@
+"""Values that the thesis states in words, as marks in the panels of a figure: by when, how far, how much."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from maglev.experiment.execution import RunResult
+from maglev.judging.verdicts import Judgements, sentences
+from maglev.report.plots.citations import cited_figures
+from maglev.report.plots.figure_bounds import draws
+from maglev.report.plots.figures import Panel, Shown
+from maglev.schema.claims import RunClaim
+
+
+class Mark(NamedTuple):
+    """A line in a panel, SI: at a time (s), or at a level between two times."""
+
+    kind: str                     # of the panel
+    of: str                       # its axis or motor
+    time: float | None = None
+    level: float | None = None
+    start: float = 0.0
+    end: float | None = None      # None: to the end
+
+
+def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
+    """Marks in a figure: the panel's number, a time, or a level between two times, and what is stated; each once.
+
+    What is stated about other figures is left out.
+    """
+    found: dict[tuple[int, Mark, str, str], None] = {}
+    for run in shown.recorded:
+        for result in sentences(judgements.get(run.plan.name, ())):
+            claim = result.claim
+            cited = cited_figures(claim.source)
+            if isinstance(claim, RunClaim) and isinstance(claim.target, float) and (not cited or shown.number in cited):
+                words = {"all": claim.criterion, "any": f"{claim.criterion}, of one of them",
+                         "mean": f"mean {claim.criterion}"}[claim.over]
+                short = f"{claim.relation} {claim.printed(claim.target)}"
+                found |= dict.fromkeys((k, mark, words, short) for mark in marks(claim, claim.target, run, shown)
+                                       for k, panel in enumerate(shown.panels) if tuple(panel) == (mark.kind, mark.of))
+    return [{"panel": k, "text": f"thesis: {text}", "short": f"thesis {short}",
+             **{key: value for key, value in mark._asdict().items() if key not in ("kind", "of")}}
+            for k, mark, text, short in found]
+
+
+def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Iterator[Mark]:
+    """Where the value (SI) that a claim states about a run stands, whatever panels there are."""
+    quantity, plan = claim.quantity, run.plan
+    axes = claim.axes or list(plan.axes)
+    if claim.measured is None or run.metrics is None:
+        return
+    if claim.measured.on == "step":
+        yield from marks_of_steps(claim, target, run, shown, axes)
+    elif claim.measured.on == "tracking":
+        for axis in axes:
+            yield (Mark("error", axis, time=target) if quantity == "tracking_settling" else
+                   Mark("error", axis, level=target, start=plan.metrics.tracking_from or 0.0))
+    elif claim.measured.on == "motor":
+        kind = "currents" if quantity in ("peak_current", "mean_current") else "commands"
+        yield from (Mark(kind, motor, level=sign * target) for motor in claim.motors or plan.motors
+                    for sign in (1.0, -1.0))
+    elif claim.measured.on == "column":
+        yield from (Mark(panel.kind, panel.of, level=sign * target) for panel in shown.panels
+                    if draws(shown, panel, claim.columns or ()) for sign in (1.0, -1.0)[:1 + (quantity == "largest")])
+    elif quantity == "trip_time":
+        yield from (Mark(panel.kind, panel.of, time=target) for panel in shown.panels)
+
+
+def marks_of_steps(claim: RunClaim, target: float, run: RunResult, shown: Shown,
+                   axes: Sequence[str]) -> Iterator[Mark]:
+    """What a claim states about each step: until when it settles, how far it overshoots, what error it leaves.
+
+    A time beyond the next step is none to see.
+    """
+    assert run.metrics is not None
+    for step in (step for step in run.metrics.steps if step.axis in axes):
+        end = min((other.time for other in run.metrics.steps if other.time > step.time), default=None)
+        if claim.quantity == "settling_time":
+            if step.time + target < (end or run.time[-1]):
+                kind = "error" if Panel("error", step.axis) in shown.panels else "position"
+                yield Mark(kind, step.axis, time=step.time + target)
+        elif claim.quantity == "overshoot" and claim.over != "any":   # five levels for one step would hide it
+            peak = step.target + target * (step.target - step.start)
+            yield Mark("position", step.axis, level=peak, start=step.time, end=end)
+        elif claim.quantity == "steady_state_error":
+            yield Mark("error", step.axis, level=target, start=step.time, end=end)
