@@ -11,7 +11,6 @@ from typing import Any, Unpack
 from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, Settings, experiments_of
-from maglev.api.what_if import fly_frictionless
 from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording
 from maglev.cosim.order import Order
@@ -30,6 +29,7 @@ from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of, require_matplotlib, write_figure
 from maglev.report.text import claims_markdown, text_of
+from maglev.report.what_if import fly_frictionless
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.written.source import is_class
