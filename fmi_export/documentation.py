@@ -24,7 +24,8 @@ text-align: left; width: max-content; font-size: 1.1em; } mover:not([accent]) > 
 @media (max-width: 40em) { .eq { margin-left: .5em; } }
 @media (prefers-color-scheme: dark) { :root { --page: #181818; } body { color: #ddd; } a { color: #8cf; } }
 @media print { :root { color-scheme: light; --page: #ffffff; } body { color: #000; max-width: none; margin: 0; }
-.wide, .eq, .sketch { overflow: visible; } .sketch svg { max-width: 100%; height: auto; } table { font-size: 8.5px; }
+.wide, .eq, .sketch { overflow: visible; } .eq { margin-left: .5em; font-size: 90%; }
+table { font-size: 8.5px; }
 td { min-width: 0 !important; }
 tr, .eq, .sketch { break-inside: avoid; } h2 { break-after: avoid; } }
 """
@@ -100,7 +101,7 @@ def variable_table(definition: FmuDefinition, variables: list[Variable]) -> str:
                                      for kind, cell in cells) + "</tr>")
     head = "".join(f'<th scope="col">{title}</th>'
                    for title in ("name", "start", "unit", "range", "variability", "meaning", "source of the value"))
-    return f'<div class="wide"><table><tr>{head}</tr>\n' + "\n".join(rows) + "\n</table></div>"
+    return f'<div class="wide" tabindex="0"><table><tr>{head}</tr>\n' + "\n".join(rows) + "\n</table></div>"
 
 
 def number(value: float) -> str:

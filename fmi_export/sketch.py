@@ -28,13 +28,14 @@ STYLE = """
 fill: var(--force); }
 .sketch .iron { fill: var(--iron); } .sketch .north { fill: var(--north); } .sketch .south { fill: var(--south);
 stroke: var(--north); } .sketch .paper { fill: var(--page); }
+@media print { .sketch svg { max-width: 100%; height: auto; } }
 """
 
 
 def sketch(width: float, height: float, title: str, *parts: str) -> str:
     """A sketch of parts; its title says in words what it shows."""
-    return (f'<div class="sketch"><svg role="img" aria-label="{escape(title)}" width="{width:g}" height="{height:g}" '
-            f'viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg></div>')
+    return (f'<div class="sketch" tabindex="0"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
+            f'height="{height:g}" viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg></div>')
 
 
 def words(x: float, y: float, text: str, kind: str = "") -> str:

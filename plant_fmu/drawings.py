@@ -30,16 +30,16 @@ def from_above() -> tuple[Shape, ...]:
 
 def sketch_2dof() -> str:
     """The 2-DOF stage from the side."""
-    return sketch(600, 265, "2-DOF stage from the side: stator with slots above, mover with magnets below it. The air "
+    return sketch(545, 265, "2-DOF stage from the side: stator with slots above, mover with magnets below it. The air "
                             "gap v grows downwards, the displacement h to the right.",
-                  side_view(300, "v", "h", "q"))
+                  side_view(240, "v", "h", "q"))
 
 
 def sketch_3dof() -> str:
     """The 3-DOF stage from the side and from above."""
-    return sketch(920, 265, "3-DOF stage from the side and from above: the air gap y grows downwards; pair alpha "
+    return sketch(860, 265, "3-DOF stage from the side and from above: the air gap y grows downwards; pair alpha "
                             "drives the mover along x, to the right, pair beta along z.",
-                  side_view(290, "y", "x", "{qα}"), above(760, 138))
+                  side_view(240, "y", "x", "{qα}"), above(710, 138))
 
 
 def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) -> str:

@@ -72,7 +72,7 @@ def test_pages_are_typeset_and_have_a_sketch(name: str) -> None:
     page = documentation(definition(name), "1")
     assert page == documentation(definition(name), "1")
     assert "\\" not in page and "<sub>" not in page and "<sup>" not in page, "TeX or an index that is not typeset"
-    sketch, = re.findall(r'<div class="sketch">(<svg .*?</svg>)</div>', page)
+    sketch, = re.findall(r'<div class="sketch" tabindex="0">(<svg .*?</svg>)</div>', page)
     assert len(ElementTree.fromstring(sketch).attrib["aria-label"].split()) > 10
     equations = [ElementTree.fromstring(text) for text in re.findall(r"<math .*?</math>", page, re.DOTALL)]
     assert sum(equation.get("display") == "block" for equation in equations) >= 3
