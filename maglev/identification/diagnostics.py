@@ -33,8 +33,10 @@ class RowDiagnostics:
         1 for columns that are orthogonal and 0 for columns that are one.
     correlation : ndarray, shape (p, p)
         Of the constants, from (∫AᵀA dt)⁻¹.
-    standard_error : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
         Of the estimate at the end; infinite where not excited.
+    standard_error : ndarray, shape (p,)
+        Roots of its diagonal.
     with_friction : ndarray, shape (p,)
         Least-squares constants when a viscous and a Coulomb term join the row; NaN where not excited.
     residual, motion : float
@@ -45,6 +47,7 @@ class RowDiagnostics:
     time: Array
     excitation: Array
     correlation: Array
+    covariance: Array
     standard_error: Array
     with_friction: Array
     residual: float
@@ -83,16 +86,18 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
     settled = min(round((SETTLING * estimate.epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
     a, c, friction = (signal[settled:] for signal in filtered_row(data, dt, estimate.epsilon))
     left = c - a @ theta
-    correlation, error, other = np.eye(count), np.full(count, np.inf), np.full(count, np.nan)
+    correlation, covariance = np.eye(count), np.full((count, count), np.inf)
+    other = np.full(count, np.nan)
     if excited:
         # The estimators give late data more weight, in proportion to Σ^(1/κ − 1): the variance grows by this.
         weighting = 1.0 - estimate.gamma**-2
         lateness = 1.0 / (weighting * (2.0 - weighting))
         correlation = correlated(np.linalg.inv(information[-1] * np.outer(scale, scale)))
-        error = np.sqrt(lateness * np.diag(block_covariance(a, c, max(1, round(BLOCK / dt)))))
+        covariance = lateness * block_covariance(a, c, max(1, round(BLOCK / dt)))
         other = least_squares(np.concatenate([a, friction], axis=1), c)[:count]
-    return RowDiagnostics(excited, time[points + 1], curve, correlation, error, other,
-                          float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean((c + data.b[0])**2))))
+    return RowDiagnostics(excited, time[points + 1], curve, correlation, covariance, np.sqrt(np.diag(covariance)),
+                          other, float(np.sqrt(np.mean(left**2))),
+                          float(np.sqrt(np.mean((c + data.b[0])**2))))
 
 
 def least_squares(a: Array, c: Array) -> Array:

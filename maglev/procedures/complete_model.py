@@ -1,7 +1,7 @@
 """Procedure 4: all constants at once, and the model with them beside the rig (sections 4.4.4, 5.4.4)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from maglev.schema.procedure import ProcedureSettings
 
 POINTS = 31            # of a predicted curve over the air gap
 CONVERGENCE = 400      # points of an estimate over time, at most
+ERRORS = 2.0           # standard errors to both sides of a curve
+DIFFERENCE = 1e-4      # share of a constant, for the slopes of what it predicts
+BAND = f"The band is {ERRORS:g} standard errors wide to both sides; what friction adds is not in it."
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
@@ -38,7 +41,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
     found = identify(recording_of(flown, rig))
-    charts = [thrust_chart(settings, rig, flown, held), *current_charts(settings, rig, flown, runs),
+    charts = [thrust_chart(settings, flown, held, found), *current_charts(settings, flown, runs, found),
               convergence_chart(flown, rig)]
     return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
                    (constant_table(settings, flown, rig.constants), offline_table(found)), tuple(charts),
@@ -81,14 +84,18 @@ def gap_range(settings: ProcedureSettings) -> Array:
     return np.linspace(low, high, POINTS)
 
 
-def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, thrusts: Sequence[Thrust]) -> Chart:
+def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequence[Thrust],
+                 found: Identification) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = gap_range(settings)
+    rig = found.recording.rig
     constants = estimate(flown, EPSILON, rig.constants)
     panels = []
     for axis in rig.axes[1:]:
         constant = row_of(rig, axis).constants[0]
-        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(gaps)).tolist())]
+        margin = ERRORS * found.standard_error[constant] * thrust_shape(gaps)
+        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(gaps)).tolist(),
+                        margin=margin.tolist())]
         held = [thrust for thrust in thrusts if thrust.axis == axis]
         if held:
             curves += [Curve("parabolas", *over_gap(held, [thrust.by_parabola for thrust in held]), marked=True),
@@ -96,19 +103,41 @@ def thrust_chart(settings: ProcedureSettings, rig: Rig, flown: RunResult, thrust
                              *over_gap(held, [at_epsilon(thrust.by_estimator) for thrust in held]))]
         panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
     return Chart(settings.figures.get("thrust"),
-                 "Thrust over the air gap, by all constants at once and at held air gaps.", tuple(panels))
+                 f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
 
 
-def current_charts(settings: ProcedureSettings, rig: Rig, flown: RunResult, runs: Runs) -> list[Chart]:
+def current_charts(settings: ProcedureSettings, flown: RunResult, runs: Runs, found: Identification) -> list[Chart]:
     """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
+    rig = found.recording.rig
     currents = runs.get(settings.runs["currents"])
     if currents is None:
         return []
     seen = measured(currents, rig)
-    theory = equilibrium_currents(rig, seen.gaps, estimate(flown, EPSILON, rig.rows[0].constants))
+    constants = estimate(flown, EPSILON, rig.rows[0].constants)
+    theory = equilibrium_currents(rig, seen.gaps, constants)
+    margin = ERRORS * current_errors(found, seen.gaps, constants)
     return [Chart(settings.figures.get("currents"),
-                  "Equilibrium currents: measured, and predicted by all constants at once.",
-                  (beside_each_other(seen, theory),))]
+                  f"Equilibrium currents: measured, and predicted by all constants at once. {BAND}",
+                  (beside_each_other(seen, theory, margin),))]
+
+
+def current_errors(found: Identification, gaps: Array, constants: Mapping[str, float]) -> Array:
+    """Standard errors (A), shape (n,), of the equilibrium currents that constants predict at air gaps (m).
+
+    Linearised. The constants of the vertical row are strongly correlated: the currents are known much better than
+    each of them.
+    """
+    rig = found.recording.rig
+    names = rig.rows[0].constants
+    slopes = np.empty((len(gaps), len(names)))
+    for k, name in enumerate(names):
+        step = DIFFERENCE * (abs(constants[name]) or 1.0)
+        more, less = ({**constants, name: constants[name] + sign * step} for sign in (1.0, -1.0))
+        slopes[:, k] = (equilibrium_currents(rig, gaps, more) - equilibrium_currents(rig, gaps, less)) / (2.0 * step)
+    covariance = found.diagnostics[rig.axes[0]].covariance
+    if not np.isfinite(covariance).all():
+        return np.full(len(gaps), np.inf)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("nj,jk,nk->n", slopes, covariance, slopes), 0.0)))
 
 
 def convergence_chart(flown: RunResult, rig: Rig) -> Chart:

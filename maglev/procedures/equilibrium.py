@@ -39,10 +39,11 @@ def measured(result: RunResult, rig: Rig) -> Measured:
     return Measured(*np.array(rows).T)
 
 
-def beside_each_other(seen: Measured, theory: Array) -> Panel:
-    """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps."""
+def beside_each_other(seen: Measured, theory: Array, margin: Array | None = None) -> Panel:
+    """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps, perhaps with a band."""
     return Panel("air gap (mm)", "i_d (A)", (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
-                                             Curve("predicted", mm(seen.gaps), theory.tolist())))
+                                             Curve("predicted", mm(seen.gaps), theory.tolist(),
+                                                   margin=None if margin is None else margin.tolist())))
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:

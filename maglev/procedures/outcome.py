@@ -33,13 +33,17 @@ class Found:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of a chart, shape (n,) each, joined by a line or marked one by one; curves of one kin have one colour."""
+    """Points of a chart, shape (n,) each, joined by a line or marked one by one; curves of one kin have one colour.
+
+    A line with a `margin` has a band about it, which reaches so far to both sides.
+    """
 
     label: str
     x: Sequence[float]
     y: Sequence[float]
     marked: bool = False
     kin: str | None = None
+    margin: Sequence[float] | None = None
 
 
 @dataclass(frozen=True)

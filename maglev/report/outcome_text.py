@@ -14,7 +14,7 @@ from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.report.text import as_text, claim_tables, heading
 
-COLUMNS = ("figure", "panel", "curve", "x", "y")
+COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 
 
 def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResult]) -> None:
@@ -60,7 +60,7 @@ def curves_csv(charts: Iterable[Chart]) -> str:
     """Points of all curves, a row for each; numbers such that reading them gives the same bits.
 
     A figure without a number goes by its caption. A panel is named by its place in the figure, from 1, and by what it
-    has over what.
+    has over what. `margin` is the half width of the band about a curve, empty where it has none.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -69,6 +69,8 @@ def curves_csv(charts: Iterable[Chart]) -> str:
         for k, panel in enumerate(chart.panels, start=1):
             name = f"{k}: {panel.y_title} over {panel.x_title}"
             for curve in panel.curves:
-                writer.writerows((chart.number or chart.caption, name, curve.label, repr(float(x)), repr(float(y)))
-                                 for x, y in zip(curve.x, curve.y, strict=True))
+                place = chart.number or chart.caption, name, curve.label
+                margins = [""] * len(curve.x) if curve.margin is None else [repr(float(each)) for each in curve.margin]
+                writer.writerows((*place, repr(float(x)), repr(float(y)), margin)
+                                 for x, y, margin in zip(curve.x, curve.y, margins, strict=True))
     return text.getvalue()

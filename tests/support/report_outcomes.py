@@ -1,5 +1,7 @@
 """Outcomes of procedures that nobody evaluated."""
 
+from math import inf
+
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from maglev.schema.claims import ProcedureClaim
 from maglev.schema.procedure import ProcedureSettings
@@ -17,7 +19,7 @@ def cogging_claim(text: str = "The cogging force is 2 N", source: str = "p. 34, 
 def chart(number: str | None = "4.9", label: str = "parabola fit", caption: str = "Thrust over the air gap.",
           panels: int = 1) -> Chart:
     """A chart with a line and marks in every panel."""
-    curves = (Curve(label, [10.0, 15.0, 20.0], [1.0 / 3.0, 0.25, 0.125]),
+    curves = (Curve(label, [10.0, 15.0, 20.0], [1.0 / 3.0, 0.25, 0.125], margin=[0.05, 1.0 / 30.0, inf]),
               Curve("estimator", [10.0, 20.0], [0.3, 0.1], marked=True))
     return Chart(number, caption, (Panel(GAP, THRUST, curves),) * panels)
 

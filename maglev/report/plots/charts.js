@@ -11,11 +11,11 @@ function chartPanels(panels) {
     return {
       title, xTitle, low: Math.min(...places) - air, high: Math.max(...places) + air, logarithmic: false,
       format: (value) => shortNumber(value), levels: [], areas: [], instants: [], marks: [],
-      lines: curves.map(({ label, kin, marked, x, y }) => {
+      lines: curves.map(({ label, kin, marked, x, y, margin = null }) => {
         const k = kins.indexOf(kin);
         const round = Math.floor(k / HUES);
         return {
-          name: label, css: `run-${k % HUES}`, dash: RUN_DASHES[round % RUN_DASHES.length], x, y, note: "",
+          name: label, css: `run-${k % HUES}`, dash: RUN_DASHES[round % RUN_DASHES.length], x, y, margin, note: "",
           symbol: Object.keys(SYMBOLS)[round % 4], marked: marked || x.length < 2,
           ascending: !marked && x.every((value, at) => value !== null && (at === 0 || value >= x[at - 1])),
         };

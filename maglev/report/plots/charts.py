@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from maglev.procedures.outcome import Chart, Curve, Outcome
 from maglev.report.plots.figures import Shown, anchor
@@ -71,14 +72,17 @@ def chart_data(shown: ShownChart) -> dict[str, Any]:
 
 
 def curve_data(curve: Curve) -> dict[str, Any]:
-    """One curve; a long line with as many points as can be told apart."""
+    """One curve; a long line with as many points as can be told apart. `margin` is there where the curve has one."""
     x, y = np.asarray(curve.x, dtype=np.float64), np.asarray(curve.y, dtype=np.float64)
+    rows: NDArray[np.intp] | slice = slice(None)
     # Only of a line along ascending abscissae can points be left out.
     if len(x) > MOST_POINTS and not curve.marked and np.isfinite(x + y).all() and (np.diff(x) > 0.0).all():
         rows = thin(x, y, max(FINEST * float(np.ptp(y)), np.finfo(float).tiny), MOST_POINTS).rows
-        x, y = x[rows], y[rows]
-    return {"label": curve.label, "kin": curve.kin or curve.label, "marked": curve.marked,
-            "x": rounded(x.tolist()), "y": rounded(y.tolist())}
+    data: dict[str, Any] = {"label": curve.label, "kin": curve.kin or curve.label, "marked": curve.marked,
+                            "x": rounded(x[rows].tolist()), "y": rounded(y[rows].tolist())}
+    if curve.margin is not None:
+        data["margin"] = rounded(np.asarray(curve.margin, dtype=np.float64)[rows].tolist())
+    return data
 
 
 def rounded(values: Sequence[float]) -> list[float | None]:

@@ -62,6 +62,26 @@ function linePath({ x, y, ascending }, across, up, width) {
   return parts.join("");
 }
 
+/** Outline of the band about a line in px; where line or margin has no value, it has a gap. */
+function bandPath({ x, y, margin }, across, up) {
+  const parts = [];
+  let [upper, lower] = [[], []];
+  const close = () => {
+    if (upper.length > 1) parts.push(`M${[...upper, ...lower.reverse()].join("L")}Z`);
+    [upper, lower] = [[], []];
+  };
+  x.forEach((at, k) => {
+    if (y[k] === null || margin[k] === null) {
+      close();
+      return;
+    }
+    upper.push(`${across.place(at).toFixed(1)} ${up.place(y[k] + margin[k]).toFixed(1)}`);
+    lower.push(`${across.place(at).toFixed(1)} ${up.place(y[k] - margin[k]).toFixed(1)}`);
+  });
+  close();
+  return parts.join("");
+}
+
 /** Value of a line at an abscissa: between its points, or that of the nearest mark; null outside. */
 function lineAt({ x, y, ascending, marked }, at) {
   if (!x.length) return null;
@@ -165,6 +185,9 @@ function drawPanel(plot, p) {
     labelled.add(name);
   }
   for (const line of lines) {
+    if (line.margin) {
+      svg("path", { class: "band", "data-name": line.name, d: bandPath(line, across, up), style: `fill: var(--${line.css}); opacity: 0.18` }, inner);
+    }
     if (line.marked) {
       const marks = line.x.map((x, k) => (line.y[k] === null ? ""
         : SYMBOLS[line.symbol].replace(/^M(\S+) (\S+?)(?=[a-z])/, (_, dx, dy) =>

@@ -102,7 +102,7 @@ def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path
     assert "2dof-thrust.curves.csv" in result.output.replace("\n", "")
     text = (tmp_path / "2dof-thrust.txt").read_text()
     assert text in result.output
-    assert (tmp_path / "2dof-thrust.curves.csv").read_text().startswith("figure,panel,curve,x,y\n4.9,")
+    assert (tmp_path / "2dof-thrust.curves.csv").read_text().startswith("figure,panel,curve,x,y,margin\n4.9,")
     claims = (tmp_path / "claims.md").read_text()
     assert claims.startswith("2 claims on 2 runs and 1 procedure: ")
     assert "| `2dof-thrust` | The cogging force is 2 N | p. 34, Fig. 4.9 | " in claims

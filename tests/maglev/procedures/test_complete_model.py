@@ -10,11 +10,13 @@ from identification_data import Data, record
 
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate
-from maglev.identification.identify import default_guess
+from maglev.identification.identify import default_guess, identify
+from maglev.identification.predictions import equilibrium_currents
 from maglev.identification.rigs import regressors
 from maglev.identification.velocity import observed
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.outcome import Outcome
+from maglev.report.plots.charts import curve_data
 from pmlsm.gap_functions import gap_functions
 
 Flown = Callable[..., RunResult]
@@ -128,3 +130,34 @@ def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, sta
     alone = {chart.number: chart for chart in outcome_of(rig).charts}
     assert set(alone) == {"4.13", None}
     assert len(alone["4.13"].panels[0].curves) == 1
+
+
+def test_bands_are_twice_the_scatter_of_what_uncertain_constants_predict(rig: RunResult, staircase: Flown,
+                                                                        flight: Data) -> None:
+    """With constants drawn by the covariance of the identification, thrust and equilibrium currents scatter so."""
+    charts = {chart.number: chart for chart in outcome_of(rig, staircase("2dof")).charts}
+    found = identify(flight.recording)
+    c1, thrust = found.standard_error["C1"], charts["4.13"].panels[0].curves[0]
+    assert thrust.margin == pytest.approx([2.0 * c1 * gap_functions(1e-3 * gap)[0] for gap in thrust.x])
+    measured, predicted = charts["4.14"].panels[0].curves
+    assert measured.margin is None
+    gaps = 1e-3 * np.array(predicted.x)
+    rng = np.random.default_rng(1)
+    names = ("C2", "C3", "C4")
+    centre = [rig.ends[f"estimator_10ms.{name}"] for name in names]
+    drawn = rng.multivariate_normal(centre, found.diagnostics["v"].covariance, 4000)
+    scatter = np.std([equilibrium_currents(flight.recording.rig, gaps, dict(zip(names, each, strict=True)))
+                      for each in drawn], axis=0)
+    assert predicted.margin == pytest.approx((2.0 * scatter).tolist(), rel=0.06)
+
+
+def test_what_is_not_identified_has_no_band(flown: Flown, flight: Data, staircase: Flown) -> None:
+    """An air gap that is held tells nothing about the vertical constants: the band has no end, and is not drawn."""
+    columns = columns_of(flight)
+    still = {**columns, "v.encoder": np.full_like(columns["v.encoder"], 0.02)}
+    charts = {chart.number: chart for chart in outcome_of(
+        flown("2dof-identification-rig", flight.recording.time, still), staircase("2dof")).charts}
+    predicted = charts["4.14"].panels[0].curves[1]
+    assert predicted.margin is not None
+    assert np.isinf(predicted.margin).all()
+    assert set(curve_data(predicted)["margin"]) == {None}

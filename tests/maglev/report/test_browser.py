@@ -139,6 +139,19 @@ def test_a_chart_has_panels_below_each_other_and_shows_labels_as_they_are(deskto
     assert plot.locator("a[href], script").count() == 0
 
 
+def test_a_band_goes_about_its_line_as_far_as_it_has_an_end(desktop):
+    """From 10 to 15 mm; at 20 mm the margin is infinite."""
+    desktop.evaluate("maglevReport.drawAll()")
+    panel = desktop.page.locator('[data-figure="figure-4-10-2dof-thrust"] .panel-plot').first
+    (band,) = panel.locator(".band").all()
+    line = panel.locator('.line').first.get_attribute("d")
+    corners = [tuple(map(float, point.split())) for point in band.get_attribute("d").strip("MZ").split("L")]
+    points = [tuple(map(float, point.split())) for point in line.strip("M").split("L")]
+    assert [x for x, _ in corners] == [points[0][0], points[1][0], points[1][0], points[0][0]]
+    assert 0.5 * (corners[0][1] + corners[3][1]) == pytest.approx(points[0][1], abs=0.2)
+    assert (corners[3][1] - corners[0][1]) / (corners[2][1] - corners[1][1]) == pytest.approx(1.5, rel=0.05)
+
+
 def test_absolute_errors_are_on_a_logarithmic_axis(desktop):
     panels = panels_of(desktop, "figure-4-29")
     assert [panel["logarithmic"] for panel in panels] == [True, True]

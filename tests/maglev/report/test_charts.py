@@ -31,7 +31,7 @@ def test_a_chart_is_a_figure_with_its_claims(page):
     assert CHART in page.attributes("data-figure")
     assert page.data["figures"][CHART] == {"runs": [], "chart": [{"x": GAP, "y": THRUST, "curves": [
         {"label": "parabola fit", "kin": "parabola fit", "marked": False,
-         "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125]},
+         "x": [10.0, 15.0, 20.0], "y": [0.333333, 0.25, 0.125], "margin": [0.05, 0.0333333, None]},
         {"label": "estimator", "kin": "estimator", "marked": True, "x": [10.0, 20.0], "y": [0.3, 0.1]}]}]}
 
 
@@ -176,6 +176,8 @@ def test_a_long_line_loses_points_but_not_its_shape():
     assert len(curve_data(Curve("a", x, np.sin(x), marked=True))["x"]) == len(x)
     assert len(curve_data(Curve("a", x[::-1], x))["x"]) == len(x)
     assert curve_data(Curve("a", x, np.zeros(len(x))))["y"][-1] == 0.0
+    banded = curve_data(Curve("a", x, np.sin(x), margin=0.1 * x))
+    assert banded["margin"] == pytest.approx([0.1 * at for at in banded["x"]], rel=1e-5)
 
 
 def test_a_chart_without_points_is_left_out():

@@ -54,8 +54,8 @@ def test_texts_are_no_markup():
 
 def test_curves_are_written_in_long_form():
     rows = rows_of(curves_csv([chart(panels=2), chart("5.1"), chart(None)]))
-    assert list(rows[0]) == ["figure", "panel", "curve", "x", "y"]
-    assert list(rows[0].values()) == ["4.9", f"1: {THRUST} over {GAP}", "parabola fit", "10.0", repr(1.0 / 3.0)]
+    assert list(rows[0]) == ["figure", "panel", "curve", "x", "y", "margin"]
+    assert list(rows[0].values()) == ["4.9", f"1: {THRUST} over {GAP}", "parabola fit", "10.0", repr(1.0 / 3.0), "0.05"]
     assert len(rows) == 4 * 5
     assert {(row["figure"], row["panel"][:1]) for row in rows} == {
         ("4.9", "1"), ("4.9", "2"), ("5.1", "1"), ("Thrust over the air gap.", "1")}
