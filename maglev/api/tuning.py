@@ -47,7 +47,8 @@ class Tuned:
 
 
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
-         watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Tuned:
+         resume: bool = False, watch: Watch | None = None, say: Say | None = None,
+         **options: Unpack[FlightOptions]) -> Tuned:
     """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
 
     Parameters
@@ -58,6 +59,8 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         Folder for NAME.toml.
     jobs, scheduler : optional
         As of `study`.
+    resume : bool
+        Go on with what an interrupted search has done, also with more `generations`.
     watch, say : callable, optional
         As of `run_all`.
     **options
@@ -75,6 +78,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     """
     require_study()
     from maglev.api.for_workers import controller_built
+    from maglev.studies.dataset import Parts
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
     from maglev.tuning.search import search
@@ -88,7 +92,8 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         say_notes([experiment], say or warn)
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
-            found = search(planned, scheduler, jobs or processors(), partial(watcher, tuning.name))
+            found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,
+                           jobs or processors(), resume, partial(watcher, tuning.name))
     written = Path(out) / f"{tuning.name}.toml"
     written.parent.mkdir(parents=True, exist_ok=True)
     write_whole(written, gains_toml(tuning, found))

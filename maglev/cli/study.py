@@ -29,7 +29,7 @@ Processes = Annotated[int | None, typer.Option("--jobs", min=1, help="Processes 
                                                "if not given.", show_default=False)]
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose "
                                                "workers fly in place of this machine's.", show_default=False)]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted study has done.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted one has done.")]
 SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", help="Longest wall time of a sample; of one that "
                                                    "takes longer a row says so; 600 s with FMUs that are not of this "
                                                    "project.", show_default="none")]

@@ -18,7 +18,7 @@ from maglev.cli.options import (
     Settings,
     Step,
 )
-from maglev.cli.study import Processes, Scheduler
+from maglev.cli.study import Processes, Resume, Scheduler
 from maglev.cli.terminal import one_line_errors, progress_of, report_console, say
 
 
@@ -26,11 +26,11 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
          ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-         debug: Debug = False) -> None:
+         resume: Resume = False, debug: Debug = False) -> None:
     """Search parameters of a controller for the least of what is measured on many plants (docs/tuning.md).
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
-    not searched with.
+    not searched with. After Ctrl-C, `--resume` goes on.
 
     **Examples:**
 
@@ -41,8 +41,8 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
     with one_line_errors(debug):
         from maglev.api.tuning import tune as search
 
-        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, watch=progress_of, say=say, set=settings,
-                       model=model, plant=plant, controller=controller, ports=ports, step=step, order=order, fmus=fmus,
-                       native=native)
+        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
+                       set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
+                       order=order, fmus=fmus, native=native)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")

@@ -1,5 +1,6 @@
 """The search: differential evolution, whose generations are flown on a Dask cluster."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
+from fmi_export.whole_file import whole_file
+from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
+from maglev.studies.dataset import Parts
 from maglev.studies.flying.batches import batches_of, fly_all
 from maglev.studies.flying.cluster import connected
 from maglev.studies.flying.samples import Flown
@@ -51,11 +55,12 @@ class Found:
 
 
 class Search:
-    """A planned tuning on a cluster."""
+    """A planned tuning on a cluster; `parts` keep the metrics of all flights by what was flown."""
 
-    def __init__(self, planned: PlannedTuning, client: Client, watch: Watcher):
+    def __init__(self, planned: PlannedTuning, client: Client, parts: Parts, watch: Watcher):
         self.planned = planned
         self.client = client
+        self.parts = parts
         self.watch = watch
         self.flights = 0
         tuning = planned.tuning
@@ -65,6 +70,10 @@ class Search:
     def fly(self, candidates: Array, plants: Array) -> Array:
         """Metrics, shape (candidates, plants, columns), of candidates with their parameters."""
         values = self.planned.values(candidates, plants)
+        kept = self.parts.folder / f"flights-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
+        if kept.exists():
+            self.flights += len(values)
+            return np.asarray(np.load(kept)).reshape(len(candidates), len(plants), -1)
         rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
 
         def store(_: int, flown: Flown) -> None:
@@ -74,6 +83,8 @@ class Search:
 
         fly_all(self.client, self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0),
                 values, store)
+        with whole_file(kept) as unfinished, unfinished.open("wb") as file:
+            np.save(file, rows)
         return rows.reshape(len(candidates), len(plants), -1)
 
     def found(self) -> Found:
@@ -99,7 +110,29 @@ class Search:
                      float(cost_before), float(cost), before, after, fresh_before, fresh_after, self.flights)
 
 
-def search(planned: PlannedTuning, scheduler: str | None, jobs: int, watch: Watcher) -> Found:
-    """Search on a cluster: the workers of a scheduler, or so many processes of this machine."""
-    with connected(scheduler, jobs) as client:
-        return Search(planned, client, watch).found()
+def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
+           watch: Watcher) -> Found:
+    """Search on a cluster: the workers of a scheduler, or so many processes of this machine.
+
+    While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course
+    again, and flies what is not there.
+
+    Raises
+    ------
+    MaglevError
+        If something cannot be flown, or parts are there and `resume` is not asked for.
+    Interrupted
+        After Ctrl-C or SIGTERM; what is done is kept.
+    """
+    parts.found()   # refuses those of another tuning
+    if parts.folder.exists() and not resume:
+        raise ScenarioError(f"{parts.folder}: a part is done, expected --resume to go on with it, or no such folder")
+    try:
+        with connected(scheduler, jobs) as client:
+            parts.begin()
+            found = Search(planned, client, parts, watch).found()
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, --resume goes on "
+                          "with them", signal_of(error)) from error
+    parts.remove()
+    return found

@@ -1,6 +1,8 @@
 """Searches on a scenario of a fifth of a second: what is found, and what is refused before the first flight."""
 
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from command_line import maglev as command
 from tiny_study import experiment, scenario
 
 import maglev
-from maglev.errors import ScenarioError
+from maglev.errors import Interrupted, ScenarioError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.samples import fly_samples
@@ -103,6 +105,34 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Pa
     extending = tmp_path / "extending.toml"
     extending.write_text('extends = ["tiny.toml", "tuned.toml"]\nname = "extending"\n', encoding="utf-8")
     assert maglev.run(extending, fmus=fastest_fmus)["plant.h.position"][0] == found.parameters["plant.h.position_start"]
+
+
+def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, tmp_path: Path) -> None:
+    """It flies nothing again; and it goes on with more generations."""
+    scenario(tmp_path)
+    path = tmp_path / "tuning.toml"
+    path.write_text(FILE, encoding="utf-8")
+    options: Any = {"fmus": fastest_fmus, "jobs": 1}
+    whole = maglev.tune(path, out=tmp_path / "whole", **options)
+
+    def interrupted(done: int, _all: int) -> None:
+        if done >= 40:   # of 8 candidates on 2 plants, in the third generation
+            raise KeyboardInterrupt
+
+    out = tmp_path / "parts"
+    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*--resume"):
+        maglev.tune(path, out=out, watch=lambda _: nullcontext(lambda _name, *steps: interrupted(*steps)), **options)
+    kept = sorted((out / "tuned.parts").glob("flights-*.npy"))
+    assert len(kept) == 3   # the scenario's own, and two generations
+    with pytest.raises(ScenarioError, match="a part is done, expected --resume"):
+        maglev.tune(path, out=out, **options)
+    shown: list[int] = []
+    resumed = maglev.tune(path, out=out, resume=True,
+                          watch=lambda _: nullcontext(lambda _name, done, _all: shown.append(done)), **options)
+    assert resumed.path.read_bytes() == whole.path.read_bytes()
+    assert np.array_equal(resumed.found.fresh_after, whole.found.fresh_after)
+    assert min(shown) > 2 * (1 + 2 * 8)   # what is kept is not flown
+    assert not (out / "tuned.parts").exists()
 
 
 def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp_path: Path) -> None:
