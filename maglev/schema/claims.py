@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from maglev.errors import nearest
-from maglev.schema.quantities import METRICS, PICKED_BY, PROCEDURE_VALUES, MeasuredQuantity
+from maglev.schema.quantities import METRICS, PICKED_BY, PROCEDURE_VALUES, MeasuredQuantity, in_words, place
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
 from maglev.units import parse_quantity, to_unit
 
@@ -166,6 +166,11 @@ class Claim(Table):
         return None if self.quantity is None else self.KNOWN[self.quantity]
 
     @property
+    def name(self) -> str:
+        """The quantity in words, such as "mean tracking error"."""
+        return (self.measured.words if self.measured else "") or str(self.quantity).replace("_", " ")
+
+    @property
     def comparative(self) -> bool:
         """Whether the claim compares two measured values."""
         return self.elsewhere is not None
@@ -194,6 +199,8 @@ class Claim(Table):
         if isinstance(self.target, tuple):
             low, high = map(self.printed, self.target)
             return f"{self.subject} in {low.partition(' ')[0]} … {high}"
+        if self.relation == "is":
+            return self.printed(self.target)
         if not self.comparative:
             return f"{self.subject} {self.relation} {self.printed(self.target)}"
         return f"{self.subject} {self.relation} {'' if self.factor == 1.0 else f'{self.factor:g} × '}{self.elsewhere}"
@@ -234,15 +241,17 @@ class RunClaim(Claim):
     @property
     def subject(self) -> str:
         """What is measured, such as "settling time to 0.1 mm"."""
-        where = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
+        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
         if self.columns is not None:
-            where = f" {', '.join([*self.columns, *(f'also of {run}' for run in self.together_with or ())])}"
-        return str(self.quantity).replace("_", " ") + where
+            others = [f"also of {run}" for run in self.together_with or ()]
+            band = " " + ", ".join([*map(in_words, self.columns), *others])
+        return " of ".join(filter(None, (self.name, ", ".join(self.axes or self.motors or ())))) + band
 
     @property
     def elsewhere(self) -> str | None:
-        """Axis and run that the claim compares with, such as "x of 3dof-tracking"; None if it has a target."""
-        return " of ".join(name for name in (self.than_axis, self.than) if name is not None) or None
+        """Axis and run that the claim compares with, such as "that of x of 3dof-tracking"; None if it has a target."""
+        names = [name for name in (self.than_axis, self.than) if name is not None]
+        return " of ".join(["that", *names]) if names else None
 
 
 class Elsewhere(Table):
@@ -281,7 +290,7 @@ class ProcedureClaim(Claim):
     def subject(self) -> str:
         """What is measured, such as "mean cogging force, gap 10 to 15 mm"."""
         average = "mean " if self.over == "mean" or self.comparative else ""
-        name = "" if self.quantity == "constant" else str(self.quantity).replace("_", " ")
+        name = "" if self.quantity == "constant" else self.name
         axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
         return average + " ".join(filter(None, (name, self.constant, axes))) + place(self.epsilon, self.gaps)
 
@@ -289,12 +298,3 @@ class ProcedureClaim(Claim):
     def elsewhere(self) -> str | None:
         """What is different where the other value is looked for, such as "that, ε = 0.01 s"; None with a target."""
         return None if self.than is None else f"that{place(self.than.epsilon, self.than.gaps)}"
-
-
-def place(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
-    """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
-    words = "" if epsilon is None else f", ε = {epsilon:g} s"
-    if gaps is not None:
-        low, high = (to_unit(gap, "mm") for gap in gaps)
-        words += f", gap {low:g} mm" if low == high else f", gap {low:g} to {high:g} mm"
-    return words

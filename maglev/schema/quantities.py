@@ -28,15 +28,18 @@ class MeasuredQuantity(NamedTuple):
         Key without which a claim does not say what it is about.
     infinite : str
         Words for an infinite value.
-    yes_no : bool
-        Whether it happened or not, no number.
+    yes_no : (str, str) or None
+        Words for that it happened and that it did not; None of a number.
+    words : str
+        What it is called to readers; empty if by its name.
     """
 
     on: MeasuredOn
     unit: str | None = None
     needs: str | None = None
     infinite: str = "inf"
-    yes_no: bool = False
+    yes_no: tuple[str, str] | None = None
+    words: str = ""
 
     @property
     def of_axes(self) -> bool:
@@ -46,7 +49,7 @@ class MeasuredQuantity(NamedTuple):
     def printed(self, value: float | bool) -> str:
         """Print a value with its unit."""
         if self.yes_no:
-            return "yes" if value else "no"
+            return self.yes_no[0] if value else self.yes_no[1]
         if math.isinf(value):
             return self.infinite
         if self.unit is None:
@@ -58,10 +61,10 @@ class MeasuredQuantity(NamedTuple):
 METRICS = {
     "settling_time": MeasuredQuantity("step", "s", needs="band", infinite="not settled"),
     "overshoot": MeasuredQuantity("step", "1"),                # share of the step
-    "steady_state_error": MeasuredQuantity("step", "m"),
-    "tracking_mean": MeasuredQuantity("tracking", "m"),
-    "tracking_peak": MeasuredQuantity("tracking", "m"),
-    "tracking_settling": MeasuredQuantity("tracking", "s"),
+    "steady_state_error": MeasuredQuantity("step", "m", words="steady-state error"),
+    "tracking_mean": MeasuredQuantity("tracking", "m", words="mean tracking error"),
+    "tracking_peak": MeasuredQuantity("tracking", "m", words="largest tracking error"),
+    "tracking_settling": MeasuredQuantity("tracking", "s", words="transient of tracking"),
     "peak_current": MeasuredQuantity("motor", "A"),
     "mean_current": MeasuredQuantity("motor", "A"),
     "peak_command": MeasuredQuantity("motor", "A"),
@@ -69,11 +72,11 @@ METRICS = {
     "lowest": MeasuredQuantity("column", needs="columns"),    # value over the run
     "highest": MeasuredQuantity("column", needs="columns"),
     "largest": MeasuredQuantity("column", needs="columns"),   # absolute value
-    "trip_time": MeasuredQuantity("run", "s", infinite="never"),
-    "lost_setpoints": MeasuredQuantity("run"),
-    "stop_contact": MeasuredQuantity("run", yes_no=True),
-    "tripped": MeasuredQuantity("run", yes_no=True),
-    "failed": MeasuredQuantity("run", yes_no=True)}
+    "trip_time": MeasuredQuantity("run", "s", infinite="never", words="time until the trip"),
+    "lost_setpoints": MeasuredQuantity("run", words="set-points at which it failed"),
+    "stop_contact": MeasuredQuantity("run", yes_no=("touched an end stop", "touched no end stop")),
+    "tripped": MeasuredQuantity("run", yes_no=("tripped", "did not trip")),
+    "failed": MeasuredQuantity("run", yes_no=("lost the stage", "kept the stage in the air"))}
 
 # Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
 PROCEDURE_VALUES = {
@@ -88,3 +91,19 @@ PROCEDURE_VALUES = {
     "cogging_force": MeasuredQuantity("procedure", "N"),            # peak
     "position_deviation": MeasuredQuantity("procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
     "speed_deviation": MeasuredQuantity("procedure", "1")}
+
+
+def in_words(column: str) -> str:
+    """A recorded column in words, such as "speed of z" of "plant.z.velocity"; one with no part by its name."""
+    _, *parts, last = column.split(".")
+    known = {"velocity": "speed", "encoder": "encoder reading"}
+    return f"{known.get(last, last.replace('_cmd', ' command'))} of {'.'.join(parts)}" if parts else column
+
+
+def place(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
+    """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
+    words = "" if epsilon is None else f", ε = {epsilon:g} s"
+    if gaps is not None:
+        low, high = (to_unit(gap, "mm") for gap in gaps)
+        words += f", gap {low:g} mm" if low == high else f", gap {low:g} to {high:g} mm"
+    return words

@@ -80,12 +80,12 @@ def test_about_means_rounding_to_the_printed_digits(value, reproduced):
 
 
 @pytest.mark.parametrize(("table", "text", "criterion"), [
-    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time to 0.1 mm < 5 s"),
-    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time to 0.1 mm < 5 s"),
-    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "overshoot < 30 %"),
+    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time of y to 0.1 mm < 5 s"),
+    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time of x to 0.1 mm < 5 s"),
+    ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "overshoot of y < 30 %"),
     ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
-     "0.127 mm", "tracking mean about 0.12 mm"),
-    ({"metric": "failed", "relation": "is", "target": False}, "yes", "failed is no"),
+     "0.127 mm", "mean tracking error of x about 0.12 mm"),
+    ({"metric": "failed", "relation": "is", "target": False}, "lost the stage", "kept the stage in the air"),
     ({"not_testable": "needs the rig"}, "", "")])
 def test_texts(table, text, criterion):
     result = judged(**table)

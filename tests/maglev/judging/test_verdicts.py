@@ -73,7 +73,7 @@ def test_only_values_with_a_counterpart_are_compared() -> None:
     there = [MeasuredValue(8.0, ("y", 2.0)), MeasuredValue(4.0, ("y", 1.0)), MeasuredValue(0.0, ("z", 1.0))]
     result = judge(claim, here, there)
     assert (result.verdict, result.measured, result.against) == ("reproduced", 2.0, 6.0)
-    with pytest.raises(MeasurementError, match="'a claim': fast has no overshoot at the same place"):
+    with pytest.raises(MeasurementError, match="'a claim': that of fast has no overshoot at the same place"):
         judge(claim, here, there[2:])
 
 

@@ -131,13 +131,14 @@ def test_rules_of_claims_about_procedures(table: dict[str, Any], words: list[str
     (OVERSHOOT, 0.3, "overshoot < 30 %"),
     ({**OVERSHOOT, "metric": "settling_time", "band": "0.1 mm", "target": "5 s"}, 5.0,
      "settling time to 0.1 mm < 5 s"),
-    ({"metric": "lost_setpoints", "relation": "about", "target": 2, "digits": 1}, 2.0, "lost setpoints about 2"),
-    ({"metric": "failed", "relation": "is", "target": False}, False, "failed is no"),
-    ({"metric": "overshoot", "relation": "<", "than": "fast"}, None, "overshoot < fast"),
-    ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0.5}, None, "overshoot < 0.5 × fast"),
-    ({"metric": "overshoot", "axis": "y", "relation": ">", "than_axis": "x"}, None, "overshoot > x"),
+    ({"metric": "lost_setpoints", "relation": "about", "target": 2, "digits": 1}, 2.0,
+     "set-points at which it failed about 2"),
+    ({"metric": "failed", "relation": "is", "target": False}, False, "kept the stage in the air"),
+    ({"metric": "overshoot", "relation": "<", "than": "fast"}, None, "overshoot < that of fast"),
+    ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0.5}, None, "overshoot < 0.5 × that of fast"),
+    ({"metric": "overshoot", "axis": "y", "relation": ">", "than_axis": "x"}, None, "overshoot of y > that of x"),
     ({"metric": "overshoot", "axis": "y", "relation": ">", "than": "fast", "than_axis": "x"}, None,
-     "overshoot > x of fast"),
+     "overshoot of y > that of x of fast"),
     (FORCE, 2.0, "cogging force < 2 N"),
     ({**FORCE, "target": 2, "gaps": ["10 mm", "14.5 mm"]}, 2.0, "cogging force, gap 10 to 14.5 mm < 2 N"),
     ({**FORCE, "gaps": ["1 cm", "10 mm"]}, 2.0, "cogging force, gap 10 mm < 2 N"),
@@ -180,8 +181,9 @@ def test_quantities_are_told_apart_and_have_units_to_print() -> None:
 
 @pytest.mark.parametrize(("name", "value", "text"), [
     ("overshoot", 0.3234, "32.3 %"), ("tracking_mean", 0.0592e-3, "0.0592 mm"), ("settling_time", 4.0, "4 s"),
-    ("settling_time", float("inf"), "not settled"), ("trip_time", float("inf"), "never"), ("failed", True, "yes"),
-    ("stop_contact", False, "no"), ("lost_setpoints", 3.0, "3"), ("peak_current", 6.0, "6 A"),
+    ("settling_time", float("inf"), "not settled"), ("trip_time", float("inf"), "never"),
+    ("failed", True, "lost the stage"),
+    ("stop_contact", False, "touched no end stop"), ("lost_setpoints", 3.0, "3"), ("peak_current", 6.0, "6 A"),
     ("constant", 13.944, "13.94"), ("cogging_force", 4.7, "4.7 N"), ("estimator_deviation", 0.1 / 3.0, "3.33 %")])
 def test_values_are_printed_in_the_units_of_the_thesis(name: str, value: float | bool, text: str) -> None:
     assert (METRICS | PROCEDURE_VALUES)[name].printed(value) == text
@@ -197,11 +199,11 @@ def bound(**table: Any) -> Claim:
 
 
 @pytest.mark.parametrize(("table", "target", "criterion"), [
-    (BOUND, (0.06, 0.08), "highest plant.h.encoder in 60 … 80 mm"),
+    (BOUND, (0.06, 0.08), "highest encoder reading of h in 60 … 80 mm"),
     ({**BOUND, "metric": "lowest", "target": [-4, -2], "together_with": ["slow"]}, (-0.004, -0.002),
-     "lowest plant.h.encoder, also of slow in -4 … -2 mm"),
+     "lowest encoder reading of h, also of slow in -4 … -2 mm"),
     ({"figure": "4.20", "metric": "largest", "columns": ["plant.motor.i_a", "plant.motor.i_b"], "unit": "A",
-      "target": [2, 4]}, (2.0, 4.0), "largest plant.motor.i_a, plant.motor.i_b in 2 … 4 A"),
+      "target": [2, 4]}, (2.0, 4.0), "largest i_a of motor, i_b of motor in 2 … 4 A"),
     (FORCE_BOUND, (4.0, 4.5), "cogging force in 4 … 4.5 N")])
 def test_a_bound_says_where_the_data_of_a_figure_end(table: dict[str, Any], target: tuple[float, float],
                                                      criterion: str) -> None:
