@@ -20,7 +20,7 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import needed
-from maglev.report.plots.picture import overlay, require_matplotlib
+from maglev.report.plots.picture import Drawn, overlay, require_matplotlib
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 
@@ -73,7 +73,8 @@ class Comparison:
     def plot(self) -> "Figure":
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
         require_matplotlib()
-        flown = {label: (run.plan, Recording(run.time, run.columns)) for label, run in self.runs.items()}
+        flown = {label: Drawn(run.plan, Recording(run.time, run.columns), run.flown.parameters, run.metrics)
+                 for label, run in self.runs.items()}
         if not flown:
             raise ScenarioError(f"{self.name}: no run was flown to its end, expected one to draw")
         return overlay(f"{self.name}: {self.title}", flown)

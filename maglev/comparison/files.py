@@ -15,7 +15,7 @@ from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
-from maglev.report.plots.picture import overlay, write_figure
+from maglev.report.plots.picture import Drawn, overlay, write_figure
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
 
@@ -57,7 +57,8 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
     for ending, text in about.items():
         written.append(folder / f"{name}.compare.{ending}")
         write_whole(written[-1], text)
-    flown = {label: (run.plan, Recording(run.time, run.columns)) for label, run in runs.items() if len(run.time)}
+    flown = {label: Drawn(run.plan, Recording(run.time, run.columns), run.parameters, run.metrics)
+             for label, run in runs.items() if len(run.time)}
     if picture and flown:
         written.append(folder / f"{name}.compare.png")
         write_figure(written[-1], overlay(f"{name}: {title}", flown))

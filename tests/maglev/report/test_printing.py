@@ -13,7 +13,7 @@ from maglev.cosim.master import Recording
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plots.picture import figure_of, write_figure
+from maglev.report.plots.picture import Drawn, figure_of, overlay, write_figure
 from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))
@@ -167,3 +167,18 @@ def test_a_run_without_axes_and_motors_is_printed():
     text = text_of(recorded(without_anything("mine")), [])
     assert "no claims\nheld\n" in text
     assert "Currents" not in text
+
+
+def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
+    result = recorded(RUN.plan, stop_contact=0.125)
+    parameters = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031}
+    recording = Recording(result.time, result.columns)
+    figure = overlay("both", {"calm": Drawn(RUN.plan, recording, parameters),
+                              "wild": Drawn(RUN.plan, recording, parameters, result.metrics)})
+    position = figure.axes[0]
+    assert [text.get_text() for text in position.get_legend().get_texts()] == ["reference", "calm", "wild", "end stops"]
+    assert [line.get_ydata()[0] for line in position.lines if line.get_linestyle() == "-."] == [18.0, 31.0]   # mm
+    for panel in figure.axes:
+        event = panel.lines[-1]
+        assert (event.get_xdata()[0], event.get_color()) == (0.125, "C1")   # s; the colour of the second run
+    assert figure.get_suptitle() == "both\nwild touched an end stop at 0.125 s (dashed)"
