@@ -190,14 +190,15 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs.
 
     The claims are about the thesis's runs: those of a modified run have no verdict on the thesis, nor has a comparison
-    with one.
+    with one. Another reading of an experiment does not count.
     """
     metrics = {result.plan.name: result.metrics for result in results}
     modified = {result.plan.name for result in results if result.modified}
     judged = {}
     for result in results:
         name = result.plan.name
-        claims = judge_run(result.plan.claims, result.metrics, metrics)
+        claims = [replace(claim, counts=not result.plan.another_reading)
+                  for claim in judge_run(result.plan.claims, result.metrics, metrics)]
         others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
         judged[name] = [each for claim, other in zip(claims, others, strict=True)
                         for each in (of_modified_runs([claim]) if other else [claim])]

@@ -45,6 +45,8 @@ class ClaimResult:
         What a comparative claim compares the measured value with.
     without : ClaimResult or None
         The same of runs without what the claim's reason blames; None if these were not flown.
+    counts : bool
+        Whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one.
     """
 
     claim: Claim
@@ -52,6 +54,7 @@ class ClaimResult:
     verdict: Verdict
     against: float | None = None
     without: "ClaimResult | None" = None
+    counts: bool = True
 
     @property
     def measured_text(self) -> str:
@@ -66,7 +69,8 @@ class ClaimResult:
             return ""
         why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason,
                "not met": self.claim.reason}.get(self.verdict)
-        return "; ".join(part for part in (why, self.claim.remark) if part)
+        other = None if self.counts else "another reading of the experiment, not counted"
+        return "; ".join(part for part in (why, self.claim.remark, other) if part)
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
@@ -86,6 +90,11 @@ def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
     for claim in claims:
         counts[claim.verdict] += 1
     return counts
+
+
+def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims without those of other readings, which would count an experiment twice."""
+    return [claim for claim in claims if claim.counts]
 
 
 def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:

@@ -16,6 +16,7 @@ from maglev.judging.verdicts import (
     bounds_met,
     count_verdicts,
     sentences,
+    those_that_count,
 )
 from maglev.procedures.outcome import Outcome
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
@@ -53,7 +54,7 @@ def badge(verdict: Verdict) -> str:
 
 def message(judgements: Judgements) -> str:
     """What came out, in a sentence or two; of what did not, how much has to do with assumed friction."""
-    claims = sentences(result for of_one in judgements.values() for result in of_one)
+    claims = sentences(those_that_count(result for of_one in judgements.values() for result in of_one))
     counts = count_verdicts(claims)
     if not counts["reproduced"] + counts["not reproduced"]:
         return ""
@@ -74,7 +75,7 @@ def verdict_options(judgements: Judgements) -> str:
 
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     """Numbers of claims by verdict, of figure bounds, and of runs."""
-    everything = [result for claims in judgements.values() for result in claims]
+    everything = those_that_count(result for claims in judgements.values() for result in claims)
     counts = count_verdicts(sentences(everything))
     cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
                     f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS

@@ -22,6 +22,7 @@ from maglev.judging.verdicts import (
     bounds_met,
     count_verdicts,
     sentences,
+    those_that_count,
 )
 from maglev.procedures.outcome import Outcome
 from maglev.report.status import events, is_listed, modification, run_status, troubles
@@ -136,7 +137,7 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
-    claims = [judged for _, judged in in_order(results, verdicts, outcomes)]
+    claims = those_that_count(judged for _, judged in in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if verdict not in OF_BOUNDS and (totals[verdict] or
                                                                               verdict != "modified run")]
@@ -181,12 +182,13 @@ def counted(items: Sequence[object], noun: str) -> str:
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
     """Claims in words, and the bounds of figures, as tables in Markdown: where, what, thesis's value, ours, verdict."""
     claims = in_order(results, verdicts, outcomes)
-    words = sentences(judged for _, judged in claims)
+    counting = those_that_count(judged for _, judged in claims)
+    words = sentences(counting)
     counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(words).items() if count)
     subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
     modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in results if result.modified]
     notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
-    met = bounds_met(judged for _, judged in claims)
+    met = bounds_met(counting)
     text = (f"{len(words)} claims on {subjects}: {counts}." + (f" {met} figure bounds met." if met else "")
             + f"\n\n{notice}{markdown_table('claim', [row for row in claims if row[1].claim.figure is None])}")
     of_figures = [row for row in claims if row[1].claim.figure is not None]

@@ -117,6 +117,7 @@ class RunPlan(Table):
     description: str = ""
     figures: list[str] = []
     check_only: StrictBool = False   # no experiment: flown by name and by the check of everything
+    another_reading: StrictBool = False   # of an experiment that has its run: claims are judged, and not counted
     stop_time: Annotated[Seconds, Field(gt=0.0)]
     step: Annotated[Seconds, Field(gt=0.0)]
     output_interval: Annotated[Seconds, Field(gt=0.0)]

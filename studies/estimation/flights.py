@@ -65,10 +65,14 @@ def fly_all(experiments: Sequence[Experiment], defaults: Defaults, following: De
 
 
 def judge(results: Sequence[RunResult], owners: Iterable[str] | None = None) -> list[Judged]:
-    """Verdicts on the claims about runs and procedures, in a fixed order; of the runs and procedures named, or all."""
+    """Verdicts on the claims about runs and procedures, in a fixed order; of the runs and procedures named, or all.
+
+    Other readings of an experiment are no further evidence.
+    """
     metrics = {each.plan.name: each.metrics for each in results}
     wanted = None if owners is None else {*owners}
-    found = [Judged(each.plan.name, result) for each in results if wanted is None or each.plan.name in wanted
+    found = [Judged(each.plan.name, result) for each in results
+             if not each.plan.another_reading and (wanted is None or each.plan.name in wanted)
              for result in judge_run(each.plan.claims, each.metrics, metrics)]
     if wanted is None:
         found += [Judged(outcome.settings.name, result) for outcome in evaluate_all(results)

@@ -64,3 +64,4 @@ def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
     verdicts = judge_all(execute_all(runs, tmp_path, "csv", 2, lambda *_: None))
     assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward"]
     assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}
+    assert [{claim.counts for claim in claims} for claims in verdicts.values()] == [{True}, {True}, {False}]

@@ -1,6 +1,7 @@
 """What procedures found, in the terminal and in files."""
 
 import csv
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -182,3 +183,13 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
         event = panel.lines[-1]
         assert (event.get_xdata()[0], event.get_color()) == (0.125, "C1")   # s; the colour of the second run
     assert figure.get_suptitle() == "both\nwild touched an end stop at 0.125 s (dashed)"
+
+
+def test_another_reading_is_shown_and_not_counted():
+    other = replace(RUN, plan=RUN.plan.model_copy(update={"name": "other"}))
+    judgements = {"2dof-setpoints": [judged("reproduced")], "other": [replace(judged("reproduced"), counts=False)]}
+    text = claims_markdown([RUN, other], judgements)
+    assert text.startswith("1 claims on 2 runs: 1 reproduced.\n")
+    assert "| **reproduced**: another reading of the experiment, not counted |" in text.splitlines()[-1]
+    rows = [line.split("│") for line in table_text([RUN, other], judgements).splitlines()]
+    assert [row[3].strip() for row in rows if row[1:] and row[1].strip() in ("other", "2 runs")] == ["1", "1"]
