@@ -7,7 +7,7 @@ NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
 .PHONY: demo report live claims estimation docs check check-all check-built test quick build native lint bench live-check \
-	accuracy mutants clean
+	axe-check accuracy mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -84,6 +84,17 @@ live-check: .venv/.test
 	$(BIN)/maglev build --native --target host --fmus .venv/fmus
 	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
 	$(BIN)/python tools/live_check.py --fmus .venv/fmus
+
+# Pages of every kind under axe-core, which npm fetches.
+axe-check: .venv/.test
+	$(BIN)/maglev build --native --target host --fmus .venv/fmus
+	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
+	$(BIN)/maglev live --fmus .venv/fmus --out results/axe
+	$(BIN)/maglev report --native --fmus .venv/fmus --out results/axe
+	$(BIN)/maglev compare 2dof-step-4-linear --controller Regulator2DOF --controller LinearRegulator2DOF \
+		--native --fmus .venv/fmus --out results/axe
+	$(BIN)/maglev study payload-friction --native --fmus .venv/fmus --out results/axe
+	$(BIN)/python tools/axe_check.py results/axe/*.html $(wildcard docs/_build/html/index.html)
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py

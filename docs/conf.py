@@ -12,7 +12,7 @@ release = version = installed("maglev-fmus")
 author = "the authors of Maglev FMUs"
 project_copyright = author
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages", "caption_levels"]
 exclude_patterns = ["_build", "site"]
 nitpicky = False
 root_doc = "index"

@@ -46,7 +46,8 @@ def html_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
         f'<tr><th scope="row">{escape(row.name)}</th><td>{escape(row.of)}</td>'
         + "".join(f"<td>{mark(escape(row.text(label)), label in row.best)}</td>" for label in labels) + "</tr>"
         for row in rows)
-    return (f'<div class="wide"><table class="values"><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>'
+    return (f'<div class="wide" tabindex="0" role="group" aria-label="Table"><table class="values">'
+            f'<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>'
             "</table></div>")
 
 

@@ -47,7 +47,8 @@ def value_table(table: ValueTable) -> str:
     """One table; the first cell of a row is its heading."""
     head = "".join(f'<th scope="col">{escape(text)}</th>' for text in table.header)
     rows = "\n".join(value_row(row) for row in table.rows)
-    return (f'<div class="wide"><table class="values"><caption>{escape(table.title)}</caption>\n'
+    return (f'<div class="wide" tabindex="0" role="group" aria-label="{escape(table.title)}">'
+            f'<table class="values"><caption>{escape(table.title)}</caption>\n'
             f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n")
 
 

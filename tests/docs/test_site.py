@@ -1,5 +1,6 @@
 """The documentation site: it builds without a warning, from what is installed, and opens from a file."""
 
+import re
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -71,6 +72,13 @@ def test_equations_are_drawn_by_the_browser(site: dict[Path, Page]) -> None:
     text = next(path for path in site if path.name == "equations.html").read_text(encoding="utf-8")
     assert text.count("<math") > 40
     assert "$" not in text.split("<article", 1)[1].split("</article>", 1)[0]
+
+
+def test_headings_have_a_level(site: dict[Path, Page]) -> None:
+    """The role alone says nothing to a screen reader."""
+    headings = [tag for path in site for tag in re.findall(r'<[^>]*role="heading"[^>]*>', path.read_text("utf-8"))]
+    assert headings
+    assert all('aria-level="2"' in tag for tag in headings)
 
 
 def test_the_reference_is_complete(site: dict[Path, Page]) -> None:

@@ -178,5 +178,6 @@ def indices_table(indices: Sequence[Indices]) -> str:
 def html_table(heads: Sequence[str], rows: Sequence[str]) -> str:
     """Table of rows of HTML."""
     head = "".join(f'<th scope="col">{escape(each)}</th>' for each in heads)
-    return (f'<div class="wide"><table class="values"><thead><tr>{head}</tr></thead>\n<tbody>'
+    return (f'<div class="wide" tabindex="0" role="group" aria-label="Table"><table class="values">'
+            f'<thead><tr>{head}</tr></thead>\n<tbody>'
             + "\n".join(rows) + "</tbody></table></div>")

@@ -171,6 +171,7 @@ def test_a_run_without_axes_and_motors_is_printed():
 
 
 def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
+    pytest.importorskip("matplotlib")
     result = recorded(RUN.plan, stop_contact=0.125)
     parameters = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031}
     recording = Recording(result.time, result.columns)
