@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from tiny_study import experiment, scenario
+from tiny_study import experiment
+from tiny_study import scenario as tiny_scenario
 
 import maglev
 from maglev.errors import Interrupted, ScenarioError
@@ -86,7 +87,7 @@ def test_a_candidate_is_flown_with_its_gains_on_every_plant(fastest_fmus: Path, 
 
 
 def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Path) -> None:
-    scenario(tmp_path)
+    tiny_scenario(tmp_path)
     (tmp_path / "tuning.toml").write_text(FILE, encoding="utf-8")
     tuned = maglev.tune(tmp_path / "tuning.toml", fmus=fastest_fmus, out=tmp_path, jobs=2)
     plan, found = tuned.planned, tuned.found
@@ -109,7 +110,7 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Pa
 
 def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, tmp_path: Path) -> None:
     """It flies nothing again; and it goes on with more generations."""
-    scenario(tmp_path)
+    tiny_scenario(tmp_path)
     path = tmp_path / "tuning.toml"
     path.write_text(FILE, encoding="utf-8")
     options: Any = {"fmus": fastest_fmus, "jobs": 1}
@@ -136,7 +137,7 @@ def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, tmp_
 
 
 def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp_path: Path) -> None:
-    scenario(tmp_path)
+    tiny_scenario(tmp_path)
     path = tmp_path / "tuning.toml"
     path.write_text(FILE.replace("= 8", "= 5"), encoding="utf-8")
     result = command("tune", path, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1")
@@ -151,4 +152,5 @@ def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp
 def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
     tuning, _ = load_tuning(path.stem)
     assert tuning.name == path.stem
-    plan_tuning(tuning, prepare(load_plan(path.parent / tuning.scenario), fastest_fmus, {}, []), path.name)
+    scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else tuning.scenario
+    plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, []), path.name)
