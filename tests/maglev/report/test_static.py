@@ -13,7 +13,9 @@ from maglev.report.plots.static import HEIGHT, LEFT, TOP, WIDTH, Line, labels, p
 
 def points(path: str) -> np.ndarray:
     """Points of a path, px, shape (n, 2)."""
-    return np.array([[float(part) for part in point.split()] for point in path.removeprefix("M").split("L")])
+    start, _, steps = path.removeprefix("M").partition("l")
+    return np.cumsum([[float(part) for part in start.split()],
+                      *np.array(steps.split(), dtype=float).reshape(-1, 2)], axis=0)
 
 
 def test_a_line_is_where_its_values_are():
