@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 600, 120         # px of the frame
 LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, times
-MOST_POINTS = 80                 # of a line
+MOST_POINTS = 80                 # of a line; twice as many of an error, whose peaks are steep
 FINEST = 1.0                     # px, tolerance of a line
 COLOURS = 5                      # of runs
 SMALLEST_ERROR = 1e-3            # mm
@@ -90,7 +90,8 @@ def panel_picture(title: str, x_title: str, lines: Sequence[Line], logarithmic: 
         drawn.append(f'<text x="{x:.0f}" y="{TOP + HEIGHT + 14}" text-anchor="middle">{label}</text>')
     for line in lines:
         across = LEFT + WIDTH * (line.x - x_low) / (x_high - x_low)
-        drawn.append(shape(line, across, TOP + HEIGHT * (high - line.y) / (high - low)))
+        drawn.append(shape(line, across, TOP + HEIGHT * (high - line.y) / (high - low),
+                           MOST_POINTS * (1 + logarithmic)))
     names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines)
     return (f'<svg class="still" viewBox="0 0 {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW}" role="img" '
             f'aria-label="{escape(title)} over {escape(x_title)}"><text x="{LEFT}" y="14"><tspan font-weight="bold">'
@@ -125,13 +126,13 @@ def labels(low: float, high: float, logarithmic: bool) -> list[tuple[float, str]
             for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
-def shape(line: Line, x: Array, y: Array) -> str:
+def shape(line: Line, x: Array, y: Array, most: int) -> str:
     """A line through points (px), with those left out that would not be seen; or marks there."""
     if line.marked:
         marks = "".join(f"M{across:.0f} {down:.0f}h.1" for across, down in zip(x, y, strict=True))
         return f'<path class="mark" style="stroke:var(--{line.colour})" d="{marks}"/>'
-    if len(x) > MOST_POINTS and (np.diff(x) > 0.0).all():
-        rows = thin(x, y, FINEST, MOST_POINTS).rows
+    if len(x) > most and (np.diff(x) > 0.0).all():
+        rows = thin(x, y, FINEST, most).rows
         x, y = x[rows], y[rows]
     points = np.rint(np.stack([x, y], axis=1)).astype(int)
     # Each point but the first by its distance from the one before, which takes fewer characters.
