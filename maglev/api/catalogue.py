@@ -56,7 +56,7 @@ def scenarios() -> list[RunEntry]:
     --------
     >>> import maglev
     >>> [run.name for run in maglev.scenarios() if run.scenario == "2dof-step-4"]
-    ['2dof-step-4-nonlinear', '2dof-step-4-linear']
+    ['2dof-step-4-nonlinear', '2dof-step-4-linear', '2dof-step-4-fed-forward']
     """
     return [RunEntry(run["name"], scenario, run["title"], tuple(run.get("figures", ())))
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]

@@ -64,7 +64,7 @@ def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> Non
     for name, values in columns(of_file).items():
         assert_array_equal(columns(of_class)[name], values, err_msg=name)
     assert of_class.result.provenance.fmus[0].kind == "Python class"
-    with pytest.raises(tool.ControllerError, match="class Closed: .* 2 runs .* expected its file"):
+    with pytest.raises(tool.ControllerError, match="class Closed: .* 3 runs .* expected its file"):
         tool.run_all(["2dof-step-4"], controller=Closed, fmus=fastest_fmus, out=tmp_path)
 
 
