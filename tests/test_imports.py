@@ -33,8 +33,9 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "processors", "units", "csv_table", "toml_file", "identification", "linear", "written", "cosim",
-         "processes", "gym", "stability", "schema", "live", "judging", "experiment", "catalogue", "regression",
-         "procedures", "report", "comparison", "studies", "tuning", "api", "__init__", "cli", "__main__")
+         "processes", "gym", "stability", "schema", "operating_range", "live", "judging", "experiment", "catalogue",
+         "regression", "procedures", "report", "comparison", "studies", "tuning", "api", "__init__", "cli",
+         "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|drawings|\w+_fmu|plant_\ddof")

@@ -1,16 +1,18 @@
-"""Fly the studies of the operating range with every law, draw their maps for docs/operating_range.md, print the shares.
+"""Fly the studies of the operating range with every law; their maps are for docs/operating_range.md and the report.
 
-    python tools/operating_range.py [--out results] [--docs docs] [--jobs 2]
+    python tools/operating_range.py [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
-It needs native FMUs (`maglev build --native --target host`) and takes some ten minutes on two processors. A study that
-is done is not flown again.
+It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
+package, which the report draws. It needs native FMUs (`maglev build --native --target host`) and takes some ten minutes
+on two processors. A study that is done is not flown again.
 """
 
 import argparse
 from pathlib import Path
 
 import maglev
-from maglev.studies.operating_range import read_map, shares_text, write_maps
+from maglev.operating_range import FILE, RigMaps, write_maps
+from maglev.studies.operating_range import origin_of, read_map, shares_text, write_pictures
 from maglev.studies.schema import StudyFile, load_study
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid")}
@@ -27,18 +29,22 @@ def study_of(rig: str, law: str) -> StudyFile:
 
 
 def main() -> None:
-    """Fly, draw, print."""
+    """Fly, draw, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"))
     parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--data", type=Path, default=FILE)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
+    rigs = {}
     for rig, laws in LAWS.items():
         flown = {law: maglev.study(study_of(rig, law), native=True, out=options.out, jobs=options.jobs, resume=True)
                  for law in laws}
         maps = {NAMES.get(law, law): read_map(found.path) for law, found in flown.items()}
-        write_maps(options.docs / f"range-{rig}.png", f"{rig[0]}-DOF stage: from one air gap to another", maps)
+        rigs[rig] = RigMaps(maps, origin_of(found.path for found in flown.values()))
+        write_pictures(options.docs / f"range-{rig}.png", f"{rig[0]}-DOF stage: from one air gap to another", maps)
         print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
+    write_maps(options.data, rigs)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
-"""How far a law can go: outcomes of a study over initial gap, target gap, horizontal step and constants, as maps."""
+"""How far a law can go: maps of a study over initial gap, target gap, horizontal step and constants, and pictures."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,50 +8,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError
+from maglev.operating_range import (
+    ASTRAY,
+    LIMITED,
+    NEAR,
+    OUTCOMES,
+    RECOVERED,
+    SETTLED,
+    SETTLED_NOMINAL,
+    STOPPED,
+    TRIPPED,
+    Map,
+    Origin,
+    seen,
+    shares_table,
+)
+from maglev.studies.dataset import metadata_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
-OUTCOMES = ("settles", "settles after it touched a stop", "ends with a command at its limit",
-            "does neither settle nor fail", "trips", "stays at a stop")
 COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
-NEAR = 1e-4           # m, the steady state that the specification asks for
 ENDING = 1.0          # s, in which a command at its limit counts
 VARIED = ("initial gap", "target gap", "horizontal step", "constants")   # in this order
-
-
-@dataclass(frozen=True)
-class Map:
-    """Outcomes of one law.
-
-    Attributes
-    ----------
-    initial, target, horizontal : ndarray
-        m, the gaps at the start and at the end, shapes (n,) and (m,), and the horizontal steps, shape (k,).
-    constants : ndarray, shape (p,)
-        Factors on the plant's constants.
-    outcomes : ndarray of int, shape (n, m, k, p)
-        Indices of `OUTCOMES`.
-    """
-
-    initial: NDArray[np.float64]
-    target: NDArray[np.float64]
-    horizontal: NDArray[np.float64]
-    constants: NDArray[np.float64]
-    outcomes: NDArray[np.int64]
-
-    @property
-    def nominal(self) -> NDArray[np.int64]:
-        """Outcomes with the constants as they are, shape (n, m, k)."""
-        return np.asarray(self.outcomes[..., np.argmin(np.abs(self.constants - 1.0))])
-
-    @property
-    def always_settles(self) -> NDArray[np.bool_]:
-        """Where it settles with all constants, shape (n, m, k)."""
-        return np.asarray((self.outcomes == SETTLED).all(axis=-1))
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -99,23 +79,21 @@ def read_map(path: Path) -> Map:
     return Map(initial, target, horizontal, constants, found)
 
 
-def shares(found: Map) -> list[tuple[float, list[float], float]]:
-    """Of each horizontal step (m): the share of the map of every outcome, nominal, and that which always settles."""
-    return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
-             float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.horizontal)]
+def origin_of(paths: Iterable[Path]) -> Origin:
+    """What studies' datasets rest on: their versions, commits, where known, and FMUs."""
+    found = [metadata_of(path)["provenance"] for path in paths]
+    commits = sorted({each["commit"] for each in found} - {None})
+    return Origin(", ".join(sorted({each["version"] for each in found})), ", ".join(commits) or None,
+                  {fmu["model"]: fmu["guid"] for each in found for fmu in each["fmus"]})
 
 
 def shares_text(laws: Mapping[str, Map]) -> str:
     """Shares of all laws as a table in Markdown."""
-    lines = ["| law | horizontal step | " + " | ".join(OUTCOMES) + " | settles with all constants |",
-             "|---" * (len(OUTCOMES) + 3) + "|"]
-    for law, found in laws.items():
-        lines += [f"| {law} | {1e3 * step:g} mm | " + " | ".join(f"{100 * each:.0f} %" for each in (*nominal, always))
-                  + " |" for step, nominal, always in shares(found)]
-    return "\n".join(lines)
+    head, *rows = (f"| {' | '.join(row)} |" for row in shares_table(laws))
+    return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *rows])
 
 
-def write_maps(path: Path, title: str, laws: Mapping[str, Map]) -> None:
+def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
     """Write a PNG: a column for each law, a row for each horizontal step."""
     from matplotlib.figure import Figure  # an extra: only who draws needs it
     from matplotlib.patches import Patch
@@ -131,10 +109,9 @@ def write_maps(path: Path, title: str, laws: Mapping[str, Map]) -> None:
         grid[-1][column].set_xlabel("target gap, mm")
     for row, step in enumerate(next(iter(laws.values())).horizontal):
         grid[row][0].set_ylabel(f"horizontal step {1e3 * step:g} mm\ninitial gap, mm")
-    seen = sorted({int(outcome) for found in laws.values() for outcome in np.unique(found.nominal)})
-    handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome]) for outcome in seen]
+    handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome]) for outcome in seen(laws.values())]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False,
-                  title="·  settles only with the constants as they are")
+                  title=f"·  {SETTLED_NOMINAL}")
     figure.savefig(path, dpi=110)
 
 
@@ -145,7 +122,6 @@ def draw(axes: "Axes", found: Map, step: int) -> None:
     target, initial = 1e3 * found.target, 1e3 * found.initial
     axes.pcolormesh(target, initial, found.nominal[..., step], cmap=ListedColormap(COLOURS), vmin=-0.5,
                     vmax=len(OUTCOMES) - 0.5, edgecolors="white", linewidth=0.3)
-    fragile = (found.nominal[..., step] == SETTLED) & ~found.always_settles[..., step]
-    rows, columns = np.nonzero(fragile)
+    rows, columns = np.nonzero(found.fragile[..., step])
     axes.plot(target[columns], initial[rows], "k.", markersize=3)
     axes.set_aspect("equal")

@@ -9,8 +9,7 @@ import pytest
 from tiny_study import planned
 
 from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_plan
-from maglev.studies.operating_range import (
+from maglev.operating_range import (
     ASTRAY,
     LIMITED,
     RECOVERED,
@@ -18,15 +17,19 @@ from maglev.studies.operating_range import (
     STOPPED,
     TRIPPED,
     Map,
-    outcomes,
-    read_map,
+    RigMaps,
+    read_maps,
     shares,
-    shares_text,
     write_maps,
 )
+from maglev.schema.loading import load_plan
+from maglev.studies.design import values_of
+from maglev.studies.operating_range import origin_of, outcomes, read_map, shares_text, write_pictures
 from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
+
+DOCS = Path(__file__).parents[3] / "docs"
 
 
 @pytest.mark.parametrize(("tripped", "touched", "error", "at_limit", "outcome"), [
@@ -48,7 +51,7 @@ def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) ->
     (step, nominal, always), = shares(found)
     assert (step, nominal[SETTLED], nominal[STOPPED], nominal[TRIPPED], always) == (0.0, 0.5, 0.5, 0.0, 0.25)
     assert "| nonlinear | 0 mm | 50 % |" in shares_text({"nonlinear": found})
-    write_maps(tmp_path / "maps.png", "maps", {"nonlinear": found, "PID": found})
+    write_pictures(tmp_path / "maps.png", "maps", {"nonlinear": found, "PID": found})
     assert (tmp_path / "maps.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -71,6 +74,24 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
             int(np.argmin(np.abs(found.constants - row["constants"]))))
         assert (found.outcomes[place] in (STOPPED, RECOVERED)) == (row["time of stop contact"] < inf)
     assert {row["time of stop contact"] < inf for row in table} == {True, False}
+    origin = origin_of([path, path])
+    assert origin.guids.keys() == {"Plant2DOF", "Regulator2DOF"}
+    write_maps(tmp_path / "maps.json", {"2dof": RigMaps({"nonlinear": found}, origin)})
+    again = read_maps(tmp_path / "maps.json")["2dof"]
+    assert again.origin == origin
+    for name in ("initial", "target", "horizontal", "constants", "outcomes"):
+        assert getattr(again.laws["nonlinear"], name).tolist() == getattr(found, name).tolist()
+
+
+@pytest.mark.parametrize("rig", ["2dof", "3dof"])
+def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
+    """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
+    maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
+    assert shares_text(maps.laws) in (DOCS / "operating_range.md").read_text(encoding="utf-8")
+    for found in maps.laws.values():
+        for axis, varied in zip((found.initial, found.target, found.horizontal, found.constants), study.vary,
+                                strict=True):
+            assert axis == pytest.approx(values_of(varied)), varied.column
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof"])

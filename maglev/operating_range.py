@@ -1,0 +1,140 @@
+"""How far each law can go: outcomes over initial gap, target gap, horizontal step and constants, as maps.
+
+Studies find them; those of the rigs come with the package, as data that `tools/operating_range.py` writes.
+"""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmi_export.whole_file import write_whole
+from maglev.schema.layers import PACKAGED
+
+SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
+OUTCOMES = ("settles", "settles after it touched a stop", "ends with a command at its limit",
+            "does neither settle nor fail", "trips", "stays at a stop")
+SETTLED_ALWAYS = "settles with all constants"
+SETTLED_NOMINAL = "settles only with the constants as they are"
+
+NEAR = 1e-4   # m, the steady state that the specification asks for
+
+FILE = PACKAGED / "studies" / "operating_range.json"
+TOOL = "python tools/operating_range.py"
+
+
+@dataclass(frozen=True)
+class Map:
+    """Outcomes of one law.
+
+    Attributes
+    ----------
+    initial, target, horizontal : ndarray
+        m, the gaps at the start and at the end, shapes (n,) and (m,), and the horizontal steps, shape (k,).
+    constants : ndarray, shape (p,)
+        Factors on the plant's constants.
+    outcomes : ndarray of int, shape (n, m, k, p)
+        Indices of `OUTCOMES`.
+    """
+
+    initial: NDArray[np.float64]
+    target: NDArray[np.float64]
+    horizontal: NDArray[np.float64]
+    constants: NDArray[np.float64]
+    outcomes: NDArray[np.int64]
+
+    @property
+    def nominal(self) -> NDArray[np.int64]:
+        """Outcomes with the constants as they are, shape (n, m, k)."""
+        return np.asarray(self.outcomes[..., np.argmin(np.abs(self.constants - 1.0))])
+
+    @property
+    def always_settles(self) -> NDArray[np.bool_]:
+        """Where it settles with all constants, shape (n, m, k)."""
+        return np.asarray((self.outcomes == SETTLED).all(axis=-1))
+
+    @property
+    def fragile(self) -> NDArray[np.bool_]:
+        """Where it settles with the constants as they are, but not with all, shape (n, m, k)."""
+        return np.asarray((self.nominal == SETTLED) & ~self.always_settles)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What maps rest on: version and commit that flew them, the FMUs' GUIDs by model."""
+
+    version: str
+    commit: str | None
+    guids: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class RigMaps:
+    """Maps of a rig by law, on one grid, and what they rest on."""
+
+    laws: Mapping[str, Map]
+    origin: Origin
+
+
+def shares(found: Map) -> list[tuple[float, list[float], float]]:
+    """Of each horizontal step (m): the share of the map of every outcome, nominal, and that which always settles."""
+    return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
+             float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.horizontal)]
+
+
+def seen(laws: Iterable[Map]) -> list[int]:
+    """Outcomes that occur in maps with the constants as they are."""
+    return sorted({int(outcome) for found in laws for outcome in np.unique(found.nominal)})
+
+
+def shares_table(laws: Mapping[str, Map]) -> list[tuple[str, ...]]:
+    """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
+    occurring = seen(laws.values())
+    rows = [("law", "horizontal step", *(OUTCOMES[outcome] for outcome in occurring), SETTLED_ALWAYS)]
+    rows += [(law, f"{1e3 * step:g} mm", *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
+              f"{100 * always:.0f} %") for law, found in laws.items() for step, nominal, always in shares(found)]
+    return rows
+
+
+def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
+    """Write maps as JSON, such as "2dof" to its maps: a text of digits, indices of "outcomes", for each initial gap.
+
+    The texts of a law stand by horizontal step and then by constants.
+    """
+    write_whole(path, json.dumps({"outcomes": OUTCOMES, "rigs": {rig: rig_data(maps) for rig, maps in rigs.items()}},
+                                 indent=1) + "\n")
+
+
+def rig_data(maps: RigMaps) -> dict[str, object]:
+    """Maps of a rig as they stand in the file."""
+    first = next(iter(maps.laws.values()))
+    origin = maps.origin
+    return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
+            "initial gap": lengths(first.initial), "target gap": lengths(first.target),
+            "horizontal step": lengths(first.horizontal), "constants": first.constants.tolist(),
+            "laws": {law: [[["".join(map(str, row)) for row in found.outcomes[:, :, step, factor].tolist()]
+                            for factor in range(len(found.constants))] for step in range(len(found.horizontal))]
+                     for law, found in maps.laws.items()}}
+
+
+def lengths(values: NDArray[np.float64]) -> list[float]:
+    """Lengths in m to the nearest nm, so that they read as they were set."""
+    return [round(value, 9) for value in values.tolist()]
+
+
+def read_maps(path: Path = FILE) -> dict[str, RigMaps]:
+    """Maps by rig as `write_maps` wrote them; without a path those of the package."""
+    return {rig: RigMaps({law: map_of(data, texts) for law, texts in data["laws"].items()},
+                         Origin(data["version"], data["commit"], data["guids"]))
+            for rig, data in json.loads(path.read_text(encoding="utf-8"))["rigs"].items()}
+
+
+def map_of(data: Mapping[str, list[float]], texts: list[list[list[str]]]) -> Map:
+    """Map of a law from its texts and the grid of its rig."""
+    digits = np.array([[[[int(digit) for digit in row] for row in rows] for rows in of_step] for of_step in texts])
+    initial, target, horizontal, constants = (np.array(data[name]) for name in (
+        "initial gap", "target gap", "horizontal step", "constants"))
+    return Map(initial, target, horizontal, constants, digits.transpose(2, 3, 0, 1))
