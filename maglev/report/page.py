@@ -12,7 +12,7 @@ from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
 from maglev.live.link import has_live_page, live_address
 from maglev.procedures.outcome import Outcome
-from maglev.report import claim_table, findings
+from maglev.report import claim_table, findings, range_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
 from maglev.report.plots.data import NOTHING, Frictionless, figure_data, runs_data
 from maglev.report.plots.figures import (
@@ -62,6 +62,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
+    ranges = range_maps.range_section(rig_of(result.plan.name, result.plan) for result in results)
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
@@ -77,6 +78,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         findings=section,
         figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id]) for each in shown)
         or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
+        ranges_link=range_maps.LINK if ranges else "",
+        ranges=ranges,
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),

@@ -1,0 +1,152 @@
+"""How far each controller can go, as HTML: maps that come with the package, of the stages that a report has runs of.
+
+A map is an SVG with one path for each outcome: a line along each run of cells in a row. The style says how thick it is,
+which tells outcomes apart without colour.
+"""
+
+from collections.abc import Iterable, Mapping
+from html import escape
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.operating_range import (
+    NEAR,
+    OUTCOMES,
+    SETTLED_NOMINAL,
+    TOOL,
+    Map,
+    Origin,
+    RigMaps,
+    read_maps,
+    seen,
+    shares,
+    shares_table,
+)
+from maglev.procedures.outcome import ValueTable
+from maglev.report.findings import value_table
+
+LINK = '<li><a href="#operating-range">How far each controller can go</a></li>'
+CELL, LEFT, BOTTOM, EDGE = 10, 40, 36, 8   # units of the pictures: of a cell, and around the map
+
+
+def range_section(stages: Iterable[str], packaged: Mapping[str, RigMaps] | None = None) -> str:
+    """Section of the page with the maps of stages, such as "2-DOF"; empty if there are none.
+
+    Parameters
+    ----------
+    stages : iterable of str
+        What the report's runs are about.
+    packaged : mapping of str to RigMaps, optional
+        Maps by rig, such as "2dof"; those of the package if not given.
+    """
+    wanted = set(stages)
+    rigs = {f"{rig[0]}-DOF": maps for rig, maps in (read_maps() if packaged is None else packaged).items()}
+    shown = {stage: maps for stage, maps in rigs.items() if stage in wanted}
+    if not shown:
+        return ""
+    occurring = seen(found for maps in shown.values() for found in maps.laws.values())
+    return ('\n\n<section id="operating-range">\n<h2>How far each controller can go</h2>\n' + introduction(shown)
+            + legend(occurring) + "\n".join(stage_maps(stage, maps) for stage, maps in shown.items()) + "\n</section>")
+
+
+def introduction(shown: Mapping[str, RigMaps]) -> str:
+    """What the maps are of, what they rest on, and how to make them anew."""
+    origins = " and ".join(dict.fromkeys(origin_text(maps.origin) for maps in shown.values()))
+    factors = next(iter(next(iter(shown.values())).laws.values())).constants
+    return f"""<p>Moves from rest at one air gap to another, alone and with a horizontal step: which of them each
+controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference and no stop was touched.
+Each was flown with all force constants of the plant times {listed(factors)}, of which the controller does not know.
+The maps show the constants as they are; a dot is on what settles with these only.</p>
+<p>The maps are not of this report's runs: they come with the package, from studies that were flown with native FMUs of
+{escape(origins)}. <code>{TOOL}</code>, in the repository, flies them again; docs/operating_range.md there
+says more.</p>
+"""
+
+
+def origin_text(origin: Origin) -> str:
+    """Version and commit."""
+    return f"Maglev FMUs {origin.version}" + (f" ({origin.commit})" if origin.commit else "")
+
+
+def listed(values: NDArray[np.float64]) -> str:
+    """Numbers in words, such as "0.95, 1 and 1.05"."""
+    *others, last = (f"{value:g}" for value in values)
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def legend(occurring: Iterable[int]) -> str:
+    """What the stripes mean, thickest first, and the dot."""
+    names = [(f'<path class="o{outcome}" d="M0 0h3M0 1h3"/>', OUTCOMES[outcome]) for outcome in occurring]
+    names.append(('<path class="o0" d="M0 0h3M0 1h3"/><path class="dot" d="M1 0h0"/>', SETTLED_NOMINAL))
+    return '<ul class="range-legend">' + "".join(
+        f'<li><svg viewBox="0 0 {3 * CELL} {2 * CELL}" aria-hidden="true">{cells(paths)}</svg> {escape(name)}</li>'
+        for paths, name in names) + "</ul>\n"
+
+
+def cells(paths: str, left: float = 0) -> str:
+    """Paths in cells, of which the first has its middle at the left edge of y = 0."""
+    return f'<g transform="translate({left} {CELL / 2:g})scale({CELL})">{paths}</g>'
+
+
+def stage_maps(stage: str, maps: RigMaps) -> str:
+    """Maps of a stage, those of a horizontal step beside each other, and the table of their shares."""
+    steps = next(iter(maps.laws.values())).horizontal
+    rows = "\n".join(f'<h4>{escape(step_text(step))}</h4><div class="range">' + "\n".join(
+        f"<figure><figcaption>{escape(law)}</figcaption>{map_picture(law, found, k)}</figure>"
+        for law, found in maps.laws.items()) + "</div>" for k, step in enumerate(steps))
+    head, *body = shares_table(maps.laws)
+    table = value_table(ValueTable(f"{stage} stage: shares of the maps", head, tuple(body)))
+    return (f'<article id="range-{stage}" data-rig="{stage}"><h3>{stage} stage: operating range</h3>\n{rows}\n{table}'
+            "</article>")
+
+
+def step_text(step: float) -> str:
+    """A horizontal step (m) in words."""
+    return f"Horizontal step {1e3 * step:g} mm" if step else "No horizontal step"
+
+
+def map_picture(law: str, found: Map, step: int) -> str:
+    """Map of one horizontal step as SVG, its shares as the text for who does not see it."""
+    _, nominal, _ = shares(found)[step]
+    said = ", ".join(f"{OUTCOMES[outcome]} {100 * nominal[outcome]:.0f} %" for outcome in seen([found])
+                     if nominal[outcome])
+    rows, columns = found.nominal.shape[:2]
+    width, height = LEFT + CELL * columns + EDGE, CELL * rows + BOTTOM
+    title = f"{law}. {step_text(found.horizontal[step])}: {said}"
+    ticks = [f'<text x="{LEFT + CELL * (k + 0.5):g}" y="{CELL * rows + 14}">{1e3 * found.target[k]:g}</text>'
+             for k in ticked(columns)]
+    ticks += [f'<text class="end" x="{LEFT - 4}" y="{CELL * (rows - k - 0.5) + 4:g}">{1e3 * found.initial[k]:g}</text>'
+              for k in ticked(rows)]
+    return (f'<svg viewBox="0 0 {width} {height}" role="img"><title>{escape(title)}</title>'
+            f"{cells(map_paths(found, step), LEFT)}{''.join(ticks)}"
+            f'<text x="{LEFT + CELL * columns / 2:g}" y="{height - 6}">target gap, mm</text>'
+            f'<text transform="translate(12 {CELL * rows / 2:g})rotate(-90)">initial gap, mm</text></svg>')
+
+
+def ticked(count: int) -> list[int]:
+    """Places on an axis that are labelled: the first, the middle and the last."""
+    return sorted({0, count // 2, count - 1})
+
+
+def map_paths(found: Map, step: int) -> str:
+    """A path for each outcome, in units of cells, the smallest initial gap lowest; and the dots."""
+    nominal, fragile = found.nominal[::-1, :, step], found.fragile[::-1, :, step]
+    paths = {outcome: stripes(nominal == outcome) for outcome in seen([found])}
+    dots = "".join(f"M{column}.5 {row}h0" for row, column in np.argwhere(fragile).tolist())
+    return ("".join(f'<path class="o{outcome}" d="{path}"/>' for outcome, path in paths.items() if path)
+            + (f'<path class="dot" d="{dots}"/>' if dots else ""))
+
+
+def stripes(where: NDArray[np.bool_]) -> str:
+    """Path along every run of cells in rows, such as "M3 0h2" for the fourth and the fifth cell of the first row."""
+    parts = []
+    for row, values in enumerate(where.tolist()):
+        column = 0
+        for inside, run in groupby(values):
+            length = len(list(run))
+            if inside:
+                parts.append(f"M{column} {row}h{length}")
+            column += length
+    return "".join(parts)
