@@ -129,8 +129,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
         rows.append(f'<tr><th scope="row">{sample}</th><td>{escape(reason)}</td><td>{escape(at)}</td>'
                     f'<td><code>{escape(command_of(about, row))}</code> '
                     '<button type="button" class="copy">Copy</button>'
-                    + (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">open it live'
-                       "</a>" if linked else "") + "</td></tr>")
+                    + (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
+                       "open it live</a>" if linked else "") + "</td></tr>")
     if not rows:
         return "<p>No sample failed.</p>"
     said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
