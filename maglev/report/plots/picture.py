@@ -98,9 +98,10 @@ def overlay(title: str, runs: Mapping[str, Drawn]) -> "Figure":
 def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[Drawn]) -> None:
     """Mark end stops and limits of currents, each once, of whichever runs have it."""
     marked: set[tuple[str, str, float]] = set()
+    drawn = [panel.get_ylim() for panel in figure.axes]   # of the signals alone: a mark widens its panel
     for limit in (limit for run in runs for limit in limits(run.plan, run.parameters)):
-        panel = figure.axes[2 * rows.index(limit.of) + (limit.kind == "currents")]
-        low, high = panel.get_ylim()
+        number = 2 * rows.index(limit.of) + (limit.kind == "currents")
+        panel, (low, high) = figure.axes[number], drawn[number]
         label = limit.text
         for value in (1e3 * value if limit.kind == "position" else value for value in limit.values):
             place = (limit.kind, limit.of, value)

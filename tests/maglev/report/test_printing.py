@@ -186,6 +186,16 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
     assert figure.get_suptitle() == "both\nwild touched an end stop at 0.125 s (dashed)"
 
 
+def test_a_far_limit_stays_out_whatever_other_marks_widen():
+    pytest.importorskip("matplotlib")
+    recording = Recording(RUN.time, RUN.columns)
+    low, high = overlay("bare", {"one": Drawn(RUN.plan, recording, {})}).axes[0].get_ylim()
+    near, far = low - 0.9 * (high - low), high + 1.2 * (high - low)   # mm
+    drawn = Drawn(RUN.plan, recording, {"plant.v.stop.lower": 1e-3 * near, "plant.v.stop.upper": 1e-3 * far})
+    panel = overlay("both", {"one": drawn, "other": drawn}).axes[0]
+    assert [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "-."] == [pytest.approx(near)]
+
+
 def test_another_reading_is_shown_and_not_counted():
     other = replace(RUN, plan=RUN.plan.model_copy(update={"name": "other"}))
     judgements = {"2dof-setpoints": [judged("reproduced")], "other": [replace(judged("reproduced"), counts=False)]}
