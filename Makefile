@@ -6,7 +6,7 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: demo report live claims estimation docs check check-all check-built test quick build native lint bench live-check \
+.PHONY: demo generate report live claims estimation docs check check-all check-built test quick build native lint bench live-check \
 	axe-check accuracy mutants clean
 
 demo: build
@@ -67,6 +67,10 @@ check-built: .venv/.test
 	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev check --native --fmus .venv/fmus; \
 		else echo "left out: native FMUs, for the extra 'native' is not installed"; set -x; \
 		$(BIN)/maglev check --fmus .venv/fmus/python; fi
+
+# The blocks of the rigs, from their descriptions in the folder rigs.
+generate: .venv/.demo
+	$(BIN)/python -m maglev.rig
 
 lint: .venv/.test
 	$(BIN)/ruff check .

@@ -16,7 +16,8 @@ from fmi_export.definition import FmuDefinition
 from maglev.catalogue import definition
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.master import FmuSetup, Master
-from pmlsm.rigs import RIG_2DOF, RIG_3DOF, Rig
+from pmlsm.rig import Rig
+from pmlsm.rigs import RIG_2DOF, RIG_3DOF
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

@@ -23,7 +23,7 @@ def advance_2dof(controller: Regulator2DOF | PID2DOF, plant: Stage2DOF, t: float
         controller.v.measured = plant.v.encoder
         controller.h.measured = plant.h.encoder
         controller.sample()
-        if not supply(plant.motor, controller.motor):
+        if not (supply(plant.motor, controller.motor)):
             return COMMAND_TOO_LARGE
         status = plant.step(t + k * sample_time, sample_time)
         if status != 0:

@@ -1,8 +1,8 @@
 """Icon of the closed loops, and the sketch of a loop."""
 
 from controller_fmu.drawings.icons import COLOURS, law_symbol
-from fmi_export.icon import Shape, disc, rectangle, stroke
-from fmi_export.sketch import arrow, box, sketch, symbol, words
+from fmi_export.pages.icon import Shape, disc, rectangle, stroke
+from fmi_export.pages.sketch import arrow, box, sketch, symbol, words
 from plant_fmu.drawings import BLUE, COPPER, IRON, MOVER, RED
 
 LOOP = "#404850"

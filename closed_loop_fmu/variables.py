@@ -19,11 +19,11 @@ def loop_variables(controller: FmuDefinition, plant: FmuDefinition) -> tuple[Var
     Connected are what the encoders show, and the commands, which have the same name in both parts.
     """
     commands = connected_commands(controller, plant)
-    references = [v for v in controller.variables if v.causality == "input" and not v.name.endswith(".measured")]
+    references = [v for v in controller.variables if v.causality == "input" and not v.name.endswith("measured")]
     forces = [v for v in plant.variables if v.causality == "input" and v.name not in commands]
     # References are read at samples, and so held between two rows of an importer's input file.
-    inputs = (*(replace(v, path=f"controller.{v.name}", variability="discrete") for v in references),
-              *(replace(v, path=f"plant.{v.name}") for v in forces))
+    inputs = (*(replace(v, path=f"controller.{v.place}", variability="discrete") for v in references),
+              *(replace(v, path=f"plant.{v.place}") for v in forces))
     # A measurement depends on no input at its sample: a state lies between.
     return (*inputs, *(part_variable(part, v, {open_input.name for open_input in inputs})
                        for causality in ("output", "parameter")
@@ -39,7 +39,7 @@ def connected_commands(controller: FmuDefinition, plant: FmuDefinition) -> list[
 
 def part_variable(part: str, variable: Variable, inputs: set[str]) -> Variable:
     """Output or parameter of a part as one of the loop, which has the named inputs."""
-    return replace(variable, name=f"{part}.{variable.name}",
+    return replace(variable, name=f"{part}.{variable.name}", path=f"{part}.{variable.path}" if variable.path else "",
                    description=SAMPLE_TIME if variable.name == "sample_time" else variable.description,
                    depends_on=tuple(name for name in variable.depends_on if name in inputs),
                    starts_from=tuple(f"{part}.{name}" for name in variable.starts_from))

@@ -24,10 +24,10 @@ class CommutatedMotor:
         self.i_c_cmd = 0.0         # A, output
         self.saturated = False     # whether a reference is beyond the limit
 
-    def commutate(self, limit: float, displacement: float) -> None:
-        """Command the references within ±limit (A; 0 = no limit), commutated at a displacement (m), (C.1)."""
+    def commutate(self, limit: float, theta: float) -> None:
+        """Command the references within ±limit (A; 0 = no limit), commutated at an electrical angle (rad), (C.1)."""
         commands = self.commands
-        commands.command(self.i_d_reference, self.i_q_reference, limit, displacement)
+        commands.command(self.i_d_reference, self.i_q_reference, limit, theta)
         self.i_d_cmd = commands.i_d_cmd
         self.i_q_cmd = commands.i_q_cmd
         self.i_a_cmd = commands.i_a_cmd

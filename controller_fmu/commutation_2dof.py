@@ -1,24 +1,30 @@
-"""Commutation of the 2-DOF stage's motor alone (C.1), for currents that somebody else decides."""
+"""Commutation of the motors of the 2-DOF stage alone (C.1), for currents that somebody else decides."""
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import STEP_MISFIT, STEPPED
-from pmlsm.data_sheet import SAMPLE_TIME_2DOF
+from controller_fmu.status import BAD_GEOMETRY, STEP_MISFIT, STEPPED
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class Commutation2DOF:
-    """Samples displacement and current references, commands phase currents that hold until the next sample."""
+    """Samples displacements and current references, commands phase currents that hold until the next sample.
+
+    Each motor commutates with the displacement that it drives.
+    """
 
     def __init__(self) -> None:
-        self.sample_time = SAMPLE_TIME_2DOF   # s, parameter
-        self.current_limit = 0.0              # A, parameter, 0 = none
+        self.sample_time = 0.0005        # s, parameter
+        self.current_limit = 0.0         # A, parameter, 0 = none
+        self.geometry = MotorGeometry()
         self.h = MeasuredDisplacement()
         self.motor = CommutatedMotor()
         self.clock = SampleClock()
         self.saturated = False  # output
 
     def start(self) -> int:
-        """Nothing follows from the fixed parameters."""
+        """Compute what follows from the fixed parameters."""
+        if not self.geometry.prepare():
+            return BAD_GEOMETRY
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -31,6 +37,7 @@ class Commutation2DOF:
 
     def sample(self) -> None:
         """Commutate once."""
+        geometry = self.geometry
         motor = self.motor
-        motor.commutate(self.current_limit, self.h.measured)
+        motor.commutate(self.current_limit, geometry.electrical_angle(self.h.measured))
         self.saturated = motor.saturated

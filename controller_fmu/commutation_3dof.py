@@ -1,20 +1,21 @@
-"""Commutation of the 3-DOF stage's two pairs of motors alone (C.1), for currents that somebody else decides."""
+"""Commutation of the motors of the 3-DOF stage alone (C.1), for currents that somebody else decides."""
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import STEP_MISFIT, STEPPED
-from pmlsm.data_sheet import SAMPLE_TIME_3DOF
+from controller_fmu.status import BAD_GEOMETRY, STEP_MISFIT, STEPPED
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class Commutation3DOF:
     """Samples displacements and current references, commands phase currents that hold until the next sample.
 
-    The pair alpha drives x and the pair beta z; each commutates with the displacement that it drives.
+    Each motor commutates with the displacement that it drives.
     """
 
     def __init__(self) -> None:
-        self.sample_time = SAMPLE_TIME_3DOF   # s, parameter
-        self.current_limit = 0.0              # A, parameter, 0 = none
+        self.sample_time = 0.0002        # s, parameter
+        self.current_limit = 0.0         # A, parameter, 0 = none
+        self.geometry = MotorGeometry()
         self.x = MeasuredDisplacement()
         self.z = MeasuredDisplacement()
         self.alpha = CommutatedMotor()
@@ -23,7 +24,9 @@ class Commutation3DOF:
         self.saturated = False  # output
 
     def start(self) -> int:
-        """Nothing follows from the fixed parameters."""
+        """Compute what follows from the fixed parameters."""
+        if not self.geometry.prepare():
+            return BAD_GEOMETRY
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -36,8 +39,9 @@ class Commutation3DOF:
 
     def sample(self) -> None:
         """Commutate once."""
+        geometry = self.geometry
         alpha = self.alpha
         beta = self.beta
-        alpha.commutate(self.current_limit, self.x.measured)
-        beta.commutate(self.current_limit, self.z.measured)
+        alpha.commutate(self.current_limit, geometry.electrical_angle(self.x.measured))
+        beta.commutate(self.current_limit, geometry.electrical_angle(self.z.measured))
         self.saturated = alpha.saturated or beta.saturated

@@ -2,8 +2,9 @@
 
 from math import sqrt
 
-from pmlsm.data_sheet import GRAVITY
 from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.velocity_rows import GRAVITY
 
 
 def smaller_root(a: float, b: float, c: float) -> tuple[float, bool]:
@@ -43,7 +44,8 @@ def demanded_current(demand: float, by_quadrature: float, attraction: float, coi
     return smaller_root(iron * f4, coils * f3, demand - GRAVITY + by_quadrature + attraction * f2)
 
 
-def equilibrium_current(attraction: float, coils: float, iron: float, gap: float) -> tuple[float, bool]:
-    """Direct current (A) that holds the mover at a gap (m), and whether there is one; arguments as above."""
-    f1, f2, f3, f4 = gap_functions(gap)
+def equilibrium_current(motor: MotorGeometry, attraction: float, coils: float, iron: float, gap: float
+                        ) -> tuple[float, bool]:
+    """Direct current (A) that holds the mover at a gap (m), and whether there is one; constants as above."""
+    f1, f2, f3, f4 = gap_functions(motor, gap)
     return demanded_current(0.0, 0.0, attraction, coils, iron, f2, f3, f4)

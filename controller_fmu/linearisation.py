@@ -3,6 +3,7 @@
 from controller_fmu.feedback_linearisation import equilibrium_current
 from pmlsm.gap_functions import gap_functions
 from pmlsm.gap_slopes import gap_slopes
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class Linearisation:
@@ -13,11 +14,12 @@ class Linearisation:
         self.gain = 1.0        # β, m/(s² A)
         self.f1 = 1.0          # thrust shape function
 
-    def prepare(self, attraction: float, coils: float, iron: float, gap: float) -> bool:
+    def prepare(self, motor: MotorGeometry, attraction: float, coils: float, iron: float, gap: float) -> bool:
         """Linearise g'' = G − iron f4 i_d² + coils f3 i_d − attraction f2 about its equilibrium at a gap.
 
         Parameters
         ----------
+        motor : MotorGeometry
         attraction, coils, iron : float
             As of `demanded_current`.
         gap : float
@@ -28,9 +30,9 @@ class Linearisation:
         bool
             Whether there is an equilibrium that a direct current can control.
         """
-        current, found = equilibrium_current(attraction, coils, iron, gap)
-        f1, f2, f3, f4 = gap_functions(gap)
-        slope2, slope3, slope4 = gap_slopes(gap)
+        current, found = equilibrium_current(motor, attraction, coils, iron, gap)
+        f1, f2, f3, f4 = gap_functions(motor, gap)
+        slope2, slope3, slope4 = gap_slopes(motor, gap)
         self.f1 = f1
         self.stiffness = coils * slope3 * current - iron * slope4 * current * current - attraction * slope2
         gain = coils * f3 - 2.0 * iron * f4 * current

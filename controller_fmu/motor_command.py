@@ -1,4 +1,4 @@
-"""Command to one motor: limit, then commutation with the measured displacement (C.1)."""
+"""Command to one motor: limit, then commutation at the electrical angle of the measured displacement (C.1)."""
 
 from pmlsm.dq_transform import phase_currents
 from pmlsm.saturation import saturate
@@ -17,8 +17,8 @@ class MotorCommand:
         self.excess_d = 0.0      # sat(i_d) − i_d, A
         self.excess_q = 0.0      # sat(i_q) − i_q, A
 
-    def command(self, i_d: float, i_q: float, limit: float, displacement: float) -> None:
-        """Limit i_d and i_q (A) to ±limit (A; 0 = no limit) and commutate them at a measured displacement (m)."""
+    def command(self, i_d: float, i_q: float, limit: float, theta: float) -> None:
+        """Limit i_d and i_q (A) to ±limit (A; 0 = no limit) and commutate them at an electrical angle (rad)."""
         self.i_d_cmd = i_d
         self.i_q_cmd = i_q
         if limit > 0.0:
@@ -27,7 +27,7 @@ class MotorCommand:
         self.excess_d = self.i_d_cmd - i_d
         self.excess_q = self.i_q_cmd - i_q
         self.limited = self.excess_d != 0.0 or self.excess_q != 0.0
-        self.i_a_cmd, self.i_b_cmd, self.i_c_cmd = phase_currents(self.i_d_cmd, self.i_q_cmd, displacement)
+        self.i_a_cmd, self.i_b_cmd, self.i_c_cmd = phase_currents(self.i_d_cmd, self.i_q_cmd, theta)
 
     def release(self) -> None:
         """Command no current."""

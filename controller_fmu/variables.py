@@ -1,9 +1,13 @@
 """Variables that controllers share, part by part."""
 
+from dataclasses import replace
+
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.rigs import Rig, RigAxis, RigConstant
+from pmlsm.rig import Rig, RigAxis, RigConstant
 
 ANY_GAIN = 1e15
+
+TRIP = "assumed: the thesis has a trip (section 4.3) and prints no threshold"
 
 SETPOINT_WITHOUT_EQUILIBRIUM = ("setpoint = {setpoint} m, expected an air gap at which the model with these constants "
                                 "has an equilibrium that a direct current controls")
@@ -12,12 +16,18 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the co
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
 
-def axis_inputs(axis: RigAxis) -> tuple[Variable, ...]:
+def unit_of(axis: RigAxis) -> str:
+    """Unit of the position of an axis."""
+    return "rad" if axis.rotation else "m"
+
+
+def axis_inputs(rig: Rig, axis: RigAxis) -> tuple[Variable, ...]:
     """Inputs of one controlled axis."""
-    return (real_input(f"{axis.name}.reference", "m", f"reference of the {axis.meaning}", 10.0, 0.01),
-            real_input(f"{axis.name}.reference_rate", "m/s", f"rate of the reference of the {axis.meaning}", 1000.0,
-                       0.1),
-            measured_axis(axis))
+    unit = unit_of(axis)
+    return (real_input(f"{axis.name}.reference", unit, f"reference of the {axis.meaning}", 10.0, 0.01),
+            real_input(f"{axis.name}.reference_rate", f"{unit}/s", f"rate of the reference of the {axis.meaning}",
+                       1000.0, 0.1),
+            *(() if by_gaps(rig, axis.name) else (measured_axis(axis),)))
 
 
 def measured_axis(axis: RigAxis) -> Variable:
@@ -25,16 +35,75 @@ def measured_axis(axis: RigAxis) -> Variable:
     return real_input(f"{axis.name}.measured", "m", f"measured {axis.meaning}", 10.0, 0.01)
 
 
+def by_gaps(rig: Rig, axis: str) -> bool:
+    """Whether an axis is measured by the gaps at the motors."""
+    return bool(rig.rotations) and axis not in [each.name for each in rig.horizontal]
+
+
+def gap_names(rig: Rig) -> tuple[str, ...]:
+    """Names of the gaps at the motors, where they are measured."""
+    return tuple(f"{motor}.gap_measured" for motor in rig.motor_names) if rig.rotations else ()
+
+
+def gap_inputs(rig: Rig) -> tuple[Variable, ...]:
+    """Gaps at the motors, where they are measured."""
+    return tuple(replace(real_input(name, "m", "measured air gap at the motor", 10.0, 0.01),
+                         path=name.replace(".", "_place.")) for name in gap_names(rig))
+
+
+def measurements(rig: Rig, axis: str) -> tuple[str, ...]:
+    """Names of the inputs that measure an axis."""
+    return gap_names(rig) if by_gaps(rig, axis) else (f"{axis}.measured",)
+
+
+def place_parameters(rig: Rig) -> tuple[Variable, ...]:
+    """Places of the motors on a platform that tilts."""
+    return tuple(replace(parameter(f"{motor}.{along}", "m", f"place of the motor along {axis.name}, from the centre of "
+                                   "mass", rig.source(f"motors.{motor}.{along}"), -10.0, 10.0, 0.1, fixed=True),
+                         path=f"{motor}_place.{along}")
+                 for motor in rig.motor_names for along, axis in zip("xz", rig.horizontal, strict=False)
+                 if rig.rotations)
+
+
+def height(rig: Rig) -> Variable:
+    """Lever of the thrusts."""
+    return replace(parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
+                             rig.source("height"), -1.0, 1.0, 0.1), path="platform.height")
+
+
+def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
+    """The controllers' model of a platform that tilts."""
+    if not rig.rotations:
+        return ()
+    names = ("mass_y", "mass_x", "mass_z", "inertia_roll", "inertia_pitch")
+    axes = (rig.vertical, *rig.horizontal, *rig.rotations)
+    found = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
+                       rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
+             parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
+                       "which its constants are accelerations", rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0)
+             for axis in axes]
+    return (*(replace(v, path=f"allocation.{name}") for v, name in zip(found, names, strict=True)),
+            height(rig), *place_parameters(rig))
+
+
+def bad_places(rig: Rig) -> str:
+    """Refusal of motors that cannot make every force and torque."""
+    places = ", ".join(f"{motor}.{along} = {{{motor}.{along}}} m" for motor in rig.motor_names for along in "xz")
+    return f"{places}, expected motors that are not all on one line"
+
+
 def commutation_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a commutation without a law, whose current references are inputs."""
     references = [v for motor in rig.motor_names for v in current_references(motor)]
     return (*(measured_axis(axis) for axis in rig.horizontal),
+            *gap_inputs(rig),
             *references,
             *(v for motor in rig.motors
               for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
-                                     f"{motor.drives}.measured")),
+                                     (f"{motor.drives}.measured", *gap_names(rig)))),
             flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),
-            *sampling_and_limit(rig.sample_time_source, "assumed: none, the amplifiers have their own"))
+            *sampling_and_limit(rig.source("sample_time"), "assumed: none, the amplifiers have their own"),
+            *((height(rig), *place_parameters(rig)) if rig.rotations else ()))
 
 
 def current_references(motor: str) -> tuple[Variable, ...]:
@@ -43,21 +112,22 @@ def current_references(motor: str) -> tuple[Variable, ...]:
             real_input(f"{motor}.i_q_reference", "A", "quadrature current that is asked for", 1000.0, 1.0))
 
 
-def input_names(*axes: str) -> tuple[str, ...]:
+def input_names(rig: Rig, *axes: str) -> tuple[str, ...]:
     """Names of the inputs of axes."""
-    return tuple(f"{axis}.{name}" for axis in axes for name in ("reference", "reference_rate", "measured"))
+    return tuple(dict.fromkeys(name for axis in axes for name in (f"{axis}.reference", f"{axis}.reference_rate",
+                                                                  *measurements(rig, axis))))
 
 
-def axis_error(axis: str) -> Variable:
+def axis_error(rig: Rig, axis: RigAxis) -> Variable:
     """Tracking error of one axis."""
-    return real_output(f"{axis}.error", "m", "tracking error, measured minus reference", 1e-3, discrete=True,
-                       depends_on=(f"{axis}.reference", f"{axis}.measured"))
+    return real_output(f"{axis.name}.error", unit_of(axis), "tracking error, measured minus reference", 1e-3,
+                       discrete=True, depends_on=(f"{axis.name}.reference", *measurements(rig, axis.name)))
 
 
-def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], displacement: str
+def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], displacement: tuple[str, ...]
                   ) -> tuple[Variable, ...]:
     """Commands to one motor; the names say which inputs decide i_d, i_q and the commutation."""
-    both = tuple(dict.fromkeys((*d_from, *q_from, displacement)))
+    both = tuple(dict.fromkeys((*d_from, *q_from, *displacement)))
     phases = tuple(real_output(f"{motor}.i_{phase}_cmd", "A", f"command to phase {phase}", 1.0, discrete=True,
                                depends_on=both) for phase in ("a", "b", "c"))
     return (*phases,
@@ -74,17 +144,22 @@ def flags(inputs: tuple[str, ...]) -> tuple[Variable, ...]:
             flag("tripped", "the safety trip has shut the controller down", inputs))
 
 
-def regulator_gains(axis: str, source: str, antiwindup_source: str) -> tuple[Variable, ...]:
-    """Gains of the output regulator of one axis."""
+def regulator_gains(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
+    """Gains of the output regulator of one axis; of a tilt, the command that serves it is a slope of the current."""
+    axis = of.name
+    source = rig.source(f"axes.{axis}.design.gains")
+    antiwindup_source = rig.source(f"axes.{axis}.design.antiwindup_gain")
     gains = (("k1", "1/s2", "error"), ("k2", "1/s", "rate of the error"), ("k3", "1/s5", "internal-model state 1"),
              ("k4", "1/s4", "internal-model state 2"), ("k5", "1/s3", "internal-model state 3"))
-    corrections = (("ec1", "m.s2/A"), ("ec2", "m.s/A"), ("ec3", "m/A"))
-    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {of} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
-              for name, unit, of in gains),
+    corrected = "rad.m" if of.rotation else "m"
+    corrections = (("ec1", f"{corrected}.s2/A"), ("ec2", f"{corrected}.s/A"), ("ec3", f"{corrected}/A"))
+    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
+              for name, unit, what in gains),
             *(parameter(f"{axis}.{name}", unit, f"antiwindup gain on internal-model state {name[-1]} (5.13)",
                         antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections),
-            parameter(f"{axis}.friction_compensation", "m/s2", "acceleration that is demanded in the direction of "
-                      "motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0, 100.0, 1.0))
+            parameter(f"{axis}.friction_compensation", f"{unit_of(of)}/s2", "acceleration that is demanded in the "
+                      "direction of motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0,
+                      100.0, 1.0))
 
 
 def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variable, ...]:
@@ -94,22 +169,25 @@ def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variabl
     ----------
     rig : Rig
     by_all : bool
-        Whether i_d follows from the inputs of all axes, not of the vertical one alone.
+        Whether i_d follows from the inputs of all axes, not of the vertical one and the tilts alone.
     by_gap : bool
         Whether the quadrature currents follow from the measured gap too.
     """
-    d_from = input_names(*rig.axis_names) if by_all else input_names(rig.vertical.name)
-    gap = (f"{rig.vertical.name}.measured",) if by_gap else ()
-    return (*(v for axis in rig.axes for v in axis_inputs(axis)),
-            *(v for motor in rig.motors for v in motor_outputs(motor.name, d_from, (*input_names(motor.drives), *gap),
-                                                               f"{motor.drives}.measured")),
-            *(axis_error(axis) for axis in rig.axis_names),
-            *flags(input_names(*rig.axis_names)))
+    vertical = rig.vertical.name
+    d_from = input_names(rig, *(rig.axis_names if by_all else (vertical, *(axis.name for axis in rig.rotations))))
+    gap = measurements(rig, vertical) if by_gap else ()
+    return (*(v for axis in rig.axes for v in axis_inputs(rig, axis)),
+            *gap_inputs(rig),
+            *(v for motor in rig.motors
+              for v in motor_outputs(motor.name, d_from, (*input_names(rig, motor.drives), *gap),
+                                     (f"{motor.drives}.measured", *gap_names(rig)))),
+            *(axis_error(rig, axis) for axis in rig.axes),
+            *flags(input_names(rig, *rig.axis_names)))
 
 
 def model_constants(rig: Rig) -> tuple[Variable, ...]:
     """Constants of the controllers' model of a stage."""
-    return tuple(constant(each, rig.model_source) for each in rig.constants)
+    return tuple(constant(each, rig.source("model")) for each in rig.constants)
 
 
 def constant(of: RigConstant, source: str) -> Variable:
@@ -120,13 +198,15 @@ def constant(of: RigConstant, source: str) -> Variable:
 
 def loop_parameters(rig: Rig, limit_source: str) -> tuple[Variable, ...]:
     """Parameters that every controller with a law has."""
-    return (*sampling_and_limit(rig.sample_time_source, limit_source),
+    return (*sampling_and_limit(rig.source("sample_time"), limit_source),
             parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
                       0.0, 1.0, 1e-3, fixed=True),
             parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
-                      "assumed: the thesis has a trip (section 4.3) and prints no threshold", 0.0, 1.0, 1e-3))
+                      TRIP, 0.0, 1.0, 1e-3),
+            *((parameter("trip_tilt", "rad", "error of a tilt that trips the controller; 0 = never", TRIP, 0.0, 1.0,
+                         1e-3),) if rig.rotations else ()))
 
 
 def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
@@ -163,14 +243,16 @@ def bumpless_start() -> Variable:
                   "assumed: the thesis does not say how its runs start", fixed=True)
 
 
-def pid_parameters(axis: str) -> tuple[Variable, ...]:
-    """Gains, design poles and pre-filter of the PID of one axis."""
-    gains = (("kp", "A/m", "error"), ("ki", "A/(m.s)", "integral of the error"), ("kd", "A.s/m", "rate of the error"))
+def pid_parameters(of: RigAxis) -> tuple[Variable, ...]:
+    """Gains, design poles and pre-filter of the PID of one axis; that of a tilt commands a slope of the current."""
+    axis = of.name
+    units = ("A/(m.rad)", "A/(m.rad.s)", "A.s/(m.rad)") if of.rotation else ("A/m", "A/(m.s)", "A.s/m")
+    gains = zip(("kp", "ki", "kd"), units, ("error", "integral of the error", "rate of the error"), strict=True)
     poles = (("pole", "real pole", -1e4, -1e-3), ("pair_real", "real part of the pair of poles", -1e4, -1e-3),
              ("pair_imaginary", "imaginary part of the pair of poles", 0.0, 1e4))
-    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {of}; while the three gains are as they start, they are "
-                        "designed at the initialization", "assumed: by pole placement, the thesis prints none",
-                        -ANY_GAIN, ANY_GAIN, 1e3) for name, unit, of in gains),
+    return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what}; while the three gains are as they start, they "
+                        "are designed at the initialization", "assumed: by pole placement, the thesis prints none",
+                        -ANY_GAIN, ANY_GAIN, 1e3) for name, unit, what in gains),
             *(parameter(f"{axis}.{name}", "rad/s", f"{meaning} of the design", "assumed", low, high, 10.0, fixed=True)
               for name, meaning, low, high in poles),
             parameter(f"{axis}.prefilter", "rad/s", "corner frequency of the reference pre-filter; 0 = off",

@@ -4,6 +4,7 @@ from controller_fmu.feedback_linearisation import demanded_current, equilibrium_
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.status import NONLINEAR
 from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class VerticalLaw:
@@ -30,21 +31,21 @@ class VerticalLaw:
         self.coils = coils
         self.iron = iron
 
-    def linearise(self, gap: float) -> bool:
+    def linearise(self, motor: MotorGeometry, gap: float) -> bool:
         """Linearise about a gap (m); whether there is an equilibrium that a direct current can control."""
-        return self.linear.prepare(self.attraction, self.coils, self.iron, gap)
+        return self.linear.prepare(motor, self.attraction, self.coils, self.iron, gap)
 
-    def holding_demand(self, gap: float, error: float) -> float:
+    def holding_demand(self, motor: MotorGeometry, gap: float, error: float) -> float:
         """Demand (m/s²) by which the law commands the current that holds the mover at a gap (m) with an error (m)."""
         if self.law == NONLINEAR:
             return 0.0
-        current, found = equilibrium_current(self.attraction, self.coils, self.iron, gap)
+        current, found = equilibrium_current(motor, self.attraction, self.coils, self.iron, gap)
         return self.linear.demand(current, error)
 
-    def look(self, gap: float) -> None:
+    def look(self, motor: MotorGeometry, gap: float) -> None:
         """Set the shape functions for a measured gap (m)."""
         if self.law == NONLINEAR:
-            self.f1, self.f2, self.f3, self.f4 = gap_functions(gap)
+            self.f1, self.f2, self.f3, self.f4 = gap_functions(motor, gap)
         else:
             self.f1 = self.linear.f1
 

@@ -2,8 +2,8 @@
 
 import math
 
-from fmi_export.icon import Shape, disc, stroke
-from fmi_export.sketch import arrow, box, line, sketch, symbol, words
+from fmi_export.pages.icon import Shape, disc, stroke
+from fmi_export.pages.sketch import arrow, box, line, sketch, symbol, words
 
 CURVE = [(14 + 3 * k, round(46 - 36 * math.exp(-0.11 * k) * math.cos(0.62 * k), 3)) for k in range(27)]
 

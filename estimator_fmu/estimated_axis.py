@@ -1,9 +1,9 @@
 """Rows of the estimator: a horizontal axis with one constant, the vertical axis with three."""
 
+from controller_fmu.symmetric3 import Symmetric3
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.matched_filter import MatchedFilter
-from estimator_fmu.symmetric3 import Symmetric3
 from estimator_fmu.velocity_model import EstimatorLaw, VelocityModel
 
 

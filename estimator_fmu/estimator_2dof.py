@@ -1,4 +1,4 @@
-"""Estimator of the constants of the 2-DOF stage while it moves (sections 3.1.3, 4.3)."""
+"""Estimator of the constants of the 2-DOF stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.velocity_observer import ObserverFilter
@@ -6,32 +6,34 @@ from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.motor_current import MotorCurrent
 from estimator_fmu.velocity_model import EstimatorLaw
-from pmlsm.data_sheet import GRAVITY, SAMPLE_TIME_2DOF
 from pmlsm.gap_functions import gap_functions
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 STEPPED = 0        # status of `start` and `step`
 STEP_MISFIT = 1    # the communication step does not fit the sample time
+BAD_GEOMETRY = 2   # no motor has such a geometry
 
 
 class Estimator2DOF:
-    """Samples positions and delivered currents, estimates C1 to C4 of (4.3) by the reduced NPFSI estimator (3.8)."""
+    """Samples positions and delivered currents, estimates C1 to C4 by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self) -> None:
-        self.C1_start = 7.10      # m/(s² A), parameter: guess of the thrust
-        self.C2_start = 398.0     # m/(s² T²), parameter: of the attraction
-        self.C3_start = 15.5      # m/(s² A T), parameter: of magnets on coils
-        self.C4_start = 0.035     # m/(s² A²), parameter: of coils on iron
-        self.C1_weight = 1.0e-4   # A² s, parameter: diagonal of Q0
-        self.C2_weight = 1.0e-6   # T⁴ s, parameter
-        self.C3_weight = 1.0e-4   # A² T² s, parameter
-        self.C4_weight = 1.0e-2   # A⁴ s, parameter
-        self.epsilon = 0.01       # s, parameter
-        self.gamma = 1.1          # parameter
-        self.forgetting = 0.0     # 1/s, parameter, 0 = off
-        self.matched_filter = False            # parameter
-        self.sample_time = SAMPLE_TIME_2DOF    # s, parameter
-        self.v = NormalAxis(20.0e-3)
+        self.C1_start = 7.1              # m/(s² A), parameter: guess of C1
+        self.C2_start = 398.0            # m/(s² T²), parameter: guess of C2
+        self.C3_start = 15.5             # m/(s² A T), parameter: guess of C3
+        self.C4_start = 0.035            # m/(s² A²), parameter: guess of C4
+        self.C1_weight = 0.0001          # parameter: diagonal of Q0
+        self.C2_weight = 1e-06           # parameter: diagonal of Q0
+        self.C3_weight = 0.0001          # parameter: diagonal of Q0
+        self.C4_weight = 0.01            # parameter: diagonal of Q0
+        self.epsilon = 0.01              # s, parameter
+        self.gamma = 1.1                 # parameter
+        self.forgetting = 0.0            # 1/s, parameter, 0 = off
+        self.matched_filter = False      # parameter
+        self.sample_time = 0.0005        # s, parameter
+        self.geometry = MotorGeometry()
+        self.v = NormalAxis(0.02)
         self.h = ThrustAxis()
         self.motor = MotorCurrent()
         self.observer = ObserverFilter()
@@ -39,10 +41,10 @@ class Estimator2DOF:
         self.law = EstimatorLaw()
         self.clock = SampleClock()
         self.started = False         # state: a measurement has come in
-        self.C1 = 7.10               # m/(s² A), output
-        self.C2 = 398.0              # m/(s² T²), output
-        self.C3 = 15.5               # m/(s² A T), output
-        self.C4 = 0.035              # m/(s² A²), output
+        self.C1 = 7.1   # m/(s² A), output
+        self.C2 = 398.0   # m/(s² T²), output
+        self.C3 = 15.5   # m/(s² A T), output
+        self.C4 = 0.035   # m/(s² A²), output
         self.C1_converged = False    # output
         self.C2_converged = False    # output
         self.C3_converged = False    # output
@@ -50,6 +52,8 @@ class Estimator2DOF:
 
     def start(self) -> int:
         """Begin with the start values and their weights."""
+        if not self.geometry.prepare():
+            return BAD_GEOMETRY
         self.observer.prepare(self.sample_time)
         self.h.begin(self.C1_start, self.C1_weight)
         self.v.begin(self.C2_start, self.C3_start, self.C4_start, self.C2_weight, self.C3_weight, self.C4_weight)
@@ -68,21 +72,23 @@ class Estimator2DOF:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         v = self.v
         h = self.h
+        motor = self.motor
         if v.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
-        f1, f2, f3, f4 = gap_functions(v.measured)
-        i_d = self.motor.i_d
-        i_q = self.motor.i_q
-        thrust = thrust_acceleration(1.0, f1, i_q)
-        attraction, coils, iron = normal_terms(1.0, 1.0, 1.0, f2, f3, f4, i_d, i_q * i_q + i_d * i_d)
+        f1, f2, f3, f4 = gap_functions(self.geometry, v.measured)
+        thrust_h = thrust_acceleration(1.0, f1, motor.i_q)
+        attraction, coils, iron = normal_terms(
+            1.0, 1.0, 1.0, f2, f3, f4,
+            motor.i_d,
+            motor.i_q * motor.i_q + motor.i_d * motor.i_d)
         if not self.started:
             self.started = True
             v.seed(attraction, coils, iron)
-            h.seed(thrust)
+            h.seed(thrust_h)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         v.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
-        h.sample(thrust, self.matched_filter, self.observer, law)
+        h.sample(thrust_h, self.matched_filter, self.observer, law)
         v.watch(self.convergence, self.sample_time)
         h.watch(self.convergence, self.sample_time)
         self.publish()

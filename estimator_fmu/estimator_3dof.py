@@ -1,4 +1,4 @@
-"""Estimator of the constants of the 3-DOF stage while it moves (sections 3.1.3, 5.3)."""
+"""Estimator of the constants of the 3-DOF stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.velocity_observer import ObserverFilter
@@ -6,34 +6,36 @@ from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.motor_current import MotorCurrent
 from estimator_fmu.velocity_model import EstimatorLaw
-from pmlsm.data_sheet import GRAVITY, MOTORS_3DOF, MOTORS_IN_PAIR, SAMPLE_TIME_3DOF
 from pmlsm.gap_functions import gap_functions
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 STEPPED = 0        # status of `start` and `step`
 STEP_MISFIT = 1    # the communication step does not fit the sample time
+BAD_GEOMETRY = 2   # no motor has such a geometry
 
 
 class Estimator3DOF:
-    """Samples positions and delivered currents, estimates C1 to C5 of (5.3) by the reduced NPFSI estimator (3.8)."""
+    """Samples positions and delivered currents, estimates C1 to C5 by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self) -> None:
-        self.C1_start = 0.3068    # m/(s² A), parameter: guess of the thrust along x
-        self.C2_start = 0.4112    # m/(s² A), parameter: of the thrust along z
-        self.C3_start = 163.75    # m/(s² T²), parameter: of the attraction
-        self.C4_start = 4.24      # m/(s² A T), parameter: of magnets on coils
-        self.C5_start = 0.0035    # m/(s² A²), parameter: of coils on iron
-        self.C1_weight = 1.0e-2   # A² s, parameter: diagonal of Q0
-        self.C2_weight = 1.0e-2   # A² s, parameter
-        self.C3_weight = 1.0e-6   # T⁴ s, parameter
-        self.C4_weight = 1.0e-4   # A² T² s, parameter
-        self.C5_weight = 1.0e-1   # A⁴ s, parameter
-        self.epsilon = 0.01       # s, parameter
-        self.gamma = 1.1          # parameter
-        self.forgetting = 0.0     # 1/s, parameter, 0 = off
-        self.matched_filter = False            # parameter
-        self.sample_time = SAMPLE_TIME_3DOF    # s, parameter
-        self.y = NormalAxis(25.0e-3)
+        self.C1_start = 0.3068           # m/(s² A), parameter: guess of C1
+        self.C2_start = 0.4112           # m/(s² A), parameter: guess of C2
+        self.C3_start = 163.75           # m/(s² T²), parameter: guess of C3
+        self.C4_start = 4.24             # m/(s² A T), parameter: guess of C4
+        self.C5_start = 0.0035           # m/(s² A²), parameter: guess of C5
+        self.C1_weight = 0.01            # parameter: diagonal of Q0
+        self.C2_weight = 0.01            # parameter: diagonal of Q0
+        self.C3_weight = 1e-06           # parameter: diagonal of Q0
+        self.C4_weight = 0.0001          # parameter: diagonal of Q0
+        self.C5_weight = 0.1             # parameter: diagonal of Q0
+        self.epsilon = 0.01              # s, parameter
+        self.gamma = 1.1                 # parameter
+        self.forgetting = 0.0            # 1/s, parameter, 0 = off
+        self.matched_filter = False      # parameter
+        self.sample_time = 0.0002        # s, parameter
+        self.geometry = MotorGeometry()
+        self.y = NormalAxis(0.025)
         self.x = ThrustAxis()
         self.z = ThrustAxis()
         self.alpha = MotorCurrent()
@@ -43,11 +45,11 @@ class Estimator3DOF:
         self.law = EstimatorLaw()
         self.clock = SampleClock()
         self.started = False         # state: a measurement has come in
-        self.C1 = 0.3068             # m/(s² A), output
-        self.C2 = 0.4112             # m/(s² A), output
-        self.C3 = 163.75             # m/(s² T²), output
-        self.C4 = 4.24               # m/(s² A T), output
-        self.C5 = 0.0035             # m/(s² A²), output
+        self.C1 = 0.3068   # m/(s² A), output
+        self.C2 = 0.4112   # m/(s² A), output
+        self.C3 = 163.75   # m/(s² T²), output
+        self.C4 = 4.24   # m/(s² A T), output
+        self.C5 = 0.0035   # m/(s² A²), output
         self.C1_converged = False    # output
         self.C2_converged = False    # output
         self.C3_converged = False    # output
@@ -56,6 +58,8 @@ class Estimator3DOF:
 
     def start(self) -> int:
         """Begin with the start values and their weights."""
+        if not self.geometry.prepare():
+            return BAD_GEOMETRY
         self.observer.prepare(self.sample_time)
         self.x.begin(self.C1_start, self.C1_weight)
         self.z.begin(self.C2_start, self.C2_weight)
@@ -76,18 +80,17 @@ class Estimator3DOF:
         y = self.y
         x = self.x
         z = self.z
+        alpha = self.alpha
+        beta = self.beta
         if y.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
-        f1, f2, f3, f4 = gap_functions(y.measured)
-        i_da = self.alpha.i_d
-        i_qa = self.alpha.i_q
-        i_db = self.beta.i_d
-        i_qb = self.beta.i_q
-        thrust_x = thrust_acceleration(MOTORS_IN_PAIR, f1, i_qa)
-        thrust_z = thrust_acceleration(MOTORS_IN_PAIR, f1, i_qb)
+        f1, f2, f3, f4 = gap_functions(self.geometry, y.measured)
+        thrust_x = thrust_acceleration(2.0, f1, alpha.i_q)
+        thrust_z = thrust_acceleration(2.0, f1, beta.i_q)
         attraction, coils, iron = normal_terms(
-            MOTORS_3DOF, MOTORS_IN_PAIR, MOTORS_IN_PAIR, f2, f3, f4,
-            i_da + i_db, i_qa * i_qa + i_da * i_da + i_qb * i_qb + i_db * i_db)
+            4.0, 2.0, 2.0, f2, f3, f4,
+            alpha.i_d + beta.i_d,
+            alpha.i_q * alpha.i_q + alpha.i_d * alpha.i_d + beta.i_q * beta.i_q + beta.i_d * beta.i_d)
         if not self.started:
             self.started = True
             y.seed(attraction, coils, iron)

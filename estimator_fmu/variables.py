@@ -1,33 +1,45 @@
 """Variables that the estimators share, part by part."""
 
+from controller_fmu.variables import bad_places, by_gaps, gap_inputs, measured_axis, measurements, place_parameters
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.rigs import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
+from pmlsm.rig import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
+from pmlsm.variables import BAD_GEOMETRY, motor_geometry
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the estimator's "
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
+
 
 # Unit of the diagonal element of Σ for a constant, by its own.
 WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 
 
-def estimator_variables(rig: Rig, guess_source: str, weights: tuple[float, ...]) -> tuple[Variable, ...]:
-    """Variables of an estimator; `weights` are the nominal ones of C1, C2, …"""
-    inputs = {axis: row_inputs(rig, axis) for axis in rig.axis_names}
-    return (*(real_input(f"{axis.name}.measured", "m", f"measured {axis.meaning}", 10.0, 0.01) for axis in rig.axes),
+def refusals(rig: Rig) -> dict[int, str]:
+    """Refusals of an estimator, by the status of the block."""
+    return {1: REFUSED_STEP, 2: BAD_GEOMETRY, **({3: bad_places(rig)} if rig.rotations else {})}
+
+
+def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
+    """Variables of an estimator; the tilts have no row."""
+    rows = (rig.vertical, *rig.horizontal)
+    inputs = {axis.name: row_inputs(rig, axis.name) for axis in rows}
+    return (*(measured_axis(axis) for axis in rows if not by_gaps(rig, axis.name)),
+            *gap_inputs(rig),
             *(v for motor in rig.motor_names for v in motor_inputs(motor)),
             *(v for constant in rig.constants for v in estimate(constant, inputs[constant.axis])),
-            *(v for axis in rig.axis_names for v in axis_outputs(axis, inputs[axis])),
-            *(v for constant, weight in zip(rig.constants, weights, strict=True)
-              for v in guess(constant, guess_source, weight)),
-            *estimator_parameters(rig.sample_time_source))
+            *(v for axis in inputs for v in axis_outputs(axis, measurements(rig, axis), inputs[axis])),
+            *(v for constant in rig.constants
+              for v in guess(constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
+            *estimator_parameters(rig.source("sample_time")),
+            *place_parameters(rig),
+            *motor_geometry(rig))
 
 
 def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
     """Inputs that the row of an axis takes in."""
-    gap = f"{rig.vertical.name}.measured"
+    gap = measurements(rig, rig.vertical.name)
     if axis == rig.vertical.name:
-        return (gap, *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")))
-    return (f"{axis}.measured", gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
+        return (*gap, *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")))
+    return (f"{axis}.measured", *gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
 
 
 def motor_inputs(motor: str) -> tuple[Variable, ...]:
@@ -36,10 +48,10 @@ def motor_inputs(motor: str) -> tuple[Variable, ...]:
             real_input(f"{motor}.i_q", "A", "delivered quadrature current", 1000.0, 1.0))
 
 
-def axis_outputs(axis: str, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
-    """What the estimator sees of one axis; `inputs` are those of its row."""
+def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+    """What the estimator sees of one axis; `measured` are the inputs that measure it, `inputs` those of its row."""
     return (real_output(f"{axis}.velocity", "m/s", "velocity by the observer (Fig. 4.7)", 0.1, discrete=True,
-                        depends_on=(f"{axis}.measured",)),
+                        depends_on=measured),
             real_output(f"{axis}.residual", "m/s2", "acceleration that the model with these estimates does not explain,"
                         " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
@@ -53,13 +65,13 @@ def estimate(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
                                       "convergence.time", inputs))
 
 
-def guess(of: RigConstant, source: str, weight_nominal: float) -> tuple[Variable, ...]:
+def guess(of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
     """Start value of a constant and its weight."""
     name = of.name
     return (parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0, fixed=True),
             parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for {name}: how much "
-                      "data it takes to leave the first guess; a very large one holds it", "assumed: small", 1e-20,
-                      1e20, weight_nominal, fixed=True))
+                      "data it takes to leave the first guess; a very large one holds it", weight_source, 1e-20,
+                      1e20, of.weight, fixed=True))
 
 
 def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:

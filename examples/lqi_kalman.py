@@ -12,7 +12,7 @@ and the one that accelerates it as the references want, are fed forward.
 
 import numpy as np
 from scipy.linalg import block_diag, solve_discrete_are
-from stage_3dof import INPUTS, KNOWN, LIMIT, OUTPUTS, SAMPLE_TIME, Axis
+from stage_3dof import INPUTS, KNOWN, LIMIT, MOTOR, OUTPUTS, SAMPLE_TIME, Axis
 
 import maglev
 from controller_fmu.motor_command import MotorCommand
@@ -102,8 +102,8 @@ class LQI:
         wanted = np.concatenate([self.smooth, self.rate, CURRENTS @ ahead])
         command = ahead - now["feedback"] @ np.concatenate([state[:10] - wanted, self.integral])
         given = np.clip(command, -LIMIT, LIMIT)
-        self.alpha.command(given[0], given[1], LIMIT, self.x.measured)
-        self.beta.command(given[0], given[2], LIMIT, self.z.measured)
+        self.alpha.command(given[0], given[1], LIMIT, MOTOR.electrical_angle(self.x.measured))
+        self.beta.command(given[0], given[2], LIMIT, MOTOR.electrical_angle(self.z.measured))
         # Antiwindup: the filter is told the command that was given, and where that is limited the integral waits.
         free = given == command
         self.integral = self.integral + free * SAMPLE_TIME * (measured - self.smooth)

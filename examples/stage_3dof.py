@@ -4,8 +4,11 @@ from controller_fmu.feedback_linearisation import demanded_current
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.regulator_3dof import Regulator3DOF
 from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.saturation import saturate
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
+
+MOTOR = MotorGeometry()
 
 SAMPLE_TIME = 0.2e-3   # s
 LIMIT = 4.0            # A, of i_d and i_q, as of the thesis's regulator (section 5.6.2)
@@ -28,14 +31,14 @@ class Axis:
 
 def accelerations(gap: float, i_d: float, i_qa: float, i_qb: float) -> tuple[float, float, float]:
     """Accelerations of y, x, z (m/s²) that currents (A) make at an air gap (m), as the regulator knows the stage."""
-    f1, f2, f3, f4 = gap_functions(gap)
+    f1, f2, f3, f4 = gap_functions(MOTOR, gap)
     return (normal_acceleration(*VERTICAL, f2, f3, f4, i_d, i_d**2 + 0.5 * (i_qa**2 + i_qb**2)),
             thrust_acceleration(THRUST_X, f1, i_qa), thrust_acceleration(THRUST_Z, f1, i_qb))
 
 
 def quadrature_currents(gap: float, x: float, z: float) -> tuple[float, float]:
     """Currents i_qα, i_qβ (A), limited, for accelerations of x and z (m/s²) at an air gap (m) (5.7)."""
-    thrust, _, _, _ = gap_functions(gap)
+    thrust, _, _, _ = gap_functions(MOTOR, gap)
     return saturate(-x / (THRUST_X * thrust), LIMIT), saturate(-z / (THRUST_Z * thrust), LIMIT)
 
 
@@ -48,8 +51,8 @@ def command(alpha: MotorCommand, beta: MotorCommand, demands: tuple[float, float
     currents make; antiwindup and observers have to know them.
     """
     i_qa, i_qb = quadrature_currents(gap, demands[1], demands[2])
-    _, f2, f3, f4 = gap_functions(gap)
+    _, f2, f3, f4 = gap_functions(MOTOR, gap)
     i_d, _ = demanded_current(demands[0], 0.5 * VERTICAL[2] * f4 * (i_qa**2 + i_qb**2), *VERTICAL, f2, f3, f4)
-    alpha.command(i_d, i_qa, LIMIT, x)
-    beta.command(i_d, i_qb, LIMIT, z)
+    alpha.command(i_d, i_qa, LIMIT, MOTOR.electrical_angle(x))
+    beta.command(i_d, i_qb, LIMIT, MOTOR.electrical_angle(z))
     return accelerations(gap, alpha.i_d_cmd, i_qa, i_qb)

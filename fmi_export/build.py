@@ -11,13 +11,14 @@ from pathlib import Path
 
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
-from fmi_export.documentation import documentation, external_dependencies, icon_of
 from fmi_export.errors import ExportError
-from fmi_export.icon import png_icon
 from fmi_export.model_description import model_description
+from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
+from fmi_export.pages.icon import png_icon
 from fmi_export.sources import carried_modules, renamed
-from fmi_export.terminals import terminals
 from fmi_export.whole_file import whole_file
+
+CARRIED = ("fmi_export", "pythonfmu")   # packages of which every FMU carries modules
 
 DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
@@ -34,7 +35,7 @@ class {name}({slave}):
     """{description}"""
 
     def __init__(self, **kwargs):
-        super().__init__({definition_name}, **kwargs)
+        super().__init__({definition_name}, guid="{guid}", **kwargs)
 
 
 def begin(names):
@@ -74,7 +75,7 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
     pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
-    contents = fmu_contents(definition, module, attribute, version, licence, (*packages, "fmi_export", "pythonfmu"))
+    contents = fmu_contents(definition, module, attribute, version, licence, (*packages, *CARRIED))
     return write_archive(destination / f"{definition.name}.fmu", contents)
 
 
@@ -102,39 +103,44 @@ def build_date() -> int:
 def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
                  packages: tuple[str, ...]) -> dict[str, bytes]:
     """Every file of the FMU by its name in the archive."""
+    texts = carried_modules(module, packages) | carried_modules(definition.slave[0], packages)
+    contents = what_runs(definition, module, attribute, version, packages, texts, build_date())
+    contents |= described(definition, version, licence)
+    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
+    contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
+    return contents
+
+
+def what_runs(definition: FmuDefinition, module: str, attribute: str, version: str, packages: tuple[str, ...],
+              texts: Mapping[str, str], date: int) -> dict[str, bytes]:
+    """The files of the FMU that run, and its model description: with modules, by name, and a date in seconds."""
     slave_module, slave = definition.slave
-    texts = carried_modules(module, packages) | carried_modules(slave_module, packages)
     parts = (part for item in sorted(texts.items()) for part in item)
     fingerprint = digest([definition.name, version, SLAVE, ENTRY, *parts])
     entry = f"{definition.name.lower()}_{fingerprint[:12]}"
     code = f"{entry}_code"
     contents = {f"resources/{code}/{name.replace('.', '/')}.py": renamed(text, packages, code).encode("utf-8")
                 for name, text in texts.items()}
+    without_guid = model_description(definition, "", version, date).decode("utf-8")
+    guid = f"{{{digest([fingerprint, without_guid])[:32]}}}"
+    contents["modelDescription.xml"] = without_guid.replace('guid=""', f'guid="{guid}"', 1).encode("utf-8")
     contents[f"resources/{code}/slave.py"] = SLAVE.format(
-        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=module,
+        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=module, guid=guid,
         definition_name=attribute, description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
     contents[f"resources/{entry}.py"] = ENTRY.format(name=definition.name, code=code).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)
-    contents |= described(definition, version, licence)
-    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
-    contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
-    date = build_date()
-    without_guid = model_description(definition, "", version, date)
-    guid = digest([fingerprint, without_guid.decode("utf-8")])[:32]
-    contents["modelDescription.xml"] = model_description(definition, f"{{{guid}}}", version, date)
     return contents
 
 
 def described(definition: FmuDefinition, version: str, licence: str) -> dict[str, bytes]:
-    """What every FMU has beside its model description: icon, documentation, licence, terminals if it has any."""
-    contents = {"model.png": png_icon(icon_of(definition)),
-                "documentation/index.html": documentation(definition, version).encode("utf-8"),
-                "documentation/licenses/license.txt": licence.encode("utf-8")}
-    described_terminals = terminals(definition)
-    if described_terminals is not None:
-        contents["terminalsAndIcons/terminalsAndIcons.xml"] = described_terminals
-    return contents
+    """What every FMU has beside its model description: icon, documentation, licence.
+
+    No terminalsAndIcons.xml: FMI 2.0.4 allows one, with the schema of FMI 3.0, and FMI Library refuses just that.
+    """
+    return {"model.png": png_icon(icon_of(definition)),
+            "documentation/index.html": documentation(definition, version).encode("utf-8"),
+            "documentation/licenses/license.txt": licence.encode("utf-8")}
 
 
 def digest(parts: list[str]) -> str:

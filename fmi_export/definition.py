@@ -27,11 +27,17 @@ class Variable:
     starts_from: tuple[str, ...] = ()      # parameters that decide this output's initial value
     boolean: bool = False
     path: str = ""                         # attribute path of the block where it is not the name
+    hint: str = ""                         # what to write in place of a value that is out of range
 
     @property
     def place(self) -> str:
         """Attribute path of the block."""
         return self.path or self.name
+
+    @property
+    def hinted(self) -> str:
+        """End of a message about a value that is out of range."""
+        return f"; {self.hint}" if self.hint else ""
 
 
 @dataclass(frozen=True)
@@ -92,10 +98,10 @@ class FmuDefinition:
 
 
 def parameter(name: str, unit: str, description: str, source: str, minimum: float, maximum: float,
-              nominal: float | None = None, fixed: bool = False) -> Variable:
+              nominal: float | None = None, fixed: bool = False, hint: str = "") -> Variable:
     """Real parameter; a fixed one feeds a computation at initialisation, others act at the next step."""
     return Variable(name, "parameter", "fixed" if fixed else "tunable", description, unit,
-                    minimum, maximum, nominal, source)
+                    minimum, maximum, nominal, source, hint=hint)
 
 
 def switch(name: str, description: str, source: str, fixed: bool = False) -> Variable:

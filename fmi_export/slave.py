@@ -1,6 +1,7 @@
 """The pythonfmu slave of a block: prepared variable access, checks before a step, and the whole state."""
 
 import json
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -8,12 +9,19 @@ from ctypes import py_object, pythonapi
 from math import inf
 from operator import attrgetter
 from typing import Any
+from xml.etree.ElementTree import ParseError, iterparse
 
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from fmi_export.definition import FmuDefinition, Variable
 
 CONTINUITY = 1.0e-3   # of a communication step, by which the master's clock may miss the end of the one before
+
+# Phases of an instance (FMI 2.0.5, figure 11), in the words of a refusal.
+INSTANTIATED = "before fmi2EnterInitializationMode"
+INITIALIZING = "in the initialization"
+RUNNING = "after the initialization"
+TERMINATED = "after fmi2Terminate"
 
 Slot = tuple[Any, str]   # an object of the block and the name of one of its attributes
 
@@ -25,6 +33,21 @@ class Refused(ValueError):
 def one_more_reference(held: object) -> None:
     """Take a reference to an object that is never given up here: pythonfmu's binary gives one up that it never had."""
     pythonapi.Py_IncRef(py_object(held))
+
+
+def described_guid(resources: str | None) -> str | None:
+    """GUID in the model description beside the resources of an FMU, which is what importers give; None without one.
+
+    That they give it to fmi2Instantiate is of no use: pythonfmu's binary keeps it to itself.
+    """
+    if resources is None:
+        return None
+    try:
+        with open(os.path.join(resources, os.pardir, "modelDescription.xml"), "rb") as file:
+            guid: str | None = next(iterparse(file, ("start",)))[1].get("guid")
+    except (OSError, ParseError, StopIteration):
+        return None
+    return guid
 
 
 def scalar_slots(block: Any, template: Any) -> list[Slot]:
@@ -49,8 +72,13 @@ class BlockSlave(Fmi2Slave):
     an error, and pythonfmu ignores what the end of the initialization returns.
     """
 
-    def __init__(self, definition: FmuDefinition, **kwargs: Any):
+    def __init__(self, definition: FmuDefinition, guid: str | None = None, **kwargs: Any):
         super().__init__(**kwargs)
+        if not self.instance_name:
+            raise Refused("instance name = '', expected one")
+        described = described_guid(self.resources) if guid else None
+        if described not in (guid, None):
+            raise Refused(f"GUID = {described}, expected {guid}: model description and code are not of the same FMU")
         if self.resources in sys.path:   # pythonfmu's binary puts it there for every instance, and never takes it out
             sys.path.remove(self.resources)
         self.definition = definition
@@ -61,7 +89,7 @@ class BlockSlave(Fmi2Slave):
         self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
-        self.running = False                 # initialization has ended
+        self.phase = INSTANTIATED
         self.stale = True                    # values of a block that has not started are not computed yet
         self.suspect = False                 # a value out of range was set
         self.next_time: float | None = None  # s, where the next communication step has to start
@@ -75,33 +103,54 @@ class BlockSlave(Fmi2Slave):
         """Error to raise for a request that is not carried out.
 
         pythonfmu's binary gives up its references to slave, class and log on every exception, and once more when the
-        instance is freed, which crashes a process that does so. One more reference for each makes that safe.
+        instance is freed, which crashes a process that does so. One more reference for each makes that safe; on Linux
+        the binary is corrected.
         """
-        for held in (self, type(self), self.log_queue):
-            one_more_reference(held)
+        if sys.platform == "win32":
+            for held in (self, type(self), self.log_queue):
+                one_more_reference(held)
         return Refused(message)
+
+    def allow(self, call: str, *phases: str) -> None:
+        """Refuse a call in another phase."""
+        if self.phase not in phases:
+            raise self.refused(f"{call} {self.phase}, expected {' or '.join(phases)}")
 
     # Initialization
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
         """Take in the start time and, where it is defined, the stop time (s)."""
+        self.allow("fmi2SetupExperiment", INSTANTIATED)
         if not -inf < start_time < inf:
             raise self.refused(f"start time = {start_time} s, expected a finite time")
         self.next_time = start_time
         self.stop_time = inf if stop_time is None else stop_time
 
+    def enter_initialization_mode(self) -> None:
+        """From here on values can be read."""
+        self.allow("fmi2EnterInitializationMode", INSTANTIATED)
+        self.phase = INITIALIZING
+
     def exit_initialization_mode(self) -> None:
         """Check every parameter and input, and start the block."""
+        self.allow("fmi2ExitInitializationMode", INITIALIZING)
         self.check_ranges()
         self.refuse(self.block.start())
-        self.running = True
+        self.phase = RUNNING
         self.stale = False
         self.setters.clear()   # fixed parameters cannot be set from here on
+
+    def terminate(self) -> None:
+        """End the run: from here on nothing can be set, nor a step be done."""
+        self.allow("fmi2Terminate", RUNNING)
+        self.phase = TERMINATED
+        self.setters.clear()
 
     # Steps
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Step the block from a time over a communication step (s)."""
+        self.allow("fmi2DoStep", RUNNING)
         if self.suspect:
             self.check_ranges()
         if not 0.0 < step_size < inf:
@@ -113,18 +162,20 @@ class BlockSlave(Fmi2Slave):
         end = current_time + step_size
         if end > self.stop_time + tolerance:   # FMI 2.0.4, fmi2SetupExperiment: an error
             raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
-        if not self.running:
-            raise self.refused("doStep before the end of the initialization, expected exitInitializationMode first")
         try:
             status = self.block.step(current_time, step_size)
         except Refused:
             raise
         except (ArithmeticError, ValueError) as error:   # C goes on with inf or NaN where Python's numbers end
-            raise self.refused(f"step from {current_time} s: {error}") from error
+            raise self.failed_step(current_time, error) from error
         if status:
             self.refuse(status, current_time, step_size)
         self.next_time = end
         return True
+
+    def failed_step(self, time: float, error: Exception) -> Refused:
+        """Refusal of a step from a time (s) in which the block raised an error."""
+        return self.refused(f"step from {time} s: {error}")
 
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
         """Raise the definition's text for a status other than 0, with the values that it names."""
@@ -147,7 +198,7 @@ class BlockSlave(Fmi2Slave):
             high = inf if v.maximum is None else v.maximum
             if not (low <= value <= high and -inf < value < inf):
                 unit = f" {v.unit}" if v.unit else ""
-                return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}"
+                return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}{v.hinted}"
         return None
 
     def check_ranges(self) -> None:
@@ -195,12 +246,13 @@ class BlockSlave(Fmi2Slave):
 
     def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str, float, float]]:
         """Where to write variables, and within which range."""
+        self.allow("fmi2SetBoolean" if boolean else "fmi2SetReal", INSTANTIATED, INITIALIZING, RUNNING)
         slots = []
         for vr in vrs:
             v = self.variable(vr, boolean)
             if v.causality == "output":
                 raise self.refused(f"{v.name} is an output, expected an input or a parameter to set")
-            if self.running and v.variability == "fixed":
+            if self.phase == RUNNING and v.variability == "fixed":
                 raise self.refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
             slots.append((*self.owner(v), -inf if v.minimum is None else v.minimum,
                           inf if v.maximum is None else v.maximum))
@@ -217,12 +269,13 @@ class BlockSlave(Fmi2Slave):
             setattr(owner, name, value)
             if not low <= value <= high:
                 self.suspect = True
-        if not self.running:
+        if self.phase != RUNNING:
             self.stale = True
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Values of Real variables."""
         if self.stale:
+            self.allow("fmi2GetReal", INITIALIZING, RUNNING, TERMINATED)
             self.refresh()
         key = tuple(vrs)
         getter = self.real_getters.get(key) or self.prepare_getter(key, False)
@@ -231,6 +284,7 @@ class BlockSlave(Fmi2Slave):
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Values of Boolean variables."""
         if self.stale:
+            self.allow("fmi2GetBoolean", INITIALIZING, RUNNING, TERMINATED)
             self.refresh()
         key = tuple(vrs)
         getter = self.boolean_getters.get(key) or self.prepare_getter(key, True)
@@ -257,14 +311,14 @@ class BlockSlave(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         return {"model": type(self).__module__,
                 "block": [getattr(owner, name) for owner, name in self.state_slots],
-                "slave": [self.running, self.stale, self.suspect, self.next_time, self.stop_time]}
+                "slave": [self.phase, self.stale, self.suspect, self.next_time, self.stop_time]}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
             raise self.refused(f"state of model: {state.get('model')}, expected {type(self).__module__}")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
             setattr(owner, name, value)
-        self.running, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
+        self.phase, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
         self.setters.clear()
 
     @staticmethod

@@ -1,10 +1,13 @@
 """Files that appear under their names when they are complete."""
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from fmi_export.scratch import scratch
 
 
 @contextmanager
@@ -13,7 +16,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     What stood there before is intact until then, and stays if the block fails. The name of the unfinished file is
     unique: two processes that write the same file both write a whole one, and the last one stays. The folder is made if
-    it is not there.
+    it is not there. Behind a link it is the file that the link leads to; a device or a pipe is written into.
 
     Raises
     ------
@@ -22,10 +25,16 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{path.name}.{os.urandom(8).hex()}.part")
+        place = None if takes_text(path) else Path(os.path.realpath(path))
+        folder = Path(tempfile.gettempdir()) if place is None else place.parent
+        unfinished = folder / f".{path.name}.{os.urandom(8).hex()}.part"
         try:
             yield unfinished
-            unfinished.replace(path)
+            if place is None:
+                with path.open("ab") as device:
+                    device.write(unfinished.read_bytes())
+            else:
+                unfinished.replace(place)
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
@@ -35,6 +44,17 @@ def whole_file(path: Path) -> Iterator[Path]:
         raise
 
 
+def takes_text(path: Path) -> bool:
+    """Whether what is there is written into and never replaced: a device, a pipe, or what a shell has opened for us."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    folder = path.absolute().parent.parts[1:]
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)) or folder in (("dev",), ("dev", "fd")) or (
+        folder[:1] == ("proc",))
+
+
 @contextmanager
 def whole_files(folder: Path) -> Iterator[Path]:
     """Give a folder inside `folder` to write files to, which take their places in it at the end of the block.
@@ -42,14 +62,14 @@ def whole_files(folder: Path) -> Iterator[Path]:
     If the block fails, everything in `folder` is as it was; an OSError names the file in it that was to be.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".unfinished.", dir=folder) as name:
+    with scratch(str(folder)) as unfinished:
         try:
-            yield Path(name)
+            yield unfinished
         except OSError as error:
-            if error.filename is not None and Path(error.filename).parent == Path(name):
+            if error.filename is not None and Path(error.filename).parent == unfinished:
                 raise OSError(error.errno, error.strerror, str(folder / Path(error.filename).name)) from error
             raise
-        for file in sorted(Path(name).iterdir()):
+        for file in sorted(unfinished.iterdir()):
             file.replace(folder / file.name)
 
 

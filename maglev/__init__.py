@@ -40,16 +40,20 @@ if TYPE_CHECKING:
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
-    from maglev.stability.analysis import Region, region
+    from maglev.own_stage.adoption import know_stage
+    from maglev.own_stage.new import new_stage
+    from maglev.stability.analysis import region
+    from maglev.stability.result import Region
     from maglev.written.new import new_controller
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Comparison": "maglev.api.comparing", "Region": "maglev.stability.analysis", "Results": "maglev.api.running",
+    "Comparison": "maglev.api.comparing", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
     "check": "maglev.api.checking", "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
-    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.written.new",
+    "know_stage": "maglev.own_stage.adoption",
+    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.written.new", "new_stage": "maglev.own_stage.new",
     "region": "maglev.stability.analysis", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
     "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
@@ -60,8 +64,8 @@ __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
     "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Region", "Results", "Run", "RunFailed",
     "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName", "build", "check", "compare", "fmus", "identify",
-    "linearise", "linearise_loop", "new_controller", "region", "run", "run_all", "scenarios", "study", "sweep",
-    "tune", "update", "write_identification", "write_live"]
+    "know_stage", "linearise", "linearise_loop", "new_controller", "new_stage", "region", "run", "run_all", "scenarios",
+    "study", "sweep", "tune", "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

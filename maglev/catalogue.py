@@ -1,65 +1,30 @@
 """The FMUs that this project builds."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from importlib import import_module
-from importlib.metadata import distribution
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from fmi_export.build import build_fmu
-from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.native.build import build_native_fmu, build_webassembly, host_platform, translated_blocks
 from fmi_export.native.compiler import library, require_zig
 from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
-from maglev.errors import BuildError, nearest
+from maglev.errors import BuildError
+from maglev.own_fmus import DEFINITIONS as DEFINITIONS
+from maglev.own_fmus import SYSTEMS, definition, places, project
 from maglev.processors import processors
 from maglev.written.build import FMU, buildable, finished, named_lines
 from maglev.written.own_modules import PACKAGES
+from maglev.written.source import is_class
 
 if TYPE_CHECKING:
     from maglev.schema.run_plan import RunPlan
 
-DEFINITIONS = {
-    "Plant2DOF": ("plant_fmu.plant_2dof", "PLANT_2DOF"),
-    "Plant3DOF": ("plant_fmu.plant_3dof", "PLANT_3DOF"),
-    "Regulator2DOF": ("controller_fmu.regulator_2dof_fmu", "REGULATOR_2DOF"),
-    "Regulator3DOF": ("controller_fmu.regulator_3dof_fmu", "REGULATOR_3DOF"),
-    "LinearRegulator2DOF": ("controller_fmu.regulator_2dof_fmu", "LINEAR_REGULATOR_2DOF"),
-    "LinearRegulator3DOF": ("controller_fmu.regulator_3dof_fmu", "LINEAR_REGULATOR_3DOF"),
-    "ScheduledRegulator3DOF": ("controller_fmu.regulator_3dof_fmu", "SCHEDULED_REGULATOR_3DOF"),
-    "PID2DOF": ("controller_fmu.pid_fmu", "PID_2DOF"),
-    "PID3DOF": ("controller_fmu.pid_fmu", "PID_3DOF"),
-    "Commutation2DOF": ("controller_fmu.commutation_fmu", "COMMUTATION_2DOF"),
-    "Commutation3DOF": ("controller_fmu.commutation_fmu", "COMMUTATION_3DOF"),
-    "Estimator2DOF": ("estimator_fmu.estimator_2dof_fmu", "ESTIMATOR_2DOF"),
-    "Estimator3DOF": ("estimator_fmu.estimator_3dof_fmu", "ESTIMATOR_3DOF"),
-    "ClosedLoop2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_2DOF"),
-    "ClosedLoop3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_3DOF"),
-    "ClosedLoopLinear2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_LINEAR_2DOF"),
-    "ClosedLoopLinear3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_LINEAR_3DOF"),
-    "ClosedLoopScheduled3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_SCHEDULED_3DOF"),
-    "ClosedLoopPID2DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_PID_2DOF"),
-    "ClosedLoopPID3DOF": ("closed_loop_fmu.closed_loops_fmu", "CLOSED_LOOP_PID_3DOF"),
-}
-
-# Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
-# so that tools that leave out the start values in it run the same.
-SYSTEMS = {"Stage2DOF": "2dof-setpoints", "Stage3DOF": "3dof-setpoints-improved"}
-
-
-def definition(name: str) -> FmuDefinition:
-    """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
-    if name not in DEFINITIONS:
-        known = [*DEFINITIONS, *SYSTEMS]
-        raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}; nearest is "
-                         f"{nearest(name, known)}")
-    module, attribute = DEFINITIONS[name]
-    found: FmuDefinition = getattr(import_module(module), attribute)
-    return found
+Made = TypeVar("Made")
+Watch = Callable[[int, int], None]   # told how many of how many are done
 
 
 @contextmanager
@@ -90,12 +55,16 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
     ControllerError, BuildError
         If the class cannot be flown, or an FMU cannot have what is in its file; with file and line.
     """
+    from maglev.cosim.open import read_description  # to list what there is takes no fmpy
+
     version, licence = project()
     if native:
         require_zig()
+    if not is_class(path):
+        read_description("controller", path)   # in another process, which a file may end when it is imported
     with buildable(path, PACKAGES, native) as found, whole_files(folder) as unfinished:
         name, packages = found.definition.name, (*PACKAGES, *found.packages)
-        if name in (*DEFINITIONS, *SYSTEMS):
+        if name in (*places(), *SYSTEMS):
             raise BuildError(f"{path}: class {name} would overwrite an FMU of this project, expected another name")
         if native:
             with named_lines(found.files):
@@ -106,18 +75,31 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
     return folder / f"{name}.fmu"
 
 
+def unwatched(_done: int, _number: int) -> None:
+    """Nobody looks on."""
+
+
+def counted(made: Iterable[Made], number: int, watch: Watch) -> list[Made]:
+    """List of what is made one by one; `watch` is told how many of how many there are."""
+    found = []
+    for each in made:
+        found.append(each)
+        watch(len(found), number)
+    return found
+
+
 @build_errors()
-def build(names: Iterable[str], folder: Path) -> list[Path]:
+def build(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[Path]:
     """Build FMUs that run in the importer's Python, and systems of them, into a folder; returns their paths.
 
-    After an error the folder is as it was.
+    `watch` is told how many FMUs of how many are built. After an error the folder is as it was.
     """
     names = list(names)
-    chosen = [(definition(name), *DEFINITIONS[name]) for name in with_parts(names)]
+    chosen = [(definition(name), *places()[name]) for name in with_parts(names)]
     version, licence = project()
     with whole_files(folder) as unfinished:
-        fmus = [build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished)
-                for item in chosen]
+        fmus = counted((build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished)
+                        for item in chosen), len(chosen), watch)
         made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
     return [folder / path.name for path in made]
 
@@ -141,24 +123,25 @@ def models(plan: "RunPlan") -> dict[str, str]:
 
 
 @build_errors()
-def build_native(names: Iterable[str], folder: Path, host_only: bool = False) -> list[Path]:
+def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched) -> list[Path]:
     """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
     The folder also gets the C loop that steps them on this machine.
 
-    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter; after an error the folder is
-    as it was.
+    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter, `watch` as of `build`; after
+    an error the folder is as it was.
     """
     names = list(names)
     chosen = [definition(name) for name in with_parts(names)]
     version, licence = project()
     require_zig()
+    watch(0, len(chosen))   # the translation takes its time
     translation = translated_blocks(chosen, PACKAGES)
     # Most of the time goes to the compiler, in processes of its own.
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
         loop = pool.submit(build_step_loop, unfinished)
-        fmus = list(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
-                                                           host_only), chosen))
+        fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
+                                                              host_only), chosen), len(chosen), watch)
         loop.result()
         made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
     return [folder / path.name for path in made]
@@ -173,17 +156,19 @@ def build_step_loop(folder: Path) -> None:
 
 
 @build_errors()
-def build_wasm(names: Iterable[str], folder: Path) -> list[Path]:
+def build_wasm(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[Path]:
     """Build FMUs, and those of systems, as WebAssembly modules with their descriptions; returns the modules' paths.
 
-    Errors as of `build_native`; after an error the folder is as it was.
+    Errors and `watch` as of `build_native`; after an error the folder is as it was.
     """
     chosen = [definition(name) for name in with_parts(names)]
     version, _ = project()
     require_zig()
+    watch(0, len(chosen))
     translation = translated_blocks(chosen, PACKAGES)
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
-        made = list(pool.map(lambda each: build_webassembly(each, translation, version, PACKAGES, unfinished), chosen))
+        made = counted(pool.map(lambda each: build_webassembly(each, translation, version, PACKAGES, unfinished),
+                                chosen), len(chosen), watch)
     return [folder / module.name for module, _ in made]
 
 
@@ -200,9 +185,3 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
             written.append(write_ssp(path, parts, list(plan.wires.values()), plan.stop_time, ports))
     return written
-
-
-def project() -> tuple[str, str]:
-    """Version and licence text of this project."""
-    installed = distribution("maglev-fmus")
-    return installed.version, next(path.read_text() for path in installed.files or [] if path.name == "LICENSE")

@@ -2,6 +2,7 @@
 
     MaglevError
     ├── ScenarioError          a scenario file, a port map or an option cannot be used
+    ├── RigError               a description of a rig cannot be used
     ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
     ├── UnknownName            a column or entry that does not exist (also a LookupError)
     ├── FmuError               an FMU cannot be loaded, or refused a call
@@ -27,8 +28,11 @@ import signal
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
+from unicodedata import category
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
+
+HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
 
 
 class MaglevError(Exception):
@@ -126,9 +130,20 @@ def nearest_file(path: Path) -> str:
     return f", nearest is {nearest(path.name, files)}" if files else ""
 
 
-def in_one_line(error: BaseException) -> str:
-    """Message of an error in one line."""
-    return " ".join(str(error).split())
+def visible(text: str) -> str:
+    """Return the text with escapes in place of control characters other than line ends and tabs.
+
+    A terminal would obey them, others hide or reorder what a person reads, and half of a surrogate pair is no text.
+    """
+    if text.isprintable():
+        return text
+    return "".join(letter.encode("unicode_escape").decode() if letter not in "\n\t" and category(letter) in HIDDEN
+                   else letter for letter in text)
+
+
+def in_one_line(text: object) -> str:
+    """Message of an error, or another text, in one line without control characters."""
+    return visible(" ".join(str(text).split()))
 
 
 def shortened(value: object) -> str:
@@ -147,3 +162,7 @@ def key_path(keys: Sequence[str | int]) -> str:
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
             path += ("." if path else "") + (key if bare else f'"{key}"')
     return path
+
+
+class RigError(MaglevError):
+    """A description of a rig that cannot be used; one line with file, key, value and what was expected."""

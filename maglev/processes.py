@@ -6,6 +6,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -82,15 +83,16 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 name = waiting.popleft()
                 pipe, process = idle.pop() if idle else started()
                 running[pipe] = (name, process)
-                pipe.send(tasks[name])
+                with suppress(ConnectionError):   # that it has ended already is seen below
+                    pipe.send(tasks[name])
             for ready in wait(list(running)):
                 pipe = cast(Connection, ready)
                 name, process = running[pipe]
                 report = received(pipe)
                 if report is None:
                     process.join()
-                    report = Report(1, 1, (died(name, f"the process died with {how_it_ended(process)}, expected exit "
-                                                      "code 0"),))
+                    report = Report(1, 1, (died(name, f"the process ended with {how_it_ended(process)}, expected a "
+                                                      "result before that"),))
                 elif report.interrupted:
                     process.join()
                     report = Report(1, 1, (died(name, report.interrupted),))

@@ -4,7 +4,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from maglev.errors import ScenarioError, in_one_line, nearest_file
+from maglev.errors import ScenarioError, in_one_line, key_path, nearest_file, shortened, visible
+
+DEEPEST = 50   # tables or lists in each other
+NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -13,10 +16,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises
     ------
     ScenarioError
-        If it cannot be read, is no UTF-8 text, or no TOML.
+        If it cannot be read, is no UTF-8 text, or no TOML, or has control characters.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     except UnicodeDecodeError:
@@ -24,4 +27,20 @@ def read_toml(path: Path) -> dict[str, Any]:
     except ValueError as error:   # of TOML, or of a number with thousands of digits
         raise ScenarioError(f"{path}: TOML syntax: {in_one_line(error)}") from None
     except RecursionError:
-        raise ScenarioError(f"{path}: TOML syntax: tables or lists nested too deeply, expected some levels") from None
+        raise ScenarioError(f"{path}: {NESTED}") from None
+    require_showable(path, table)
+    return table
+
+
+def require_showable(path: Path, value: object, keys: tuple[str | int, ...] = ()) -> None:
+    """Refuse what no message can show: control characters, and tables in tables without end."""
+    if len(keys) > DEEPEST:
+        raise ScenarioError(f"{path}: {NESTED}")
+    if isinstance(value, str) and visible(value) != value:
+        raise ScenarioError(f"{path}: {key_path(keys)} = {shortened(value)}: expected text without control characters")
+    if isinstance(value, dict):
+        for key in value:
+            require_showable(path, key, (*keys, visible(key)))
+    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, entry in entries:
+        require_showable(path, entry, (*keys, key))

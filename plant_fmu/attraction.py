@@ -2,12 +2,10 @@
 
 from math import pi, sin
 
-from pmlsm.data_sheet import SLOT_PITCH
 
-
-def attraction_factor(modulation: float, displacement: float) -> float:
-    """Factor 1 − k sin²(π d/t1) on the attraction at a displacement d (m); its form is assumed."""
+def attraction_factor(modulation: float, displacement: float, slot_pitch: float) -> float:
+    """Factor 1 − k sin²(π d/t1) on the attraction at a displacement d, slot pitch t1 (m); its form is assumed."""
     if modulation == 0.0:
         return 1.0
-    s = sin(pi * displacement / SLOT_PITCH)
+    s = sin(pi * displacement / slot_pitch)
     return 1.0 - modulation * s * s

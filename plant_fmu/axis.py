@@ -5,9 +5,8 @@ from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
 from pmlsm.saturation import saturate
 
-LARGEST_POSITION = 1.0e3   # m; a mover beyond has run away, and the numbers after that mean nothing
-LARGEST_SPEED = 1.0e6      # m/s
-SHORTEST_PART = 1.0e-3     # of an integration step; a stop that is met earlier is met at its start
+LARGEST_POSITION = 1.0e3   # m or rad; a mover beyond has run away, and the numbers after that mean nothing
+LARGEST_SPEED = 1.0e6      # m/s or rad/s
 
 
 class Axis:
@@ -19,12 +18,15 @@ class Axis:
 
     The constants of the motors and the amplitude of the ripple are accelerations at the nominal mass: their forces
     stay as they are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
+
+    It may be a rotation as well: rad, kg m² and N m instead of m, kg and N.
     """
 
     def __init__(self, mass: float, bias: float, coulomb: float, presliding: float, viscous: float,
                  lower: float, upper: float, position_start: float):
         self.mass = mass                       # kg, parameter
         self.nominal_mass = mass               # kg
+        self.payload = 0.0                     # kg, what a payload adds to the mass
         self.bias = bias                       # Δ, m/s², parameter
         self.position_start = position_start   # m, parameter
         self.locked = False                    # parameter: held in place by hardware
@@ -37,7 +39,8 @@ class Axis:
         self.deflection = 0.0                  # w of the guide friction, state
         self.encoder = position_start          # m, output
         self.acceleration = 0.0                # m/s², at the last integration point
-        self.mass_ratio = 1.0                  # nominal over present mass, in this integration step
+        self.present_mass = mass               # kg, with the payload, in this integration step
+        self.mass_ratio = 1.0                  # nominal over present mass
         self.position_0 = 0.0                  # state at the start of the integration step
         self.velocity_0 = 0.0
         self.deflection_0 = 0.0
@@ -57,30 +60,13 @@ class Axis:
         return self.stop.touched(self.position)
 
     def time_to_stop(self, dt: float) -> float:
-        """Time (s) in which the mover meets an end stop; dt if not within dt.
-
-        An integration step has to end there: the next one has the stop engaged.
-        """
-        if self.velocity > 0.0 and self.position < self.stop.upper:
-            distance = self.stop.upper - self.position
-        elif self.velocity < 0.0 and self.position > self.stop.lower:
-            distance = self.stop.lower - self.position
-        else:
-            return dt
-        meeting = distance / self.velocity
-        if meeting >= 2.0 * dt:
-            return dt
-        speed = self.velocity + 0.5 * self.acceleration * meeting   # mean one on the way
-        if distance * speed <= 0.0:
-            return dt
-        meeting = distance / speed
-        if SHORTEST_PART * dt < meeting < dt:
-            return meeting
-        return dt
+        """Time (s) in which the mover meets an end stop; dt if not within dt."""
+        return self.stop.time_to_meet(self.position, self.velocity, self.acceleration, dt)
 
     def begin(self) -> None:
         """Begin an integration step."""
-        self.mass_ratio = self.nominal_mass / self.mass
+        self.present_mass = self.mass + self.payload
+        self.mass_ratio = self.nominal_mass / self.present_mass
         self.stop.engage(self.position)
         self.position_0 = self.position
         self.velocity_0 = self.velocity
@@ -108,7 +94,7 @@ class Axis:
         external = (self.force + self.stop.force(self.position, velocity)
                     - self.friction.force(deflection, velocity))
         acceleration = (motors + self.bias + self.mass_ratio * self.ripple.acceleration(self.position)
-                        + external / self.mass)
+                        + external / self.present_mass)
         self.acceleration = acceleration
         deflection_rate = self.friction.deflection_rate(deflection, velocity)
         self.position_sum += weight * velocity

@@ -4,7 +4,6 @@ from math import exp
 
 from pmlsm.saturation import saturate
 
-UNLIMITED = 1.0e30        # A, clamp of an amplifier without a peak rating
 DERATING_START = 0.9      # of the squared continuous current; assumed, as is the form of the derating
 DERATING_RANGE = 0.1
 
@@ -13,7 +12,7 @@ class AmplifierRating:
     """Ratings that the three phases of a motor's amplifiers share.
 
     The thesis states the peak and the continuous current. Assumed: the I²t form of the continuous limit, its time
-    constant and the lag. Each effect is off where its parameter is 0; without a peak there is no clamp at all.
+    constant and the lag. Each of these is off where its parameter is 0; the peak is above 0.
     """
 
     def __init__(self, peak: float, continuous: float):
@@ -53,8 +52,6 @@ class AmplifierRating:
         It falls linearly from the peak to the continuous rating as the heat goes from 0.9 to 1.0 of the squared
         continuous rating.
         """
-        if self.peak <= 0.0:
-            return UNLIMITED
         if self.continuous <= 0.0 or self.thermal_time <= 0.0 or self.continuous >= self.peak:
             return self.peak
         square = self.continuous * self.continuous

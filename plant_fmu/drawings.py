@@ -1,7 +1,7 @@
 """Icons of the plants, and sketches of the stages with their axes, directions and symbols."""
 
-from fmi_export.icon import Shape, disc, rectangle, stroke
-from fmi_export.sketch import filled, labelled_arrow, line, sketch, symbol, words
+from fmi_export.pages.icon import Shape, disc, rectangle, stroke
+from fmi_export.pages.sketch import filled, labelled_arrow, line, sketch, symbol, words
 
 IRON, MOVER, COPPER, RED, BLUE = "#607080", "#404850", "#d08030", "#c03030", "#3050c0"
 PHASES = "acbacb"   # of successive slots
@@ -9,8 +9,8 @@ POLE, SLOT, TOOTH = 48, 16, 14   # px
 
 
 def icon(axes: int) -> tuple[Shape, ...]:
-    """Of the 2-DOF stage a view from the side, of the 3-DOF stage one from above."""
-    return from_the_side() if axes == 2 else from_above()
+    """Of the 2-DOF stage a view from the side, of the 3-DOF stage one from above, of a tilting one with its tilts."""
+    return from_the_side() if axes == 2 else from_above() if axes == 3 else (*from_above(), *tilts())
 
 
 def from_the_side() -> tuple[Shape, ...]:
@@ -28,18 +28,24 @@ def from_above() -> tuple[Shape, ...]:
     return (rectangle(6, 6, 88, 88, "#d5dade"), rectangle(22, 22, 56, 56, MOVER), *bars, *cross, disc(50, 50, 8, RED))
 
 
-def sketch_2dof() -> str:
-    """The 2-DOF stage from the side."""
-    return sketch(545, 265, "2-DOF stage from the side: stator with slots above, mover with magnets below it. The air "
-                            "gap v grows downwards, the displacement h to the right.",
-                  side_view(240, "v", "h", "q"))
+def tilts() -> tuple[Shape, ...]:
+    """Corners that go up and down."""
+    up = [((x, 4), (x - 9, 18), (x + 9, 18)) for x in (14, 86)]
+    down = [((x, 96), (x - 9, 82), (x + 9, 82)) for x in (14, 86)]
+    return (*((RED, corner) for corner in up), *((BLUE, corner) for corner in down))
 
 
-def sketch_3dof() -> str:
-    """The 3-DOF stage from the side and from above."""
-    return sketch(860, 265, "3-DOF stage from the side and from above: the air gap y grows downwards; pair alpha "
-                            "drives the mover along x, to the right, pair beta along z.",
-                  side_view(240, "y", "x", "{qα}"), above(710, 138))
+def stage_sketch(title: str, vertical: str, *others: str) -> str:
+    """A stage from the side, and from above where it moves along two directions; its tilts are the last two axes."""
+    horizontal, tilted = others[:2], others[2:]
+    side = side_view(240, vertical, horizontal[0], "q")
+    if len(horizontal) == 1:
+        return sketch(545, 265, f"{title} from the side: stator with slots above, mover with magnets below it. The air "
+                                f"gap {vertical} grows downwards, the displacement {horizontal[0]} to the right.", side)
+    return sketch(860, 265, f"{title} from the side and from above: the air gap {vertical} grows downwards; motors "
+                            f"drive the mover along {horizontal[0]}, to the right, and along {horizontal[1]}."
+                            f"{f' It tilts by {tilted[0]} and {tilted[1]}.' if tilted else ''}",
+                  side, above(710, 138, vertical, horizontal), *turns(710, 138, horizontal, tilted))
 
 
 def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) -> str:
@@ -79,7 +85,7 @@ def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) ->
         words(right + 72, bottom - 13, f"{horizontal}.force > 0", "start small")])
 
 
-def above(x: float, y: float) -> str:
+def above(x: float, y: float, vertical: str, horizontal: tuple[str, ...]) -> str:
     """The mover from above, with the motors that drive it along each direction."""
     size, bar = 160, 26
     left, top = x - size / 2, y - size / 2
@@ -87,9 +93,19 @@ def above(x: float, y: float) -> str:
     pairs += [filled(place, top + bar + 4, bar, size - 2 * bar - 8, "south") for place in (left, left + size - bar)]
     return "".join([
         words(x, 20, "from above"), filled(left, top, size, size, "iron"), *pairs,
-        words(x, top - 8, "pair alpha: along x", "small"),
-        words(x, top + size + 18, "pair beta, at the sides: along z", "small"),
-        labelled_arrow([(x, y), (x + 46, y)], "x", "axis", (x + 36, y + 18)),
-        labelled_arrow([(x, y), (x, y - 46)], "z", "axis", (x - 16, y - 34), "end"),
-        f'<circle class="head" cx="{x:g}" cy="{y:g}" r="3"/>', symbol(x - 10, y + 18, "y", "end"),
+        words(x, top - 8, f"motors along {horizontal[0]}", "small"),
+        words(x, top + size + 18, f"motors at the sides: along {horizontal[1]}", "small"),
+        labelled_arrow([(x, y), (x + 46, y)], horizontal[0], "axis", (x + 36, y + 18)),
+        labelled_arrow([(x, y), (x, y - 46)], horizontal[1], "axis", (x - 16, y - 34), "end"),
+        f'<circle class="head" cx="{x:g}" cy="{y:g}" r="3"/>', symbol(x - 10, y + 18, vertical, "end"),
         words(x - 6, y + 34, "down", "small")])
+
+
+def turns(x: float, y: float, horizontal: tuple[str, ...], tilted: tuple[str, ...]) -> list[str]:
+    """What the tilts of a mover are, and the numbers of its motors, in the view from above."""
+    if not tilted:
+        return []
+    numbers = ((x, y - 63, "1"), (x, y + 73, "2"), (x + 67, y + 5, "1"), (x - 67, y + 5, "2"))
+    return [words(x, y + 118, f"{tilted[0]} about {horizontal[0]}, {tilted[1]} about {horizontal[1]}", "small"),
+            *(f'<circle class="paper" cx="{a:g}" cy="{b - 4:g}" r="9"/>' + words(a, b, text, "small")
+              for a, b, text in numbers)]

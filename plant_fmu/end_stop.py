@@ -1,6 +1,7 @@
 """End stops of one axis."""
 
 TOUCH = 1.0e-8   # m; so near a stop the mover meets it in the integration step that begins there
+SHORTEST_PART = 1.0e-3   # of an integration step; a stop that is met earlier is met at its start
 
 
 class EndStop:
@@ -20,6 +21,28 @@ class EndStop:
     def touched(self, position: float) -> bool:
         """Whether a position (m) is beyond a stop that is there."""
         return (position < self.lower or position > self.upper) and (self.stiffness > 0.0 or self.damping > 0.0)
+
+    def time_to_meet(self, position: float, velocity: float, acceleration: float, dt: float) -> float:
+        """Time (s) in which a mover meets a stop, from its position, velocity and acceleration; dt if not within dt.
+
+        An integration step has to end there: the next one has the stop engaged.
+        """
+        if velocity > 0.0 and position < self.upper:
+            distance = self.upper - position
+        elif velocity < 0.0 and position > self.lower:
+            distance = self.lower - position
+        else:
+            return dt
+        meeting = distance / velocity
+        if meeting >= 2.0 * dt:
+            return dt
+        speed = velocity + 0.5 * acceleration * meeting   # mean one on the way
+        if distance * speed <= 0.0:
+            return dt
+        meeting = distance / speed
+        if SHORTEST_PART * dt < meeting < dt:
+            return meeting
+        return dt
 
     def engage(self, position: float) -> None:
         """Set the stop that a mover at a position (m) is at for one integration step.

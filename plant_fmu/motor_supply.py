@@ -5,7 +5,7 @@ from pmlsm.dq_transform import clarke, park
 
 
 class MotorSupply:
-    """Three independent amplifiers; i_d and i_q follow from the true displacement (2.1), (4.4).
+    """Three independent amplifiers; i_d and i_q follow from the electrical angle at the true displacement (2.1), (4.4).
 
     The phases are independent, so that they may have a common part; it makes no force (assumed).
     """
@@ -45,21 +45,21 @@ class MotorSupply:
         self.middle_alpha, self.middle_beta = clarke(a.current_middle, b.current_middle, c.current_middle)
         self.end_alpha, self.end_beta = clarke(a.current, b.current, c.current)
 
-    def at_start(self, displacement: float) -> None:
-        """Set i_d and i_q to the start of the integration step, at a displacement (m)."""
-        self.i_d, self.i_q = park(self.start_alpha, self.start_beta, displacement)
+    def at_start(self, theta: float) -> None:
+        """Set i_d and i_q to the start of the integration step, at an electrical angle (rad)."""
+        self.i_d, self.i_q = park(self.start_alpha, self.start_beta, theta)
 
-    def at_middle(self, displacement: float) -> None:
-        """Set i_d and i_q to the middle of the integration step, at a displacement (m)."""
-        self.i_d, self.i_q = park(self.middle_alpha, self.middle_beta, displacement)
+    def at_middle(self, theta: float) -> None:
+        """Set i_d and i_q to the middle of the integration step, at an electrical angle (rad)."""
+        self.i_d, self.i_q = park(self.middle_alpha, self.middle_beta, theta)
 
-    def at_end(self, displacement: float) -> None:
-        """Set i_d and i_q to the end of the integration step, at a displacement (m)."""
-        self.i_d, self.i_q = park(self.end_alpha, self.end_beta, displacement)
+    def at_end(self, theta: float) -> None:
+        """Set i_d and i_q to the end of the integration step, at an electrical angle (rad)."""
+        self.i_d, self.i_q = park(self.end_alpha, self.end_beta, theta)
 
-    def deliver(self, displacement: float) -> None:
-        """Set the outputs at the end of a communication step, at a displacement (m)."""
-        self.at_end(displacement)
+    def deliver(self, theta: float) -> None:
+        """Set the outputs at the end of a communication step, at an electrical angle (rad)."""
+        self.at_end(theta)
         self.i_a = self.phase_a.current
         self.i_b = self.phase_b.current
         self.i_c = self.phase_c.current

@@ -1,48 +1,45 @@
-"""The 2-DOF stage: one motor carries the mover vertically (v, the air gap) and drives it horizontally (h)."""
+"""The 2-DOF stage: one motor carries the mover vertically (v, the air gap) and drives it along h."""
 
 from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.motor_supply import MotorSupply
-from pmlsm.data_sheet import (
-    CONTINUOUS_CURRENT_2DOF,
-    ENCODER_RESOLUTION,
-    MASS_H,
-    MASS_V,
-    PEAK_CURRENT_2DOF,
-    SLOT_PITCH,
-)
 from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
 
-LONGEST_STEP = 0.25e-3   # s; docs/accuracy.md has the study behind it
+LONGEST_STEP = 0.00025   # s; docs/accuracy.md has the study behind it
 
-STARTED = 0           # status of `start` and `step`
+STARTED = 0   # status of `start` and `step`
 V_BEYOND_STOP = 1
 H_BEYOND_STOP = 2
 RUN_AWAY = 3
 STEP_TOO_LONG = 4
+NO_SUCH_MOTOR = 5
 
 
 class Stage2DOF:
     """Motion (4.3) of the 2-DOF stage with friction, bias, ripple, stops, amplifiers and encoders."""
 
     def __init__(self) -> None:
-        self.C1 = 14.20      # m/(s² A), parameter: thrust
-        self.C2 = 791.00     # m/(s² T²), parameter: attraction
-        self.C3 = 30.90      # m/(s² A T), parameter: magnets on coils
-        self.C4 = 0.12       # m/(s² A²), parameter: coils on iron
-        self.attraction_modulation = 0.027   # parameter
-        self.v = Axis(MASS_V, 0.2, 4.0, 0.3e-3, 2.0, 8.0e-3, 28.0e-3, 20.0e-3)
-        self.h = Axis(MASS_H, 0.1, 0.5, 0.3e-3, 1.0, -70.0e-3, 70.0e-3, 0.0)
-        self.h.ripple.period = SLOT_PITCH
-        self.motor = MotorSupply(PEAK_CURRENT_2DOF, CONTINUOUS_CURRENT_2DOF)
-        self.encoder = Encoder(ENCODER_RESOLUTION)
+        self.C1 = 14.2                      # m/(s² A), parameter: thrust along h
+        self.C2 = 791.0                     # m/(s² T²), parameter: attraction between magnets and iron
+        self.C3 = 30.9                      # m/(s² A T), parameter: normal force between magnets and coils
+        self.C4 = 0.12                      # m/(s² A²), parameter: normal force between coils and iron
+        self.attraction_modulation = 0.027  # parameter
+        self.geometry = MotorGeometry()
+        self.v = Axis(4.35, 0.2, 2.0, 0.0003, 2.0, 0.008, 0.028, 0.02)
+        self.h = Axis(1.594, 0.1, 0.25, 0.0003, 1.0, -0.07, 0.07, 0.0)
+        self.h.ripple.period = 0.01905
+        self.motor = MotorSupply(9.0, 7.0)
+        self.encoder = Encoder(1e-05)
         self.at_stop = False   # output
 
     def start(self) -> int:
         """Place the mover at its start position; the status says which axis is beyond a stop."""
+        if not self.geometry.prepare():
+            return NO_SUCH_MOTOR
         if not self.v.start():
             return V_BEYOND_STOP
         if not self.h.start():
@@ -64,25 +61,27 @@ class Stage2DOF:
                 contained = self.integrate(part - meeting)
             if not contained:
                 return RUN_AWAY
-        self.motor.deliver(self.h.position)
+        geometry = self.geometry
+        self.motor.deliver(geometry.electrical_angle(self.h.position))
         self.measure()
         return STARTED
 
     def integrate(self, dt: float) -> bool:
         """Move over one integration step dt (s); False where the mover has run away."""
+        geometry = self.geometry
         v = self.v
         h = self.h
         motor = self.motor
         motor.advance(dt)
         v.begin()
         h.begin()
-        motor.at_start(h.position)
+        motor.at_start(geometry.electrical_angle(h.position))
         self.add_slope(dt / 6.0, dt / 2.0)
-        motor.at_middle(h.position)
+        motor.at_middle(geometry.electrical_angle(h.position))
         self.add_slope(dt / 3.0, dt / 2.0)
-        motor.at_middle(h.position)
+        motor.at_middle(geometry.electrical_angle(h.position))
         self.add_slope(dt / 3.0, dt)
-        motor.at_end(h.position)
+        motor.at_end(geometry.electrical_angle(h.position))
         self.add_slope(dt / 6.0, 0.0)
         contained = v.finish() and h.finish()
         if self.beyond_stop():
@@ -90,17 +89,20 @@ class Stage2DOF:
         return contained
 
     def add_slope(self, weight: float, ahead: float) -> None:
-        """Add one Runge–Kutta slope on both axes (4.3)."""
-        f1, f2, f3, f4 = gap_functions(self.v.position)
-        f2 *= attraction_factor(self.attraction_modulation, self.h.position)
-        i_d = self.motor.i_d
-        i_q = self.motor.i_q
-        share = self.v.mass_ratio
-        v_motors = normal_acceleration(share * self.C2, share * self.C3, share * self.C4, f2, f3, f4,
-                                       i_d, i_q * i_q + i_d * i_d)
-        h_motors = thrust_acceleration(self.h.mass_ratio * self.C1, f1, i_q)
-        self.v.add_slope(v_motors, weight, ahead)
-        self.h.add_slope(h_motors, weight, ahead)
+        """Add one Runge–Kutta slope on all axes (4.3)."""
+        v = self.v
+        h = self.h
+        motor = self.motor
+        f1, f2, f3, f4 = gap_functions(self.geometry, v.position)
+        f2 *= attraction_factor(self.attraction_modulation, h.position, self.geometry.slot_pitch)
+        share = v.mass_ratio
+        v_motors = normal_acceleration(
+            share * self.C2, share * self.C3, share * self.C4, f2, f3, f4,
+            motor.i_d,
+            motor.i_q * motor.i_q + motor.i_d * motor.i_d)
+        h_motors = thrust_acceleration(h.mass_ratio * self.C1, f1, motor.i_q)
+        v.add_slope(v_motors, weight, ahead)
+        h.add_slope(h_motors, weight, ahead)
 
     def time_to_stop(self, dt: float) -> float:
         """Time (s) in which the first axis meets an end stop; dt if none does within dt."""

@@ -1,10 +1,15 @@
 """Variables that every stage has, part by part."""
 
+from dataclasses import replace
+
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.rigs import Rig, RigAxis, RigConstant
+from pmlsm.rig import Rig, RigAxis, RigConstant
+from pmlsm.variables import BAD_GEOMETRY, motor_geometry
+
+NONE = "assumed: none"   # of payload and guides
 
 
-def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def motor_variables(motor: str, source: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
     """Inputs, outputs and parameters of one motor's supply."""
     phases = ("a", "b", "c")
     inputs = tuple(real_input(f"{motor}.i_{phase}_cmd", "A", f"commanded current of phase {phase}", 1000.0, 1.0)
@@ -16,10 +21,10 @@ def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, .
                flag(f"{motor}.saturated", "a phase of the motor is at its amplifier's clamp"))
     rating = f"{motor}.amplifier"
     parameters = (
-        parameter(f"{rating}.peak", "A", "peak current of each phase; 0 = no clamp at all",
-                  "stated, sections 4.1.3 and 5.1.3", 0.0, 1000.0, 1.0),
+        parameter(f"{rating}.peak", "A", "peak current of each phase; 1000 A, the largest command, clamps nothing",
+                  source, 1e-3, 1000.0, 1.0, hint="1000 A clamps nothing"),
         parameter(f"{rating}.continuous", "A", "continuous current of each phase; 0 = no continuous limit",
-                  "stated, sections 4.1.3 and 5.1.3", 0.0, 1000.0, 1.0),
+                  source, 0.0, 1000.0, 1.0),
         parameter(f"{rating}.thermal_time", "s", "time constant of the continuous limit; 0 = no continuous limit",
                   "assumed", 0.0, 1000.0, 1.0, fixed=True),
         parameter(f"{rating}.lag", "s", "first-order lag after the clamp; 0 = none",
@@ -27,46 +32,91 @@ def motor_variables(motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, .
     return inputs, outputs, parameters
 
 
-def axis_variables(of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def lying_at(variable: Variable, path: str) -> Variable:
+    """A variable that lies at a path of the block, which may be its name."""
+    return replace(variable, path="" if path == variable.name else path)
+
+
+def stop_parameters(owner: str, path: str, source: str) -> tuple[Variable, ...]:
+    """End stops of an axis or a motor, which lie at a path of the block."""
+    rows = (("lower", "m", "place of the lower end stop", -10.0, 10.0, 0.01),
+            ("upper", "m", "place of the upper end stop", -10.0, 10.0, 0.01),
+            ("stiffness", "N/m", "stiffness of the end stops", 0.0, 1e8, 1e5),
+            ("damping", "N.s/m", "damping of the end stops", 0.0, 1e6, 1e3))
+    return tuple(lying_at(parameter(f"{owner}.stop.{name}", unit, text, source, low, high, nominal,
+                                    fixed=name in ("lower", "upper")), f"{path}.stop.{name}")
+                 for name, unit, text, low, high, nominal in rows)
+
+
+def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
     """Inputs, outputs and parameters of one axis."""
-    axis, meaning = of.name, of.meaning
+    axis, meaning, unit = of.name, of.meaning, of.unit
     start = f"{axis}.position_start"
-    inputs = (real_input(f"{axis}.force", "N", f"external force along {axis}", 1e5, 1.0),)
-    outputs = (
-        real_output(f"{axis}.encoder", "m", f"measured {meaning}", 0.01, discrete=True,
-                    starts_from=(start, "encoder.resolution")),
-        real_output(f"{axis}.position", "m", f"true {meaning}", 0.01, starts_from=(start,)),
-        real_output(f"{axis}.velocity", "m/s", f"rate of the {meaning}", 0.1))
+    inertia = "inertia" if of.rotation else "mass"
+    reach, nominal = (0.1, 1e-3) if of.rotation else (10.0, 0.01)
+    push = f"external torque for the {meaning}" if of.rotation else f"external force along {axis}"
+    moved = (f"moment of inertia for the {meaning}" if of.rotation else
+             f"mass that moves along {axis}; the constants are accelerations at {of.mass:g} kg")
+    inputs = (lying_at(real_input(of.external, unit("N"), push, 1e5, 1.0), f"{axis}.force"),)
+    outputs = [
+        real_output(f"{axis}.position", unit("m"), f"true {meaning}", nominal, starts_from=(start,)),
+        real_output(f"{axis}.velocity", unit("m/s"), f"rate of the {meaning}", 10.0 * nominal)]
+    if of in rig.measured:
+        outputs.insert(0, real_output(f"{axis}.encoder", "m", f"measured {meaning}", nominal, discrete=True,
+                                      starts_from=(start, "encoder.resolution")))
+    rows = (
+        ("bias", "m/s2", "constant acceleration, such as by misaligned bearings", -1e3, 1e3, 0.1),
+        ("friction.coulomb", "N", "sliding friction of the guide; 0 = none", 0.0, 1e4, 1.0),
+        ("friction.presliding", "m", "displacement over which friction builds up; 0 = no friction", 0.0, 1.0, 1e-3),
+        ("friction.viscous", "N.s/m", "viscous friction of the guide", 0.0, 1e5, 1.0),
+        ("ripple.amplitude", "m/s2", "amplitude of the ripple, of the guide or by the slots, at the nominal "
+                                     f"{axis}.{inertia}; 0 = none", 0.0, 1e3, 0.1),
+        ("ripple.period", "m", "period of the ripple; 0 = no ripple", 0.0, 1.0, 1e-3))
     parameters = (
-        parameter(f"{axis}.mass", "kg", f"mass that moves along {axis}; the constants are accelerations at "
-                  f"{of.mass:g} kg", "stated, Table 4.1 or 5.1", 1e-3, 1e6, 1.0),
-        parameter(f"{axis}.bias", "m/s2", "constant acceleration, such as by misaligned bearings", "assumed",
-                  -1e3, 1e3, 0.1),
-        parameter(f"{axis}.friction.coulomb", "N", "sliding friction of the guide; 0 = none", "assumed", 0.0, 1e4, 1.0),
-        parameter(f"{axis}.friction.presliding", "m", "displacement over which friction builds up; 0 = no friction",
-                  "assumed", 0.0, 1.0, 1e-3),
-        parameter(f"{axis}.friction.viscous", "N.s/m", "viscous friction of the guide", "assumed", 0.0, 1e5, 1.0),
-        parameter(f"{axis}.ripple.amplitude", "m/s2", f"amplitude of the ripple, of the guide or by the slots, at the "
-                  f"nominal {axis}.mass; 0 = none", "assumed", 0.0, 1e3, 0.1),
-        parameter(f"{axis}.ripple.period", "m", "period of the ripple; 0 = no ripple",
-                  "assumed for the guide; the slot pitch is stated, Tables 4.1 and 5.1", 0.0, 1.0, 1e-3),
-        parameter(f"{axis}.stop.lower", "m", "place of the lower end stop", "assumed", -10.0, 10.0, 0.01, fixed=True),
-        parameter(f"{axis}.stop.upper", "m", "place of the upper end stop", "assumed", -10.0, 10.0, 0.01, fixed=True),
-        parameter(f"{axis}.stop.stiffness", "N/m", "stiffness of the end stops", "assumed", 0.0, 1e8, 1e5),
-        parameter(f"{axis}.stop.damping", "N.s/m", "damping of the end stops", "assumed", 0.0, 1e6, 1e3),
-        parameter(start, "m", f"initial {meaning}, at rest", "mid-range", -10.0, 10.0, 0.01, fixed=True),
-        switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off; stated, section 5.1.2",
-               fixed=True))
-    return inputs, outputs, parameters
+        lying_at(parameter(f"{axis}.{inertia}", unit("kg"), moved, rig.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
+                 f"{axis}.mass"),
+        *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size)
+          for name, of_way, text, low, high, size in rows),
+        *(stop_parameters(axis, axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
+        parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
+        switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off" if of.rotation else
+               "off; stated, section 5.1.2", fixed=True))
+    return inputs, tuple(outputs), parameters
 
 
-AT_STOP = flag("at_stop", "an axis was beyond an end stop during the step")
+def place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:
+    """Place of something on a platform that tilts, along x or z."""
+    axis = rig.horizontal["xz".index(way)].name
+    return parameter(f"{what}.{way}", "m", f"place on the platform along {axis}, from its centre of mass",
+                     source, -10.0, 10.0, 0.1, fixed)
 
-MODULATION = parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
-                       "assumed", 0.0, 1.0, 0.01)
 
-ENCODER_RESOLUTION = parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
-                               "stated, sections 4.1.2 and 5.1.2", 0.0, 1.0, 1e-5)
+def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
+    """Outputs and parameters of a motor at its place on a platform that tilts."""
+    mount = f"{motor}_mount"
+    decides = (*(f"{axis.name}.position_start" for axis in (rig.vertical, *rig.rotations)), f"{motor}.x", f"{motor}.z")
+    outputs = (
+        real_output(f"{motor}.gap_encoder", "m", "measured air gap of the motor", 0.01, discrete=True,
+                    starts_from=(*decides, "encoder.resolution")),
+        real_output(f"{motor}.gap", "m", "true air gap of the motor", 0.01, starts_from=decides))
+    parameters = (place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in "xz")
+    placed = [lying_at(v, v.name.replace(motor, mount, 1)) for v in (*outputs, *parameters)]
+    return tuple(placed[:2]), (*placed[2:], *stop_parameters(motor, mount, rig.source("motor_stop")))
+
+
+def platform_variables(rig: Rig) -> tuple[Variable, ...]:
+    """What a platform that tilts has beside axes and motors: an output, then parameters."""
+    yaw = f"moment of the motors about {rig.vertical.name}, which the guides hold"
+    guides = [lying_at(v, v.name.replace(".", "_", 1)) for axis in rig.rotations for v in (
+        parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of guides against {axis.name}; 0 = none", NONE,
+                  0.0, 1e6, 1e3),
+        parameter(f"{axis.name}.guide.play", "rad", f"{axis.meaning} to either side that the guides leave free", NONE,
+                  0.0, 1.0, 1e-3))]
+    return (real_output("yaw_moment", "N.m", yaw, 1.0),
+            parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
+                      rig.source("height"), -1.0, 1.0, 0.01, fixed=True),
+            parameter("payload.mass", "kg", "mass of a payload that lies on the platform", NONE, 0.0, 1e6, 1.0),
+            *(place(rig, "payload", way, NONE, fixed=False) for way in "xz"), *guides)
 
 
 def constant(of: RigConstant, source: str) -> Variable:
@@ -77,22 +127,42 @@ def constant(of: RigConstant, source: str) -> Variable:
 
 def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a stage: inputs, outputs, then parameters."""
-    parts = [motor_variables(motor) for motor in rig.motor_names] + [axis_variables(axis) for axis in rig.axes]
+    parts = [motor_variables(motor, rig.source(f"motors.{motor}.amplifier")) for motor in rig.motor_names]
+    parts += [axis_variables(rig, axis) for axis in rig.axes]
+    tilted = platform_variables(rig) if rig.rotations else ()
+    parts += [((), *mount_variables(rig, motor)) for motor in rig.motor_names if rig.rotations]
+    parts.append(((), tilted[:1], tilted[1:]))
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
-    constants = [constant(each, f"{rig.stage_source}; assumed to be the true stage") for each in rig.constants]
-    return (*inputs, *outputs, AT_STOP, *constants, MODULATION, ENCODER_RESOLUTION, *parameters)
+    constants = [constant(each, rig.source("stage")) for each in rig.constants]
+    stopped = "an axis or a motor" if rig.rotations else "an axis"
+    at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
+    return (*inputs, *outputs, at_stop, *constants,
+            parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
+                      rig.source("modulation"), 0.0, 1.0, 0.01),
+            parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
+                      rig.source("resolution"), 0.0, 1.0, 1e-5),
+            *parameters, *motor_geometry(rig))
 
 
-def stage_refusals(rig: Rig, beyond_stop: tuple[int, ...], run_away: int, step_too_long: int) -> dict[int, str]:
-    """Messages of a stage by its status; `beyond_stop` has a status for each axis."""
-    places = ", ".join(f"{axis}.position = {{{axis}.position}} m" for axis in rig.axis_names)
+def stage_refusals(rig: Rig) -> dict[int, str]:
+    """Messages of a stage by its status: one for each axis or motor that has a stop, then the others."""
+    beyond = [f"{axis.name}.position_start = {{{axis.name}.position_start}} m, expected a place between the stops "
+              f"{stops(axis.name)}" for axis in rig.axes if axis.stop is not None]
+    beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
+               for motor in rig.motor_names if rig.rotations]
+    run_away, step_too_long, bad_geometry = range(len(beyond) + 1, len(beyond) + 4)
+    places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in rig.axes)
     every = "both" if len(rig.axes) == 2 else "all"
+    bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if rig.rotations else "1000 m and slower than 1e6 m/s"
     return {
-        **{status: f"{axis}.position_start = {{{axis}.position_start}} m, expected a place between the stops "
-                   f"{axis}.stop.lower = {{{axis}.stop.lower}} m and {axis}.stop.upper = {{{axis}.stop.upper}} m"
-           for status, axis in zip(beyond_stop, rig.axis_names, strict=True)},
-        run_away: f"the mover has run away in the step from {{time}} s: {places}, "
-                  f"expected {every} within 1000 m and slower than 1e6 m/s",
-        step_too_long: "communication step = {step} s, expected at most 1000 s"}
+        **dict(enumerate(beyond, 1)),
+        run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
+        step_too_long: "communication step = {step} s, expected at most 1000 s",
+        bad_geometry: BAD_GEOMETRY}
+
+
+def stops(owner: str) -> str:
+    """The stops of an axis or a motor, as a refusal names them."""
+    return f"{owner}.stop.lower = {{{owner}.stop.lower}} m and {owner}.stop.upper = {{{owner}.stop.upper}} m"

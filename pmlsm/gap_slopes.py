@@ -2,39 +2,41 @@
 
 from math import cosh, log, pi, sinh
 
-from pmlsm.data_sheet import MAGNET_HEIGHT, POLE_PITCH, RECOIL_PERMEABILITY, SLOT_PITCH, SLOT_WIDTH
-from pmlsm.gap_functions import carter_coefficient, clamp_gap, gap_functions, slot_permeance
-from pmlsm.magnet_field import magnet_field, magnet_field_slope
+from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
+from pmlsm.magnet_field import MagnetField  # noqa: F401 - pyccel finds its methods only where it is imported
+from pmlsm.motor_geometry import MotorGeometry
 
 
-def slot_permeance_slope(gap: float) -> float:
+def slot_permeance_slope(motor: MotorGeometry, gap: float) -> float:
     """dλ/dg (1/m) at an air gap (m)."""
-    reach = gap + SLOT_WIDTH / 2.0 + MAGNET_HEIGHT / RECOIL_PERMEABILITY
-    return SLOT_WIDTH * SLOT_WIDTH / (4.0 * SLOT_PITCH * reach * reach)
+    reach = gap + motor.slot_width / 2.0 + motor.recoil_height
+    return motor.slot_width * motor.slot_width / (4.0 * motor.slot_pitch * reach * reach)
 
 
-def carter_slope(gap: float) -> float:
+def carter_slope(motor: MotorGeometry, gap: float) -> float:
     """dKc/dg (1/m) at an air gap (m).
 
     With r = b0/(2g): d(g γ1)/dg = −2/π ln(1 + r²), for the terms in atan r cancel.
     """
-    ratio = SLOT_WIDTH / (2.0 * gap)
-    carter = carter_coefficient(gap)
-    return -carter * carter / SLOT_PITCH * (2.0 / pi) * log(1.0 + ratio * ratio)
+    ratio = motor.slot_width / (2.0 * gap)
+    carter = carter_coefficient(motor, gap)
+    return -carter * carter / motor.slot_pitch * (2.0 / pi) * log(1.0 + ratio * ratio)
 
 
-def gap_slopes(gap: float) -> tuple[float, float, float]:
+def gap_slopes(motor: MotorGeometry, gap: float) -> tuple[float, float, float]:
     """Slopes df2/dg, df3/dg, df4/dg (per m) of the shape functions of the normal forces.
 
     By logarithmic derivatives: f2 = λ B², f3 = λ B coth a / Kc, f4 = λ coth² a / Kc². The air gap (m) is limited to
-    8…40 mm as in `gap_functions`.
+    the range of the field as in `gap_functions`.
     """
-    g = clamp_gap(gap)
-    a = pi / POLE_PITCH * (MAGNET_HEIGHT + g)
-    permeance = slot_permeance_slope(g) / slot_permeance(g)
-    field = magnet_field_slope(g) / magnet_field(g)
-    coth_over_carter = -pi / POLE_PITCH / (sinh(a) * cosh(a)) - carter_slope(g) / carter_coefficient(g)
-    f1, f2, f3, f4 = gap_functions(g)
+    g = motor.field.clamp(gap)
+    a = motor.wave_number * (motor.magnet_height + g)
+    permeance = slot_permeance_slope(motor, g) / slot_permeance(motor, g)
+    b = motor.field.value(g)
+    field = motor.field.slope(g) / b if b != 0.0 else 0.0
+    coth_over_carter = (-motor.wave_number / (sinh(a) * cosh(a))
+                        - carter_slope(motor, g) / carter_coefficient(motor, g))
+    f1, f2, f3, f4 = gap_functions(motor, g)
     return (f2 * (permeance + 2.0 * field),
             f3 * (permeance + field + coth_over_carter),
             f4 * (permeance + 2.0 * coth_over_carter))

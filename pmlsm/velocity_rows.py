@@ -8,7 +8,7 @@ pair is two motors with one current, so that there a constant of a current count
 (5.3) prints the x and z rows without their factor 2; (5.1) and (5.2) have it (corrected).
 """
 
-from pmlsm.data_sheet import GRAVITY
+GRAVITY = 9.81   # G, m/s²
 
 
 def thrust_acceleration(thrust: float, f1: float, i_q: float) -> float:

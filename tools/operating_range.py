@@ -14,6 +14,7 @@ import maglev
 from maglev.operating_range import FILE, RigMaps, write_maps
 from maglev.studies.operating_range import origin_of, read_map, shares_text, write_pictures
 from maglev.studies.schema import StudyFile, load_study
+from pmlsm.rigs import RIGS
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid")}
 NAMES = {"pid": "PID"}
@@ -42,7 +43,7 @@ def main() -> None:
                  for law in laws}
         maps = {NAMES.get(law, law): read_map(found.path) for law, found in flown.items()}
         rigs[rig] = RigMaps(maps, origin_of(found.path for found in flown.values()))
-        write_pictures(options.docs / f"range-{rig}.png", f"{rig[0]}-DOF stage: from one air gap to another", maps)
+        write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
         print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
     write_maps(options.data, rigs)
 

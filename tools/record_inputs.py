@@ -12,6 +12,9 @@ clock that misses a point by a rounding error gets the values of its row but for
 
 from pathlib import Path
 
+import numpy as np
+
+from maglev.catalogue import definition
 from maglev.cosim.master import Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
@@ -46,7 +49,8 @@ def excited(plan: RunPlan, stop_time: float) -> RunPlan:
 def inputs(plan: RunPlan, recording: Recording, fmu: str) -> Recording:
     """What an FMU was given at each communication point, under its own names.
 
-    What an FMU that is stepped before it computes in the same step is the row after.
+    What an FMU that is stepped before it computes in the same step is the row after. An input that nothing feeds stays
+    as it starts: tools warn of one that is missing.
     """
     order = list(plan.fmus)
     sources = {target: source for source, target in plan.wires.values()}
@@ -57,6 +61,9 @@ def inputs(plan: RunPlan, recording: Recording, fmu: str) -> Recording:
         if owner == fmu:
             before = order.index(source.partition(".")[0]) < order.index(fmu)
             columns[name] = recording.columns[source][1:] if before else recording.columns[source][:-1]
+    model = definition(str(plan.fmus[fmu].model))
+    columns |= {v.name: np.full(len(recording.time) - 1, float(model.start_value(v))) for v in model.variables
+                if v.causality == "input" and v.name not in columns}
     return Recording(recording.time[:-1], columns)
 
 

@@ -1,6 +1,6 @@
 """Block diagrams of the controllers."""
 
-from fmi_export.sketch import arrow, box, junction, line, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, junction, line, sketch, symbol, words
 
 LAWS = {"nonlinear": ("feedback", "linearisation"), "linear": ("motor linearised", "about g*"),
         "scheduled": ("one of four", "linearisations")}

@@ -2,7 +2,7 @@
 
 import math
 
-from fmi_export.icon import Point, Shape, disc, rectangle, stroke
+from fmi_export.pages.icon import Point, Shape, disc, rectangle, stroke
 
 COLOURS = {"nonlinear": "#2b4fc7", "linear": "#137a4b", "scheduled": "#8a3aa0", "PID": "#b45309",
            "commutation": "#334155", "written": "#0f6f86"}

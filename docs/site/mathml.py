@@ -4,7 +4,7 @@ from typing import Any
 
 from docutils import nodes
 
-from fmi_export.mathml import mathml
+from fmi_export.pages.mathml import mathml
 
 
 def inline(writer: Any, node: nodes.math) -> None:

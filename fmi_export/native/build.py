@@ -1,5 +1,6 @@
 """Build of native FMUs: the block as C, the FMI layer, and binaries that need no Python."""
 
+import hashlib
 import platform
 import re
 from collections.abc import Iterable, Mapping
@@ -12,7 +13,7 @@ from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
 from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, WEBASSEMBLY, Platform, library
-from fmi_export.native.model_table import model_table
+from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
@@ -22,7 +23,10 @@ LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "m
 WEBASSEMBLY_HOST = "webassembly_host.c"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 TABLE = "model.c"
+FILE_SCOPE = re.compile(r"^(?:static [\w *]*?\b|#define |enum \{ )(\w+)(?=\(| =| [\d(]|\[)", re.MULTILINE)
 PREFIX = "prefix.h"
+BINARIES, SOURCES = "binaries/", "sources/"
+DIGESTS = "documentation/binaries.sha256"   # of the libraries in an FMU, as sha256sum writes and reads it
 
 
 def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str, ...]) -> dict[str, str]:
@@ -61,10 +65,12 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
         If ziglang is not installed, or refuses the sources.
     """
     chosen = host_platform() if host_only else PLATFORMS
-    made = native_sources(definition, translation, version, packages, chosen, LAYER)
-    contents = {f"sources/{name}": text.encode("utf-8") for name, text in made.files.items()}
-    contents |= {f"binaries/{folder}/{definition.name}{each.ending}":
+    texts = carried_modules(definition.block.__module__, packages)
+    made = native_sources(definition, texts, translation, version, chosen, LAYER, build_date())
+    contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
+    libraries = {f"{BINARIES}{folder}/{definition.name}{each.ending}":
                  library({**made.files, **made.headers}, definition.name, each) for folder, each in chosen.items()}
+    contents |= {**libraries, DIGESTS: digests(libraries)}
     contents |= described(definition, version, licence)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[FMI_HEADERS[0]]).encode("utf-8")
     contents["modelDescription.xml"] = made.description
@@ -78,7 +84,8 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
     Arguments and errors as of `build_native_fmu`; returns both paths.
     """
     chosen = {"wasm32": WEBASSEMBLY}
-    made = native_sources(definition, translation, version, packages, chosen, (*LAYER, WEBASSEMBLY_HOST))
+    texts = carried_modules(definition.block.__module__, packages)
+    made = native_sources(definition, texts, translation, version, chosen, (*LAYER, WEBASSEMBLY_HOST), build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
     with whole_file(module) as unfinished:
         unfinished.write_bytes(library({**made.files, **made.headers}, definition.name, chosen["wasm32"]))
@@ -95,22 +102,36 @@ class NativeSources(NamedTuple):
     description: bytes
 
 
-def native_sources(definition: FmuDefinition, translation: Mapping[str, str], version: str, packages: tuple[str, ...],
-                   platforms: Iterable[str], layer: Iterable[str]) -> NativeSources:
-    """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it."""
-    blocks = files_of(carried_modules(definition.block.__module__, packages), translation)
-    above = {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in layer}
+def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translation: Mapping[str, str], version: str,
+                   platforms: Iterable[str], layer: Iterable[str], date: int) -> NativeSources:
+    """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it.
+
+    Of the block that is the text of its Python modules, by dotted name, as well as what the translation has made of
+    it: an installation so tells its own FMUs from others without a translation.
+    """
+    blocks = files_of(texts, translation)
+    above = layer_files(layer)
     headers = {name: fmi_header(name) for name in FMI_HEADERS}   # not in the FMU: FMI leaves them to the importer (2.3)
     prefix = prefix_header(definition.name, [text for name, text in {**blocks, **above}.items() if name.endswith(".h")])
     without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "")}
     units = sorted(name for name in without_guid if name.endswith(".c"))
-    date = build_date()
     described_as = model_description(definition, "", version, date, units).decode("utf-8")
-    parts = [described_as, *(part for item in sorted({**without_guid, **headers}.items()) for part in item),
-             *sorted(platforms)]
+    parts = [described_as, *(part for files in ({**without_guid, **headers}, texts)
+                             for item in sorted(files.items()) for part in item), *sorted(platforms)]
     guid = f"{{{digest(parts)[:32]}}}"
     return NativeSources({**without_guid, TABLE: model_table(definition, guid)}, headers,
-                         model_description(definition, guid, version, date, units))
+                         described_as.replace('guid=""', f'guid="{guid}"', 1).encode("utf-8"))
+
+
+def layer_files(names: Iterable[str]) -> dict[str, str]:
+    """Files of the FMI layer by name."""
+    return {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in names}
+
+
+def digests(libraries: Mapping[str, bytes]) -> bytes:
+    """SHA-256 of files by name, a line for each."""
+    return "".join(f"{hashlib.sha256(data).hexdigest()}  {name}\n"
+                   for name, data in sorted(libraries.items())).encode("ascii")
 
 
 def host_platform() -> dict[str, Platform]:
@@ -125,11 +146,14 @@ def host_platform() -> dict[str, Platform]:
 
 
 def layer_names() -> set[str]:
-    """Every name in the headers of the FMI layer: a class of a block that has one of them would not compile."""
-    headers = (files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8")
-               for name in LAYER if name.endswith(".h"))
-    code = "".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in headers)
-    return set(re.findall(r"\b[A-Za-z_]\w*", code))
+    """Names of the FMI layer, which is one translation unit with a block: one that has them as well would not compile.
+
+    All that are in its headers, and those that its C files have outside functions.
+    """
+    headers, code = ("".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+                             for name, text in {**layer_files(LAYER), TABLE: SOURCE}.items() if name.endswith(ending))
+                     for ending in (".h", ".c"))
+    return set(re.findall(r"\b[A-Za-z_]\w*", headers)) | set(FILE_SCOPE.findall(code))
 
 
 def fmi_header(name: str) -> str:

@@ -11,11 +11,14 @@ from typing import NamedTuple
 
 from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
+from fmi_export.scratch import scratch
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
 # visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s",
          "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
+
+UNIT = "all_in_one.c"
 
 
 class Platform(NamedTuple):
@@ -50,22 +53,25 @@ def require_zig() -> None:
 def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
+    They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
+    different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
+
     Raises
     ------
     ExportError
         If the compiler refuses the sources.
     """
     require_zig()
-    with tempfile.TemporaryDirectory(prefix="maglev_compiler_") as folder:
-        root = Path(folder)
+    with scratch() as root:
         for file, text in sources.items():
             (root / file).write_text(text, encoding="utf-8", newline="\n")
-        files = sorted(file for file in sources if file.endswith(".c"))
+        unit = "".join(f'#include "{file}"\n' for file in sorted(sources) if file.endswith(".c"))
+        (root / UNIT).write_text(unit, encoding="utf-8", newline="\n")
         made = []
         for target in platform.targets:
             output = root / target / f"{name}{platform.ending}"
             output.parent.mkdir()
-            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o", str(output.relative_to(root)), *files])
+            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o", str(output.relative_to(root)), UNIT])
             made.append(output.read_bytes())
     return made[0] if len(made) == 1 else universal(made)
 

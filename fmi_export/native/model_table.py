@@ -81,7 +81,7 @@ def variable_row(variable: Variable) -> str:
     high = inf if variable.maximum is None else float(variable.maximum)
     cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
-             variable.causality.upper(), literal(low), literal(high))
+             variable.causality.upper(), literal(low), literal(high), text_literal(variable.hinted))
     return f"    {{{', '.join(cells)}}},"
 
 

@@ -8,7 +8,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
@@ -18,6 +17,7 @@ from pathlib import Path
 from types import ModuleType
 
 from fmi_export.errors import ExportError
+from fmi_export.scratch import scratch
 from fmi_export.sources import imported_modules
 
 # One process for all modules: starting pyccel takes longer than a translation.
@@ -73,8 +73,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     if find_spec("pyccel") is None:
         raise ExportError("native FMUs need pyccel, expected it to be installed: pip install 'maglev-fmus[native]'")
     files = {PRELUDE_FILE: PRELUDE}
-    with tempfile.TemporaryDirectory(prefix="maglev_translation_") as folder:
-        root = Path(folder)
+    with scratch() as root:
         names = in_order(texts)
         for name in names:
             path = root / f"{name.replace('.', '/')}.py"

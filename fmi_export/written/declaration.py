@@ -6,6 +6,7 @@ A port or parameter "y.measured" is the attribute `self.y.measured`, or `self.y_
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from inspect import isasyncgenfunction, iscoroutinefunction, isgeneratorfunction
 from math import isfinite
 from numbers import Real
 from operator import attrgetter
@@ -15,7 +16,7 @@ from fmi_export.definition import Drawing, Experiment, FmuDefinition, Variable
 from fmi_export.errors import ExportError
 from fmi_export.units import UNITS
 from fmi_export.written.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
-from fmi_export.written.trouble import described
+from fmi_export.written.trouble import RAISED, described
 
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
 SAMPLE_TIME = "sample_time"
@@ -115,6 +116,9 @@ def require_steps(written: type) -> None:
         if not callable(function):
             raise ExportError(f"class {name}: it has no step, expected a method step(self, t), which is called every "
                               "sample_time")
+        if iscoroutinefunction(function) or isgeneratorfunction(function) or isasyncgenfunction(function):
+            raise ExportError(f"class {name}: {method} has async or yield, so that a call of it computes nothing, "
+                              "expected a plain def without them")
         if not takes(function, 1 + len(expected)):
             raise ExportError(f"class {name}: {method}{inspect.signature(function)}, expected "
                               f"{method}({', '.join(('self', *expected))})")
@@ -136,7 +140,7 @@ def new_object(written: type) -> Any:
                           "it can be made without arguments")
     try:
         return written()
-    except Exception as error:
+    except RAISED as error:
         raise ExportError(f"{written.__name__}() failed: {described(error, written)}") from error
 
 

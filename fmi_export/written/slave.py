@@ -8,7 +8,7 @@ from typing import Any
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.slave import BlockSlave, Refused, Slot
-from fmi_export.written.trouble import described
+from fmi_export.written.trouble import RAISED, described
 
 
 class WrittenSlave(BlockSlave):
@@ -27,7 +27,7 @@ class WrittenSlave(BlockSlave):
             super().exit_initialization_mode()
         except Refused:
             raise
-        except Exception as error:
+        except RAISED as error:
             raise self.refused(f"start failed: {described(error, self.written)}") from error
 
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -36,14 +36,18 @@ class WrittenSlave(BlockSlave):
             return super().do_step(current_time, step_size)
         except Refused:
             raise
-        except Exception as error:
-            raise self.refused(f"step failed at t = {current_time} s: {described(error, self.written)}") from error
+        except RAISED as error:
+            raise self.failed_step(current_time, error) from error
+
+    def failed_step(self, time: float, error: BaseException) -> Refused:
+        """Refusal with the line of the class that failed."""
+        return self.refused(f"step failed at t = {time} s: {described(error, self.written)}")
 
     def refresh(self) -> None:
         """Compute the initial outputs, if that is possible before everything is set."""
         try:
             super().refresh()
-        except Exception:
+        except RAISED:
             return   # the end of the initialization says what is wrong
 
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:

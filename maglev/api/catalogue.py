@@ -5,9 +5,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import DEFINITIONS, SYSTEMS, build_native, build_wasm, build_written, definition
+from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
+from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition
+from maglev.own_stage.flyable import flyable
+from maglev.rig.modules import definitions
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.written.source import is_written, load
 
@@ -32,7 +35,7 @@ def fmus() -> list[FmuEntry]:
     --------
     >>> import maglev
     >>> [entry.name for entry in maglev.fmus()][:2]
-    ['Plant2DOF', 'Plant3DOF']
+    ['Plant2DOF', 'Regulator2DOF']
     """
     found = [FmuEntry(name, "fmu", definition(name).description) for name in DEFINITIONS]
     return found + [FmuEntry(name, "ssp", f"plant and controller of {scenario}, connected (SSP)")
@@ -62,14 +65,17 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "fmus", native: bool = False,
-          target: str = "all", say: Callable[[str], None] | None = None) -> list[Path]:
+def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | None = None,
+          fmus: str | Path = "fmus", native: bool = False, target: str = "all",
+          say: Callable[[str], None] | None = None, watch: Watch = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters
     ----------
     names : str or Path, or iterable of these, optional
         Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI".
+    rig : path, optional
+        Description of a stage of yours, whose FMUs are built: all of them if no names are given.
     fmus : path
         Folder for the files, made if it is not there.
     native : bool
@@ -79,6 +85,8 @@ def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
+    watch : callable, optional
+        Told how many FMUs of this package, of how many, are built.
 
     Returns
     -------
@@ -99,16 +107,20 @@ def build(names: Iterable[str | Path] | str | Path = (), *, fmus: str | Path = "
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
         raise ScenarioError(f"--target {target}: expected all, host or wasm, and --native with it")
     given = [names] if isinstance(names, (str, Path)) else list(names)
+    every = [*DEFINITIONS, *SYSTEMS]
+    if rig is not None:
+        every = list(definitions(flyable(rig)))
     folder = Path(fmus) / "native" if native else Path(fmus)
     files = [Path(name) for name in given if is_written(Path(name))]
     if target == "wasm":
         if files:
             raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
-        return build_wasm(map(str, given or DEFINITIONS), Path(fmus) / "wasm")
+        return build_wasm(map(str, given or (name for name in every if name not in SYSTEMS)), Path(fmus) / "wasm",
+                          watch)
     written = [build_written(path, folder, native, target == "host") for path in files]
-    chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else [*DEFINITIONS, *SYSTEMS])
-    ours = (build_native(chosen, folder, target == "host") if native else build_in_python(chosen, folder)) \
-        if chosen else []
+    chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)
+    ours = (build_native(chosen, folder, target == "host", watch) if native else
+            build_in_python(chosen, folder, watch)) if chosen else []
     for path, file in zip(written, files, strict=True):
         needed = () if native else load(file).requires
         if needed:

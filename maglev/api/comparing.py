@@ -11,16 +11,17 @@ import numpy as np
 from maglev.api.flown import Run, extra
 from maglev.api.options import FlightOptions, experiments_of, folder_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
-from maglev.catalogue import DEFINITIONS
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
-from maglev.cosim.master import Recording, RunFailed
+from maglev.cosim.master import RunFailed
 from maglev.errors import FAILURES, ScenarioError, UnknownName, in_one_line, nearest
 from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
-from maglev.experiment.preparation import Experiment
+from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
-from maglev.report.plots.picture import Drawn, overlay, require_matplotlib
+from maglev.own_fmus import places
+from maglev.report.plots.picture import overlay, require_matplotlib
+from maglev.report.text import held
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 
@@ -53,6 +54,11 @@ class Comparison:
     failures: Mapping[str, str]
     results: Mapping[str, RunResult]
 
+    def __repr__(self) -> str:
+        runs = ", ".join(f"{label} {held(run.metrics) if run.metrics else 'did not complete'}"
+                         for label, run in self.results.items())
+        return f"<Comparison {self.name}: {runs}>"
+
     @property
     def rows(self) -> list[Row]:
         """What was measured, side by side: quantity, axis or motor, time of the step, values by label, the best."""
@@ -73,8 +79,7 @@ class Comparison:
     def plot(self) -> "Figure":
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
         require_matplotlib()
-        flown = {label: Drawn(run.plan, Recording(run.time, run.columns), run.flown.parameters, run.metrics)
-                 for label, run in self.runs.items()}
+        flown = {label: run.result for label, run in self.runs.items()}
         if not flown:
             raise ScenarioError(f"{self.name}: no run was flown to its end, expected one to draw")
         return overlay(f"{self.name}: {self.title}", flown)
@@ -132,14 +137,14 @@ def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: C
     if not chosen:
         raise ScenarioError("controllers: none is named, expected those to compare, such as 'PID3DOF' or a file")
     before = needed([plan])
-    first = experiments_of(before, options) if before else []
+    first = experiments_of(before, {**options, "keep_settings": False}) if before else []
     experiments = {label: put_in(plan, label, controller, options) for label, controller in chosen.items()}
     for experiment in experiments.values():
         experiment.check()   # what it refuses shows before the others fly
     say_notes([*first, *experiments.values()], say or warn)
     results = fly_each({**{each.plan.name: each for each in first},
                         **{each.plan.name: each for each in experiments.values()}}, watch or unwatched)
-    for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.notes):
+    for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.recording.notes):
         (say or warn)(note)
     found = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
     return Comparison(plan.name, f"{len(found)} controllers in the place of that of “{plan.title}”",
@@ -184,16 +189,19 @@ def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOpt
 
     A map of ports is for the plant and for controllers that are files: this project's need none.
     """
+    know_stage_of(plan)
     own = plan.fmus.get("controller")
-    ours = str(controller) in DEFINITIONS
+    ours = str(controller) in places()
     if not ours and is_bare_name(controller):
         raise UnknownName(f"controller {controller}: is no FMU of this project and no file, nearest is "
-                          f"{nearest(str(controller), DEFINITIONS)}")
+                          f"{nearest(str(controller), places())}")
     chosen: FlightOptions = {**options}
     if ours and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != str(controller):
         chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else controller
+    elif chosen.get("plant") is None:
+        chosen["keep_settings"] = False   # nothing is put in
     experiment, = experiments_of([plan], chosen)
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
 
@@ -216,9 +224,8 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
                     results[name] = fly(replace(experiment, plan=started(experiment.plan, ends)),
                                         partial(watcher, name))
                 except RunFailed as error:   # what was recorded until then can be drawn
-                    recording = thinned(error.recording, experiment.output_every())
-                    results[name] = replace(failed(experiment, in_one_line(error)), time=recording.time,
-                                            columns=recording.columns)
+                    results[name] = replace(failed(experiment, in_one_line(error)),
+                                            recording=thinned(error.recording, experiment.output_every()))
                 except FAILURES as error:
                     results[name] = failed(experiment, in_one_line(error))
     return results

@@ -110,18 +110,18 @@ class Run:
 
     def to_csv(self, path: str | Path) -> None:
         """Write the columns as `maglev run` writes them: time first, then `fmu.variable`."""
-        write_columns(Path(path), "csv", self.flown, self.units, Recording(self.time, self.columns))
+        write_columns(Path(path), "csv", self.flown, self.units, self.flown.recording)
 
     def to_parquet(self, path: str | Path) -> None:
         """Write the columns as Parquet, with their units and the provenance of the run as metadata."""
-        write_columns(Path(path), "parquet", self.flown, self.units, Recording(self.time, self.columns))
+        write_columns(Path(path), "parquet", self.flown, self.units, self.flown.recording)
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
         from maglev.report.plots.picture import figure_of, require_matplotlib
 
         require_matplotlib()
-        return figure_of(self.plan, Recording(self.time, self.columns), self.flown.parameters, self.metrics)
+        return figure_of(self.result)
 
 
 def extra(module: str, name: str) -> Any:

@@ -1,10 +1,10 @@
 """A user's controller for the workers of a study: they have no Python file of his, but take any FMU."""
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fmi_export.scratch import scratch
 from maglev.api.options import FlightOptions
 from maglev.api.running import Say
 from maglev.catalogue import build_written
@@ -36,13 +36,13 @@ def controller_built(options: FlightOptions, everywhere: bool, say: Say) -> Iter
     if given is None or not is_written(Path(given)):
         yield options
         return
-    with tempfile.TemporaryDirectory(prefix="maglev_study_") as folder:
+    with scratch() as folder:
         path = None
         if options.get("native"):
             try:
-                path = build_written(Path(given), Path(folder), native=True, host_only=not everywhere)
+                path = build_written(Path(given), folder, native=True, host_only=not everywhere)
             except BuildError as error:
                 say(f"{given} runs in Python, which takes its time, for it cannot be native: {error}")
         if path is None:
-            path = build_written(Path(given), Path(folder))
+            path = build_written(Path(given), folder)
         yield {**options, "controller": path}

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from maglev.cosim.apart.run import TIMEOUT
+from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.errors import QuantityError, ScenarioError
@@ -14,8 +15,7 @@ from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import number_or_text, parse_quantity
-from maglev.written.source import is_written, path_of
-from pmlsm.rigs import RIGS
+from maglev.written.source import copy_of, is_written, path_of
 
 Value = float | int | bool | str
 Settings = Mapping[str, Value] | Iterable[str] | None
@@ -34,6 +34,7 @@ class FlightOptions(TypedDict, total=False):
     fmus: str | Path
     native: bool
     timeout: float | str
+    keep_settings: bool
 
 
 def settings_of(settings: Settings) -> list[str]:
@@ -48,8 +49,12 @@ def settings_of(settings: Settings) -> list[str]:
 
 def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
     """Runs made ready; MaglevError if an option or a plan cannot be used."""
-    return prepare_all(plans, folder_of(options), replacements(options), starts(plans, options),
-                       seconds("step", options.get("step")), options.get("order", "sequential"), timeout_of(options))
+    replaced, timeout = replacements(options), timeout_of(options)
+    for name, replacement in replaced.items():
+        if is_written(replacement.path):
+            read_description(name, copy_of(replacement.path), timeout)   # its import may take that, too
+    return prepare_all(plans, folder_of(options), replaced, starts(plans, options),
+                       seconds("step", options.get("step")), options.get("order", "sequential"), timeout)
 
 
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
@@ -65,7 +70,10 @@ def replacements(options: FlightOptions) -> dict[str, Replacement]:
             raise ScenarioError(f"{ports}: [{name}]: expected --{name} with it")
     if ports is not None and not maps:
         raise ScenarioError(f"--map {ports}: expected a table [controller] or [plant] in it")
-    return {name: Replacement(path, maps.get(name, PortMap())) for name, path in given.items()}
+    keep = options.get("keep_settings", False)
+    if keep and not given:
+        raise ScenarioError("--keep-settings: expected --controller or --plant with it, which gets the settings")
+    return {name: Replacement(path, maps.get(name, PortMap()), keep) for name, path in given.items()}
 
 
 def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
@@ -73,7 +81,7 @@ def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
     settings, model = settings_of(options.get("set")), options.get("model")
     if model is None:
         return settings
-    rigs = {rig.name for plan in plans for rig in RIGS.values() if rig.vertical.name in plan.axis_names}
+    rigs = {plan.rig.name for plan in plans if plan.rig is not None}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
     constants = model_settings(Path(model), rigs.pop())

@@ -12,12 +12,13 @@ from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, Settings, experiments_of
 from maglev.cosim.apart.run import TIMEOUT
-from maglev.cosim.master import Progress, Recording
+from maglev.cosim.master import Progress
 from maglev.cosim.order import Order
 from maglev.errors import ControllerError, ScenarioError
 from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
+from maglev.experiment.replacement import start_values_said
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.judging import judge_outcomes
@@ -28,13 +29,11 @@ from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of, require_matplotlib, write_figure
-from maglev.report.text import claims_markdown, text_of
+from maglev.report.text import claims_markdown, short_outcome, text_of
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.written.source import is_class
-
-MOST_LEFT_OUT = 3   # start values that are named one by one
 
 Say = Callable[[str], None]
 Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]
@@ -64,6 +63,20 @@ class Results:
     verdicts: Judgements
     files: tuple[Path, ...]
 
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """What `--fail-on-claims` fails on, a sentence for each: claims missed, and runs that crashed or failed.
+
+        Of a user's own claims also those that could not be judged. A crash that a claim asks for is none.
+        """
+        found = []
+        for run in self.runs:
+            if run.plan.name in self.asked:
+                found += missed_by(run, self.verdicts[run.plan.name])
+        for outcome in self.outcomes:
+            found += missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])
+        return tuple(found)
+
     def as_data(self) -> dict[str, Any]:
         """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""
         runs = {result.plan.name: {**run_data(result), "claims": claims_data(self.verdicts[result.plan.name])}
@@ -72,6 +85,25 @@ class Results:
                                             "claims": claims_data(self.verdicts[found.settings.name])}
                       for found in self.outcomes}
         return {"runs": runs, "procedures": procedures, "files": [str(path) for path in self.files]}
+
+
+def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
+    """What a run misses, a sentence for each; see `Results.missed`."""
+    name = run.plan.name
+    if run.metrics is None:
+        return [f"{name}: did not complete"]
+    asked_for = any(each.claim.quantity in ("failed", "stop_contact", "tripped") and each.claim.target is True
+                    for each in claims)
+    crashed = [] if asked_for or not run.metrics.failed else [f"{name}: {short_outcome(run)}"]
+    return [*crashed, *missed_claims(name, claims)]
+
+
+def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
+    """Claims about a run or a procedure that are missed, a sentence for each; see `Results.missed`."""
+    return [f"{name}: {each.verdict}: {each.claim.text}" + (f" ({each.claim.criterion}: {each.measured_text})"
+                                                            if each.measured is not None else "")
+            for each in claims if each.verdict in ("not met", "not reproduced")
+            or each.claim.own and each.verdict in ("not run", "not testable")]
 
 
 def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
@@ -83,7 +115,7 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
 def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,
         plant: str | Path | None = None, controller: str | Path | type | None = None, ports: str | Path | None = None,
         step: float | str | None = None, order: Order = "sequential", fmus: str | Path = "fmus", native: bool = False,
-        timeout: float | str = TIMEOUT, progress: Progress | None = None) -> Run:
+        timeout: float | str = TIMEOUT, keep_settings: bool = False, progress: Progress | None = None) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
 
     It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
@@ -111,6 +143,9 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
         The FMUs that need no Python, of the folder's folder `native`.
     timeout : float or str
         Longest time that a call of an FMU which is not of this project may take, s or with a unit.
+    keep_settings : bool
+        Give what is put in also the settings (gains, limits) of the model whose place it takes, where it has parameters
+        of their names; otherwise only FMUs of this project share them (docs/controllers.md).
     progress : callable, optional
         Told now and then of the steps done and the steps in all.
 
@@ -136,7 +171,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     False
     """
     options: FlightOptions = {"set": set, "model": model, "plant": plant, "controller": controller, "ports": ports,
-                              "step": step, "order": order, "fmus": fmus, "native": native, "timeout": timeout}
+                              "step": step, "order": order, "fmus": fmus, "native": native, "timeout": timeout,
+                              "keep_settings": keep_settings}
     plan = load_plan(name)
     if plan.needs:
         raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "
@@ -176,7 +212,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     say : callable, optional
         Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, timeout.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, timeout, keep_settings.
 
     Returns
     -------
@@ -191,15 +227,13 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     # What would fail after the runs fails before them.
     if plot:
         require_matplotlib()
-    asked = [plan for plan in select(names) if names is not None or not plan.check_only]
-    replaced = options.get("plant") or options.get("controller")
-    # With another FMU on both sides of a comparison, the claim would be about something else.
-    plans = [*asked, *([] if replaced else compared(asked))]
-    experiments = experiments_of([*plans, *needed(plans)], options)
+    asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
+                   key=lambda plan: not plan.own)   # a user's own runs before the thesis's
+    experiments = experiments_to_fly(asked, options)
     say_notes(experiments, say or warn)
     folder = folder_for(Path(out))
     flown = fly_all(experiments, folder, format, jobs or processors(), watch or unwatched)
-    for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.notes):
+    for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.recording.notes):
         (say or warn)(note)
     outcomes = outcomes_of(flown, asked)
     verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
@@ -214,6 +248,24 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
         write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
                      Frictionless(again.runs, again.outcomes))
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files))
+
+
+def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
+    """Runs that were asked for, those that their claims compare with, and those that these start from, made ready.
+
+    With another FMU on both sides of a comparison, a claim of the thesis would be about something else, and is not
+    judged; a user's own claims compare with runs as they are planned.
+    """
+    if not (options.get("plant") or options.get("controller")):
+        plans = [*asked, *compared(asked)]
+        return experiments_of([*plans, *needed(plans)], options)
+    plans = [*asked, *needed(asked)]
+    flown = {plan.name for plan in plans}
+    mine = [plan.model_copy(update={"claims": [claim for claim in plan.claims if claim.own]}) for plan in asked]
+    others = [plan for plan in compared(mine) if not flown & {each.name for each in needed([plan])}]
+    as_planned: FlightOptions = {**options, "set": None, "model": None, "plant": None, "controller": None,
+                                 "ports": None, "keep_settings": False}
+    return [*experiments_of(plans, options), *experiments_of([*others, *needed(others)], as_planned)]
 
 
 def folder_for(path: Path) -> Path:
@@ -252,28 +304,21 @@ def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form:
         flown = [out / f"{name}.{form}", out / f"{name}.json"] if each.metrics is not None else []
         files += [*flown, out / f"{name}.txt"]
         if plot and each.metrics is not None:
-            picture = figure_of(each.plan, Recording(each.time, each.columns), each.parameters, each.metrics)
-            write_figure(out / f"{name}.png", picture)
+            write_figure(out / f"{name}.png", figure_of(each))
             files.append(out / f"{name}.png")
     return files
 
 
 def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     """Say, once, what FMUs that were put in do not take, lack or leave open."""
-    sentences = []
+    sentences: list[str] = []
     for experiment in experiments:
-        if experiment.left_out:
-            sentences.append(f"the FMU that was put in has no {few(experiment.left_out)}: the plan's start values are "
-                             "left out")
+        if experiment.put_in and not experiment.fits():
+            continue   # refused when it flies: what it would have started with is no news
+        sentences += start_values_said(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):
         say(sentence)
-
-
-def few(names: Sequence[str]) -> str:
-    """Names in a row, not too many."""
-    shown = ", ".join(names[:MOST_LEFT_OUT])
-    return shown if len(names) <= MOST_LEFT_OUT else f"{shown} and {len(names) - MOST_LEFT_OUT} others"
 
 
 def warn(sentence: str) -> None:

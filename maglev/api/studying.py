@@ -122,7 +122,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, keep_settings.
 
     Returns
     -------
@@ -141,14 +141,16 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
+    from maglev.studies.targets import require_free
 
     found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
     limit = seconds("sample-timeout", sample_timeout)
     found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
+    settings = [*settings_of(found.set), *settings_of(options.get("set"))]
+    require_free(settings, found.vary, str(path))
     beside = path.parent / found.scenario
     scenario = beside if found.scenario.endswith(".toml") else Path(found.scenario)
     plan = load_plan(scenario)
-    settings = [*settings_of(found.set), *settings_of(options.get("set"))]
     options = {**options, "set": settings}
     if found.controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / found.controller
@@ -158,7 +160,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
         planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
         with (watch or unwatched)([found.name]) as watcher:
             return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
-                                   partial(watcher, found.name)))
+                                   partial(watcher, found.name), say or warn))
 
 
 def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
@@ -240,6 +242,7 @@ def run_command(scenario: str, options: FlightOptions) -> list[str]:
     if Path(options.get("fmus", "fmus")) != Path("fmus"):
         found += ["--fmus", str(options["fmus"])]
     found += ["--native"] if options.get("native") else []
+    found += ["--keep-settings"] if options.get("keep_settings") else []
     for setting in settings_of(options.get("set")):
         found += ["--set", setting]
     return found
@@ -247,5 +250,5 @@ def run_command(scenario: str, options: FlightOptions) -> list[str]:
 
 def require_study() -> None:
     """Raise MaglevError if something of the extra `study` is not installed."""
-    for module in ("distributed", "pyarrow"):
+    for module in ("distributed", "cryptography", "pyarrow"):
         extra(module, "study")

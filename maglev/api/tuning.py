@@ -64,7 +64,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, keep_settings.
 
     Returns
     -------
@@ -78,7 +78,8 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     """
     require_study()
     from maglev.api.for_workers import controller_built
-    from maglev.studies.dataset import Parts
+    from maglev.studies.parts import Parts
+    from maglev.studies.targets import require_free
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
     from maglev.tuning.search import search
@@ -86,14 +87,16 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
 
     tuning, path = load_tuning(file)
     scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else Path(tuning.scenario)
-    options = {**options, "set": [*settings_of(tuning.set), *settings_of(options.get("set"))]}
+    settings = [*settings_of(tuning.set), *settings_of(options.get("set"))]
+    require_free(settings, tuning.vary, str(path))
+    options = {**options, "set": settings}
     with controller_built(options, scheduler is not None, say or warn) as for_workers:
         experiment, = experiments_of([load_plan(scenario)], for_workers)
         say_notes([experiment], say or warn)
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,
-                           jobs or processors(), resume, partial(watcher, tuning.name))
+                           jobs or processors(), resume, partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     written.parent.mkdir(parents=True, exist_ok=True)
     write_whole(written, gains_toml(tuning, found))

@@ -1,5 +1,6 @@
 """The command line `maglev`: options and what is printed; what is done is in `maglev.api`."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from maglev.cli.options import (
     Fmus,
     Form,
     Jobs,
+    KeepSettings,
     Model,
     Names,
     Native,
@@ -23,18 +25,20 @@ from maglev.cli.options import (
     Out,
     Plant,
     PortsFile,
+    RigFile,
     Settings,
     Step,
     Timeout,
 )
 from maglev.cli.region import region
+from maglev.cli.streams import CommandLine
 from maglev.cli.study import study, sweep
 from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
 from maglev.cli.tune import tune
 from maglev.errors import ScenarioError
 
 # One paragraph for each line: the help joins the lines of a paragraph.
-app = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
+app = CommandLine(no_args_is_help=True, rich_markup_mode="markdown",
                   context_settings={"help_option_names": ["-h", "--help"]}, help="""
 Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the experiments, judge the claims.
 
@@ -58,8 +62,9 @@ Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the 
 
 `maglev check` asks whether every experiment still gives what it gave
 
-Exit codes: 0 done, 1 a check deviates, 2 an error or a run that was not flown to its end, 130 after Ctrl-C, 143 after
-SIGTERM. One line says what went wrong.
+Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that was not
+flown to its end, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what
+went wrong.
 """)
 
 MOST_NAMED = 7   # variants of a scenario that are listed one by one
@@ -84,18 +89,20 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
 def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
                                                             "Python files with a controller of yours.",
                                                             show_default=False)] = None,
-          fmus: Fmus = Path("fmus"),
+          rig: RigFile = None, fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
                                                "native; needs the extra `native`.")] = False,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
                                               "browsers, into the folder's folder wasm.")] = "all",
           debug: Debug = False) -> None:
-    """Build FMUs from the blocks, or from a controller of yours: the same sources give the same bytes.
+    """Build FMUs from the blocks, or from a controller or a stage of yours: the same sources give the same bytes.
 
     **Examples:**
 
     `maglev build lqi.py`
+
+    `maglev build --rig mine.toml` builds those of a stage of yours; `maglev new stage mine.toml` writes one
 
     `maglev build Plant3DOF Regulator3DOF`
 
@@ -106,7 +113,10 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
-        for path in build_fmus(names or (), fmus=fmus, native=native, target=target, say=say):
+        with progress_of(["FMUs"]) as watch:
+            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, target=target, say=say,
+                               watch=partial(watch, "FMUs"))
+        for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -138,11 +148,14 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
 
 @app.command()
 def run(names: Names = None, everything: Everything = False, settings: Settings = None, model: Model = None,
-        plant: Plant = None, controller: Controller = None, ports: PortsFile = None, step: Step = None,
-        order: Ordering = "sequential", out: Out = Path("results"),
+        plant: Plant = None, controller: Controller = None, ports: PortsFile = None,
+        keep_settings: KeepSettings = False, step: Step = None, order: Ordering = "sequential",
+        out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.")]
         = False,
+        fail_on_claims: Annotated[bool, typer.Option(
+            "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run hits a stop or fails.")] = False,
         form: Form = "csv", fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
         jobs: Jobs = None, debug: Debug = False) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
@@ -157,6 +170,8 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
     `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
 
+    `maglev run mine.toml --controller lqi.py --fail-on-claims` holds a controller to the claims of mine.toml, for CI
+
     The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and
     the metrics), `NAME.txt` and, of all runs, `claims.md`. A run that an FMU ends early leaves
     what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
@@ -170,12 +185,14 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
 
         print_results(run_all(names or None, out=out, plot=plot, format=form, jobs=jobs, watch=progress_of, say=say,
                               set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                              order=order, fmus=fmus, native=native, timeout=timeout), json, debug)
+                              order=order, fmus=fmus, native=native, timeout=timeout, keep_settings=keep_settings),
+                      json, debug, fail_on_claims)
 
 
 @app.command()
 def report(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
-           controller: Controller = None, ports: PortsFile = None, step: Step = None, out: Out = Path("results"),
+           controller: Controller = None, ports: PortsFile = None, keep_settings: KeepSettings = False,
+           step: Step = None, out: Out = Path("results"),
            fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
            what_if: Annotated[bool, typer.Option(help="Fly again, without friction, the runs behind missed claims "
                                                       "whose reasons blame it.")] = True,
@@ -196,7 +213,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
 
         print_results(run_all(names or None, out=out, page=True, what_if=what_if, jobs=jobs, watch=progress_of, say=say,
                               set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                              fmus=fmus, native=native, timeout=timeout), debug=debug)
+                              fmus=fmus, native=native, timeout=timeout, keep_settings=keep_settings), debug=debug)
 
 
 @app.command()
@@ -219,7 +236,7 @@ def live(out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = F
 
 @app.command()
 def check(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
-          controller: Controller = None, ports: PortsFile = None,
+          controller: Controller = None, ports: PortsFile = None, keep_settings: KeepSettings = False,
           update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
           baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
                                                          show_default="the package's")] = None,
@@ -241,6 +258,8 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
     with one_line_errors(debug):
         if update and junit is not None:
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
+        if junit is not None and not junit.name:
+            raise ScenarioError(f"--junit {junit}: expected the name of a file")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
         from maglev.api.options import FlightOptions
@@ -248,7 +267,8 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
         from maglev.regression.outcome import exit_code
 
         options: FlightOptions = {"set": settings, "model": model, "plant": plant, "controller": controller,
-                                  "ports": ports, "fmus": fmus, "native": native, "timeout": timeout}
+                                  "ports": ports, "fmus": fmus, "native": native, "timeout": timeout,
+                                  "keep_settings": keep_settings}
         if update:
             updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
             print_outcomes(updated)

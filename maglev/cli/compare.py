@@ -5,7 +5,20 @@ from typing import Annotated
 
 import typer
 
-from maglev.cli.options import Debug, Fmus, Native, Ordering, Out, Plant, PortsFile, Settings, Step, Timeout, run_names
+from maglev.cli.options import (
+    Debug,
+    Fmus,
+    KeepSettings,
+    Native,
+    Ordering,
+    Out,
+    Plant,
+    PortsFile,
+    Settings,
+    Step,
+    Timeout,
+    run_names,
+)
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 
 
@@ -14,7 +27,8 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
             controllers: Annotated[list[str], typer.Option(
                 "--controller", metavar="[LABEL=]CONTROLLER", help="A controller: an FMU of this project by its name, "
                 "an FMU or a Python file. To be repeated.")],
-            settings: Settings = None, plant: Plant = None, ports: PortsFile = None, step: Step = None,
+            settings: Settings = None, plant: Plant = None, ports: PortsFile = None,
+            keep_settings: KeepSettings = False, step: Step = None,
             order: Ordering = "sequential", out: Out = Path("results"),
             json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
             fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", debug: Debug = False) -> None:
@@ -36,7 +50,8 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
         from maglev.comparison.files import show_comparison
 
         found = compare_runs(name, controllers, watch=progress_of, say=say, set=settings, plant=plant, ports=ports,
-                             step=step, order=order, fmus=fmus, native=native, timeout=timeout)
+                             step=step, order=order, fmus=fmus, native=native, timeout=timeout,
+                             keep_settings=keep_settings)
         picture = find_spec("matplotlib") is not None
         files = found.write(out, picture=picture)
         if json:

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from maglev.cli.options import Debug, Out
+from maglev.cli.options import RIG_NAMES, Debug, Out
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from maglev.identification.identify import Identification
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
-RigName = Annotated[str | None, typer.Option("--rig", help="`2dof` or `3dof`; seen from the columns if not given.",
+RigName = Annotated[str | None, typer.Option("--rig", help=f"{RIG_NAMES}; seen from the columns if not given.",
                                              show_default=False)]
 Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
 Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]

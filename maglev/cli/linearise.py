@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maglev.cli.options import Debug, Out
+from maglev.cli.options import Debug, Out, RigFile
 from maglev.cli.terminal import one_line_errors
 from maglev.errors import LinearModelError
 from maglev.units import number_or_text
@@ -31,8 +31,8 @@ Parameters = Annotated[list[str] | None, typer.Option(
     "--set", metavar="plant.variable=value", help="Parameter of `plant` or `controller`; may carry a unit and may be "
     "repeated.", show_default=False)]
 Openings = Annotated[list[str] | None, typer.Option(
-    "--open", metavar="SIGNAL", help="Where to open the loop: an axis, `y.measured` or `alpha.i_q_cmd`; every measured "
-    "position if not given.", show_default=False)]
+    "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
+    "measurement, or `alpha.i_q_cmd`; every measured position if not given.", show_default=False)]
 Plot = Annotated[bool, typer.Option("--plot", help="Bode and Nyquist pictures of the loop (needs matplotlib).")]
 AsJson = Annotated[Path | None, typer.Option(
     "--json", metavar="FILE", help="Also write the model, or poles and margins of the loop, as JSON.",
@@ -40,8 +40,8 @@ AsJson = Annotated[Path | None, typer.Option(
 
 
 def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier = True, hold: Hold = None,
-              forces: Forces = False, settings: Parameters = None, openings: Openings = None, plot: Plot = False,
-              as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
+              forces: Forces = False, settings: Parameters = None, openings: Openings = None, rig: RigFile = None,
+              plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
     """Linearise a plant, a controller, or the loop of both about an equilibrium.
 
     **Examples:**
@@ -50,15 +50,19 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
 
     `maglev linearise Plant3DOF --at y=25mm --currents phases --no-amplifier --hold 0.2ms --set plant.y.mass=7.2kg`
 
+    `maglev linearise PlantMine RegulatorMine --at y=25mm --rig mine.toml` of a stage of yours
+
     `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
     """
     # numpy and scipy take their time to load: only who linearises waits for them.
     from maglev.linear.linearise import linearise as linearised
     from maglev.linear.loop import linearise_loop
     from maglev.linear.parameters import CONTROLLERS
-    from maglev.linear.text import data_of
+    from maglev.own_stage.adoption import know_stage
 
     with one_line_errors(debug):
+        if rig is not None:
+            know_stage(rig)
         positions = {axis: number_or_text(value) for axis, value in (pair("--at", text) for text in at)}
         given = read_parameters(settings or [])
         if len(names) == 1:
@@ -72,7 +76,7 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
                                hold=None if hold is None else number_or_text(hold), forces=forces,
                                parameters=given[own])
             typer.echo(str(model), nl=False)
-            data = data_of(model)
+            data = model.as_data()
         elif len(names) == 2:
             if hold is not None or forces or currents != "dq":
                 raise LinearModelError("--hold, --forces and --currents are for one model, expected none with a loop")

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from maglev.cli.options import Debug
+from maglev.cli.options import RIG_NAMES, Debug
 from maglev.cli.terminal import one_line_errors
+from pmlsm.rigs import EXAMPLE
 
 new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown", help="Write a file to begin with.")
 
@@ -18,7 +19,7 @@ def main() -> None:
 
 @new.command()
 def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The file, NAME.py; nothing is overwritten.")],
-               stage: Annotated[str, typer.Option(help="`2dof` or `3dof`.")] = "3dof", debug: Debug = False) -> None:
+               stage: Annotated[str, typer.Option(help=f"{RIG_NAMES}.")] = EXAMPLE, debug: Debug = False) -> None:
     """Write a controller in Python that flies as it is, for you to change.
 
     **Examples:**
@@ -31,4 +32,27 @@ def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
         from maglev.written.new import new_controller
 
         file = new_controller(path, stage)
-        typer.echo(f"{file}: flies with `maglev run {stage}-setpoints --controller {file}`")
+        typer.echo(f"{file}: flies with `maglev run {Path(stage).stem}-setpoints{Path(stage).suffix} --controller "
+                   f"{file}`")
+
+
+@new.command("stage")
+def stage_file(path: Annotated[Path, typer.Argument(metavar="FILE", help="The file, NAME.toml, with a name of small "
+                                                    "letters and digits; nothing is overwritten.")],
+               like: Annotated[str, typer.Option(help=f"Stage whose axes and motors it begins with: {RIG_NAMES}.")]
+               = EXAMPLE, debug: Debug = False) -> None:
+    """Write the description of a stage that flies as it is, for you to change, and a scenario beside it.
+
+    **Examples:**
+
+    `maglev new stage mine.toml --like 3dof`
+
+    `maglev build --rig mine.toml`
+
+    `maglev run mine-setpoints.toml --plot`
+    """
+    with one_line_errors(debug):
+        from maglev.own_stage.new import new_stage
+
+        file, scenario = new_stage(path, like)
+        typer.echo(f"{file}, {scenario}: fly with `maglev build --rig {file}` and `maglev run {scenario} --plot`")

@@ -7,6 +7,10 @@ import typer
 
 from maglev.cosim.order import Order
 from maglev.experiment.form import Format
+from pmlsm.rigs import RIGS
+
+RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
+AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in rig.axis_names) for rig in RIGS.values())
 
 
 def run_names(beginning: str) -> list[str]:
@@ -22,6 +26,8 @@ Native = Annotated[bool, typer.Option("--native", help="The FMUs that need no Py
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
     autocompletion=run_names)]
+RigFile = Annotated[Path | None, typer.Option("--rig", metavar="TOML", help="Description of a stage of yours "
+                                              "(docs/own_stage.md).", show_default=False)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
@@ -34,6 +40,9 @@ Plant = Annotated[Path | None, typer.Option(help="Another plant FMU, with the sa
 Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU with the same ports or a map, or a "
                                                  "Python file with a class (docs/controllers.md).",
                                                  show_default=False)]
+KeepSettings = Annotated[bool, typer.Option(
+    "--keep-settings", help="Give the other controller also the settings (gains, limits) of the scenario's, where it "
+    "has parameters of their names; otherwise only FMUs of this project share them.")]
 PortsFile = Annotated[Path | None, typer.Option("--map", metavar="TOML", help="What the other FMUs call their ports, "
                                                 "their units and steps (docs/importing.md).", show_default=False)]
 Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.", show_default=False)]

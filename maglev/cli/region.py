@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from maglev.cli.linearise import pair
-from maglev.cli.options import Debug, Fmus, Native, Out
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, Debug, Fmus, Native, Out
 from maglev.cli.terminal import one_line_errors
 from maglev.units import number_or_text
 
-RigName = Annotated[str, typer.Argument(metavar="RIG", help="`2dof` or `3dof`.", show_default=False)]
-Axis = Annotated[str, typer.Argument(metavar="AXIS", help="`v`, `h`, or `y`, `x`, `z`.", show_default=False)]
+RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}.", show_default=False)]
+Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
 Gap = Annotated[str, typer.Option(help="Air gap at which all else rests, in m or with a unit.", show_default=False)]
 Regulator = Annotated[str | None, typer.Option(help="An output regulator; the nonlinear one if not given.",
                                                show_default=False)]
@@ -24,27 +24,29 @@ Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for th
 Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
 Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
                                           "if not given.", show_default=False)]
-Fly = Annotated[bool, typer.Option("--fly", help="Also fly steps with the FMUs.")]
+Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FMUs, beside what is certified; with the "
+                                   "Python kind a minute or two, with --native seconds.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
                                              show_default=False)]
 
 
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
-           synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = False, plot: Plot = False,
+           synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), native: Native = False,
            debug: Debug = False) -> None:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
-    Certified by linear matrix inequalities, and simulated (needs `pip install 'maglev-fmus[region]'`).
+    Certified by linear matrix inequalities for the linear loop, and flown by the FMUs, which have the friction, the
+    stops and the moving gap that a certificate leaves out (needs `pip install 'maglev-fmus[region]'`).
 
     **Examples:**
 
-    `maglev region 3dof x --gap 25mm --plot`
+    `maglev region 3dof x --gap 25mm --native --plot`
 
-    `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --json x.json`
+    `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --no-fly --json x.json`
 
-    `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --fly --native --step 20mm`
+    `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --native --step 20mm`
     """
     # numpy and scipy take their time to load: only who asks waits for them.
     from maglev.linear.pictures import require_matplotlib
@@ -60,7 +62,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
                              native=native)
         typer.echo(str(found), nl=False)
         if plot:
-            picture = out / f"region-{rig}-{axis}.png"
+            picture = out / f"region-{Path(rig).stem}-{axis}.png"
             out.mkdir(parents=True, exist_ok=True)
             found.plot().savefig(picture, dpi=110)
             typer.echo(f"picture: {picture}")

@@ -9,6 +9,7 @@ from maglev.cli.options import (
     Controller,
     Debug,
     Fmus,
+    KeepSettings,
     Model,
     Native,
     Ordering,
@@ -37,7 +38,8 @@ SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", help="Longest
 
 def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file.")],
           settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-          ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
+          ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
+          order: Ordering = "sequential", out: Out = Path("results"),
           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
           resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
     """Fly a scenario many times: what varies, by which design, and what is kept is in a TOML file (docs/studies.md).
@@ -57,7 +59,7 @@ def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
         finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume,
                          sample_timeout=sample_timeout, watch=progress_of, say=say,
                          set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                         order=order, fmus=fmus, native=native))
+                         order=order, fmus=fmus, native=native, keep_settings=keep_settings))
 
 
 def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or "
@@ -72,7 +74,8 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
                                                          "of a signal; to be repeated.", show_default=False)] = None,
           name: Annotated[str | None, typer.Option(help="Name of the results.", show_default="SCENARIO.sweep")] = None,
           settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-          ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
+          ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
+          order: Ordering = "sequential", out: Out = Path("results"),
           fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
           resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
     """Fly a scenario with every combination of values, or --samples of ranges, a study without a file.
@@ -93,7 +96,8 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
         finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), samples=samples, seed=seed, out=out,
                          jobs=jobs, scheduler=scheduler, resume=resume, sample_timeout=sample_timeout,
                          watch=progress_of, say=say, set=settings, model=model, plant=plant, controller=controller,
-                         ports=ports, step=step, order=order, fmus=fmus, native=native))
+                         ports=ports, step=step, order=order, fmus=fmus, native=native,
+                         keep_settings=keep_settings))
 
 
 def values_of(vary: list[str]) -> dict[str, str]:
@@ -110,15 +114,18 @@ def values_of(vary: list[str]) -> dict[str, str]:
 
 
 def finish(flown: "Study") -> None:
-    """Write the page where it can be, and print what the study found."""
+    """Write the page where it can be, and print what the study found; exits with 2 if no sample came to its end."""
     from importlib.util import find_spec
 
     from maglev.studies.page.text import show_study
 
-    files = [flown.path]
-    show_study(report_console(), flown.to_arrow(), flown.about)
+    files, table = [flown.path], flown.to_arrow()
+    show_study(report_console(), table, flown.about)
     if find_spec("plotly") is not None:
         files.append(flown.write_page())
     else:
         say("a page needs plotly: pip install 'maglev-fmus[report]'")
     typer.echo(f"results: {', '.join(map(str, files))}")
+    if table["failure"].null_count == 0:
+        say(f"{flown.name}: none of {table.num_rows} samples was flown to its end; of the first: {table['failure'][0]}")
+        raise typer.Exit(2)

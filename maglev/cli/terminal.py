@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from maglev.cosim.interrupts import termination_like_interrupt
-from maglev.errors import FAILURES, in_one_line, name_of, signal_of
+from maglev.errors import FAILURES, in_one_line, name_of, signal_of, visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,18 +42,23 @@ def one_line_errors(debug: bool) -> Iterator[None]:
             raise
         say(in_one_line(error))
         raise typer.Exit(2) from None
+    except RecursionError:
+        if debug:
+            raise
+        say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)")
+        raise typer.Exit(2) from None
 
 
 def say(sentence: str) -> None:
     """Print a sentence beside the results."""
-    typer.echo(f"maglev: {sentence}", err=True)
+    typer.echo(f"maglev: {visible(sentence)}", err=True)
 
 
 def report_console() -> "Console":
     """Console wide enough for the tables where no terminal sets the width."""
-    from rich.console import Console
+    from maglev.report.plain import plain_console
 
-    console = Console()
+    console = plain_console()
     if not console.is_terminal:
         console.width = PIPED_WIDTH
     return console
@@ -81,10 +86,12 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         yield watch
 
 
-def print_results(results: "Results", as_json: bool = False, debug: bool = False) -> None:
+def print_results(results: "Results", as_json: bool = False, debug: bool = False,
+                  fail_on_claims: bool = False) -> None:
     """Print the text of the only run asked for, or a table of all, and what procedures found; or all of it as JSON.
 
-    Exits with 2 if a run did not complete; with `debug`, after the traceback.
+    Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` with 1 after that,
+    a crash or a missed claim, each of which is said.
     """
     if as_json:
         print_json(results.as_data())
@@ -93,8 +100,13 @@ def print_results(results: "Results", as_json: bool = False, debug: bool = False
     failed = [run for run in results.runs if run.failure is not None]
     for run in failed:
         if debug:
-            typer.echo(run.traceback, err=True)
+            typer.echo(visible(run.traceback), err=True)
         say(f"{run.plan.name}: {run.failure}")
+    if fail_on_claims:
+        for sentence in results.missed:
+            say(sentence)
+        if results.missed:
+            raise typer.Exit(1)
     if failed:
         raise typer.Exit(2)
 
@@ -109,13 +121,14 @@ def print_json(data: object) -> None:
 def print_tables(results: "Results") -> None:
     """Print the text of the only run asked for, or a table of all, and what procedures found."""
     from maglev.report.outcome_text import show_outcome
-    from maglev.report.text import show, study_table
+    from maglev.report.text import show, study_tables
 
     console = report_console()
     if len(results.asked) == 1:
         show(console, results.runs[0], results.verdicts[results.runs[0].plan.name])
     else:
-        console.print(study_table(results.runs, results.verdicts, results.outcomes))
+        for table in study_tables(results.runs, results.verdicts, results.outcomes):
+            console.print(table)
     for outcome in results.outcomes if len(results.outcomes) <= MOST_SHOWN else ():
         show_outcome(console, outcome, results.verdicts[outcome.settings.name])
     few, files = len(results.files) <= MOST_NAMED, results.files
@@ -127,4 +140,4 @@ def print_outcomes(results: "Sequence[CheckResult | UpdateResult]") -> None:
     from maglev.regression.outcome import describe
 
     for result in results:
-        typer.echo(describe(result))
+        typer.echo(visible(describe(result)))

@@ -9,6 +9,7 @@ from maglev.cli.options import (
     Controller,
     Debug,
     Fmus,
+    KeepSettings,
     Model,
     Native,
     Ordering,
@@ -24,7 +25,8 @@ from maglev.cli.terminal import one_line_errors, progress_of, report_console, sa
 
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-         ports: PortsFile = None, step: Step = None, order: Ordering = "sequential", out: Out = Path("results"),
+         ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
+         order: Ordering = "sequential", out: Out = Path("results"),
          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
          resume: Resume = False, debug: Debug = False) -> None:
     """Search parameters of a controller for the least of what is measured on many plants (docs/tuning.md).
@@ -43,6 +45,6 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
 
         tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
                        set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                       order=order, fmus=fmus, native=native)
+                       order=order, fmus=fmus, native=native, keep_settings=keep_settings)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")

@@ -11,11 +11,10 @@ from rich.text import Text
 from fmi_export.whole_file import write_whole
 from maglev.comparison.page import comparison_page
 from maglev.comparison.table import Row, side_by_side, summary
-from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
-from maglev.report.plots.picture import Drawn, overlay, write_figure
+from maglev.report.plots.picture import overlay, write_figure
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
 
@@ -43,10 +42,10 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
         if run.metrics is None:
             files.set_aside()
             if len(run.time):
-                write_csv(files.partial, Recording(run.time, run.columns))
+                write_csv(files.partial, run.recording)
                 written.append(files.partial)
             continue
-        write_csv(files.columns("csv"), Recording(run.time, run.columns))
+        write_csv(files.columns("csv"), run.recording)
         write_whole(files.json, json_text(run_data(run)))
         files.forget_others("csv")
         written += [files.columns("csv"), files.json]
@@ -57,8 +56,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
     for ending, text in about.items():
         written.append(folder / f"{name}.compare.{ending}")
         write_whole(written[-1], text)
-    flown = {label: Drawn(run.plan, Recording(run.time, run.columns), run.parameters, run.metrics)
-             for label, run in runs.items() if len(run.time)}
+    flown = {label: run for label, run in runs.items() if len(run.time)}
     if picture and flown:
         written.append(folder / f"{name}.compare.png")
         write_figure(written[-1], overlay(f"{name}: {title}", flown))

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from maglev.judging.measures import Measure
-from maglev.report.text import length
+from maglev.schema.quantities import length
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,9 @@ def best(values: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def shown(value: float, unit: str) -> str:
-    """A value as people read it: lengths in mm or µm, shares in per cent."""
+    """A value as people read it: lengths in mm or µm, angles in mrad or µrad, shares in per cent."""
     if math.isinf(value):
         return "not settled"
-    if unit == "m":
-        return length(value)
+    if unit in ("m", "rad"):
+        return length(value, unit)
     return f"{100.0 * value:.1f} %" if not unit else f"{value:.3g} {unit}"

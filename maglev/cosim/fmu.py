@@ -2,7 +2,7 @@
 
 import ctypes
 import os
-import shutil
+import re
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -24,9 +24,14 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from fmi_export.scratch import remove_scratch, scratch_folder
+from fmi_export.units import UNITS as BASES
+from maglev.copies import original
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
-from maglev.errors import FmuError, nearest, nearest_file
+from maglev.errors import FmuError, nearest, nearest_file, shortened
+from maglev.own_fmus import built_here
+from maglev.units import UNITS
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal
@@ -36,6 +41,11 @@ COUNT = count(1)   # makes instance names unique
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 
 MOST_UNPACKED = int(os.environ.get("MAGLEV_MOST_UNPACKED", "1000000000"))   # bytes
+
+IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")   # and rad, which some leave out
+UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 
 NOT_NEEDED = ("documentation/", "sources/")   # to run it
 
@@ -62,7 +72,7 @@ class Buffer:
 def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMI 2.0 co-simulation FMU; FmuError says what is wrong with another file."""
     if not path.is_file():
-        raise FmuError(f"{name}: there is no file {path}{nearest_file(path)}, expected an FMU; "
+        raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        "`maglev build` makes those of this project in the folder fmus, "
                        "`maglev build --native` those in fmus/native")
     written = path.stat()
@@ -70,12 +80,37 @@ def read_description(name: str, path: Path) -> ModelDescription:
         # Who gives the variables other names and units does it on a list of their own.
         description = copy(parsed(path, written.st_mtime_ns, written.st_size))
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
-        raise FmuError(f"{name}: {path} cannot be read as an FMU: {error}") from error
+        raise FmuError(f"{name}: {original(path)} cannot be read as an FMU: {error}") from error
     if description.fmiVersion != "2.0":
-        raise FmuError(f"{name}: {path} is an FMI {description.fmiVersion} FMU, expected FMI 2.0")
+        raise FmuError(f"{name}: {original(path)} is an FMI {description.fmiVersion} FMU, expected FMI 2.0")
     if description.coSimulation is None:
-        raise FmuError(f"{name}: {path} is for model exchange only, expected co-simulation")
+        raise FmuError(f"{name}: {original(path)} is for model exchange only, expected co-simulation")
+    identifier = description.coSimulation.modelIdentifier
+    if IDENTIFIER.fullmatch(identifier) is None:   # a path would load a library from outside the archive
+        raise FmuError(f"{name}: {original(path)} has modelIdentifier = {shortened(identifier)}, expected letters, "
+                       "digits and underscores")
+    require_known_units(f"{name}: {original(path)}", description)
     return description
+
+
+def other_kind(path: Path) -> str:
+    """Say that of a missing FMU in Python the native one is there, or the other way round."""
+    native = path.parent.name == "native"
+    other = (path.parent.parent if native else path.parent / "native") / path.name
+    return f", but {other}, which {'flies without' if native else 'flies with'} --native" if other.is_file() else ""
+
+
+def require_known_units(place: str, description: ModelDescription) -> None:
+    """Refuse an FMU that defines a unit otherwise than its name says."""
+    for unit in description.unitDefinitions:
+        if unit.baseUnit is None or unit.name not in UNITS:
+            continue
+        si, by = UNITS[unit.name]
+        powers = dict.fromkeys(BASE_UNITS, 0) | BASES[si] if si in BASES else {}
+        for key, expected in {"factor": by, "offset": 0.0, **powers}.items():
+            given = getattr(unit.baseUnit, key)
+            if key != "rad" and not abs(given - expected) <= UNIT_TOLERANCE * abs(expected):
+                raise FmuError(f"{place} defines the unit {unit.name!r} with {key} = {given:g}, expected {expected:g}")
 
 
 @lru_cache(maxsize=64)
@@ -125,7 +160,7 @@ class Fmu:
             self.load()
         except Exception as error:
             self.close()
-            raise FmuError(f"{name}: {path} cannot be loaded: {self.said() or error}") from error
+            raise FmuError(f"{name}: {original(path)} cannot be loaded: {self.said() or error}") from error
 
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
@@ -160,12 +195,11 @@ class Fmu:
         """Free the instance and remove what was unpacked."""
         # After fmi2Fatal FMI forbids every call. The FMUs of this project can be freed all the same, and should be:
         # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
-        own = (self.description.generationTool or "").startswith(OWN_TOOL)
-        if self.instance is not None and (own or not self.fatal):
+        if self.instance is not None and (not self.fatal or built_here(self.path)):
             self.instance.freeInstance()
         self.instance = None
         LOADED.pop(self.key, None)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        remove_scratch(self.folder)
 
     def said(self) -> str:
         """What the FMU has said, and forget it."""
@@ -248,16 +282,17 @@ def require_unpackable(path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         size = sum(entry.file_size for entry in archive.infolist())
     if size > MOST_UNPACKED:
-        raise FmuError(f"{path} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * MOST_UNPACKED:.0f} MB; the "
-                       "environment variable MAGLEV_MOST_UNPACKED sets another number of bytes")
+        raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most "
+                       f"{1e-6 * MOST_UNPACKED:.0f} MB; the environment variable MAGLEV_MOST_UNPACKED sets another "
+                       "number of bytes")
 
 
 def unpacking_folder() -> Path:
     """New temporary folder whose path pythonfmu's binary can load from."""
     for place in (None, "/tmp"):
-        folder = Path(tempfile.mkdtemp(prefix="maglev_", dir=place))
+        folder = scratch_folder(place)
         if str(folder).isascii() and not set(str(folder)) & set(UNSAFE_IN_PATH):
             return folder
-        folder.rmdir()
+        remove_scratch(folder)
     raise FmuError(f"temporary folder {tempfile.gettempdir()}: expected an ASCII path without any of "
                    f"{UNSAFE_IN_PATH}; set TMPDIR")

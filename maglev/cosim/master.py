@@ -19,7 +19,7 @@ from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.cosim.stepping import StepFailed, Stepper
+from maglev.cosim.stepping import StepFailed, Stepper, new_counter
 from maglev.cosim.wiring import Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 
@@ -76,7 +76,13 @@ class RunInterrupted(Interrupted):
 
 
 class Observer:
-    """Whoever wants to know how a co-simulation goes on; this one does not."""
+    """Whoever wants to know how a co-simulation goes on; this one does not.
+
+    `counter[0]` is the number of calls of FMUs that were begun in the steps, those before the first one included.
+    """
+
+    def __init__(self) -> None:
+        self.counter = new_counter()
 
     def stage(self, fmu: str, doing: str) -> None:
         """Before the stepping: what is done with an FMU now."""
@@ -85,9 +91,8 @@ class Observer:
         """Array of zeros to record to."""
         return np.zeros(shape, kind)
 
-    def wired(self, wiring: Wiring) -> Wiring:
-        """Calls as they are to be made."""
-        return wiring
+    def wired(self, wiring: Wiring) -> None:
+        """Before the stepping: the calls that will be made."""
 
 
 class Master:
@@ -176,16 +181,19 @@ class Master:
                                "one for each communication point")
         rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
-        initial, phases, tracks = self.observer.wired(wire(
-            self.fmus, self.connections, drives, steps + 1, self.step, self.order, rates, self.observer.allocate))
+        wiring = wire(self.fmus, self.connections, drives, steps + 1, self.step, self.order, rates,
+                      self.observer.allocate)
+        initial, phases, tracks = wiring
+        self.observer.wired(wiring)
         for setup in self.setups:
             self.observer.stage(setup.name, "its initialization")
             self.fmus[setup.name].initialise(setup.start, 0.0, stop_time)
         done = 0
         try:
             for call in initial:
+                self.observer.counter[0] += 1
                 call.at(0)
-            stepper = Stepper(phases, [setup.path.parent for setup in self.setups])
+            stepper = Stepper(phases, [setup.path.parent for setup in self.setups], self.observer.counter)
             while done < steps:
                 let_through()
                 last = min(done + PROGRESS_STEPS, steps)

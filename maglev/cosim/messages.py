@@ -3,6 +3,8 @@
 import re
 from collections import deque
 
+from maglev.errors import in_one_line
+
 MOST_MESSAGES = 20      # of an FMU that are kept
 LONGEST_MESSAGE = 500   # characters of one of them
 
@@ -20,7 +22,7 @@ class Messages:
 
     def add(self, text: str) -> None:
         """Keep a message."""
-        text = PYTHON_EXCEPTION.sub(r"\2", " ".join(text.split()))
+        text = PYTHON_EXCEPTION.sub(r"\2", in_one_line(text))
         text = text if len(text) <= LONGEST_MESSAGE else text[:LONGEST_MESSAGE] + "…"
         self.latest.append(text)
         if text in self.counts or len(self.counts) < MOST_MESSAGES:

@@ -28,14 +28,15 @@ struct call {
 EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
 
 /* Steps first to before last; step k makes the calls of phase k modulo their number, which end before ends[phase].
-   Returns the status of a call that was refused, with its step and number in refused[0] and refused[1]; else 0. */
+   A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1]; else 0. */
 EXPORT unsigned int maglev_step_over(const struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
-                                     int64_t last, int64_t *refused)
+                                     int64_t last, int64_t *begun, int64_t *refused)
 {
     for (int64_t k = first; k < last; ++k) {
         const int64_t phase = k % phases;
         for (int64_t i = phase > 0 ? ends[phase - 1] : 0; i < ends[phase]; ++i) {
             const struct call *c = &calls[i];
+            ++*begun;
             const unsigned int status = c->references
                 ? ((Exchange)c->function)(c->instance, c->references, c->count, c->row + k * c->row_stride)
                 : ((DoStep)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, 1);

@@ -31,8 +31,9 @@ class Prepared(Structure):
 class StepLoop:
     """Calls of a co-simulation, phase by phase, and the C function that makes them."""
 
-    def __init__(self, function: Any, phases: Sequence[Sequence[Call]]):
+    def __init__(self, function: Any, phases: Sequence[Sequence[Call]], counter: memoryview):
         self.function = function
+        self.counter = c_int64.from_buffer(counter)
         self.calls = [call for phase in phases for call in phase]
         self.prepared = (Prepared * len(self.calls))(*map(prepared, self.calls))
         self.ends = (c_int64 * len(phases))(*accumulate(map(len, phases)))
@@ -40,7 +41,8 @@ class StepLoop:
     def step_over(self, first: int, last: int) -> tuple[int, Call, int] | None:
         """Make the steps from the first to before the last; step, call and status of a refusal if there is one."""
         refused = (c_int64 * 2)()
-        status = self.function(self.prepared, self.ends, len(self.ends), first, last, refused)
+        status = self.function(self.prepared, self.ends, len(self.ends), first, last, self.counter,
+                               refused)
         return (refused[0], self.calls[refused[1]], status) if status else None
 
 
@@ -54,12 +56,15 @@ def prepared(call: Call) -> Prepared:
     return Prepared(function, instance, addressof(references), count.value, int(call.base), int(call.stride))
 
 
-def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path]) -> StepLoop | None:
-    """The calls under the C loop of the first folder that has one; None if none has, or a call is not of C."""
+def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path], counter: memoryview) -> StepLoop | None:
+    """The calls under the C loop of the first folder that has one; None if none has, or a call is not of C.
+
+    The loop counts them in the counter, an integer of 64 bits.
+    """
     if not all(isinstance(call.function, CFuncPtr) for phase in phases for call in phase):
         return None
     functions = (step_function(folder / LIBRARY) for folder in dict.fromkeys(folders))
-    return next((StepLoop(function, phases) for function in functions if function is not None), None)
+    return next((StepLoop(function, phases, counter) for function in functions if function is not None), None)
 
 
 def step_function(path: Path) -> Any:
@@ -73,7 +78,8 @@ def step_function(path: Path) -> Any:
     except (OSError, AttributeError):   # no library of this machine, or another one
         return None
     function.restype = c_uint
-    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, POINTER(c_int64)]
+    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, POINTER(c_int64),
+                         POINTER(c_int64)]
     return function
 
 

@@ -18,15 +18,23 @@ class StepFailed(Exception):
         self.reason = reason
 
 
+def new_counter() -> memoryview:
+    """A counter of calls: one integer of 64 bits."""
+    return memoryview(bytearray(8)).cast("q")
+
+
 class Stepper:
     """Makes communication steps; step k makes the calls of phase k modulo their number.
 
-    The C loop is looked for in the folders. Both loops give the same, bit for bit.
+    The C loop is looked for in the folders. Both loops give the same, bit for bit, and count each call in the counter
+    before they make it: who looks on from another process sees which one does not return.
     """
 
-    def __init__(self, phases: Sequence[Sequence[Call]], folders: Iterable[Path] = ()):
+    def __init__(self, phases: Sequence[Sequence[Call]], folders: Iterable[Path] = (),
+                 counter: memoryview | None = None):
         self.phases = phases
-        self.loop = compiled(phases, folders)
+        self.counter = new_counter() if counter is None else counter
+        self.loop = compiled(phases, folders, self.counter)
 
     def step_over(self, first: int, last: int) -> None:
         """Make the communication steps from the first to before the last.
@@ -36,11 +44,12 @@ class Stepper:
         StepFailed
             If an FMU refuses a call, or the user interrupts.
         """
-        k = first
+        k, counter = first, self.counter
         try:
             if self.loop is None:
                 for k in range(first, last):
                     for moving, base, stride, function, arguments, (fmu, what) in self.phases[k % len(self.phases)]:
+                        counter[0] += 1
                         moving.value = base + k * stride
                         status = function(*arguments)
                         if status > WARNING:

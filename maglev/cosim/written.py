@@ -33,14 +33,18 @@ STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoS
 C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
 
 
-def written_description(path: Path) -> ModelDescription:
-    """Model description of a user's class, the one that its FMU has."""
+def description_text(path: Path) -> bytes:
+    """Model description of a user's class, the one that its FMU has; errors as of `load`."""
     written = load(path)
     guid = written.sha256[0][1][:32] if written.sha256 else ""
+    return model_description(written.definition, f"{{{guid}}}", version("maglev-fmus"), build_date())
+
+
+def written_description(text: bytes) -> ModelDescription:
+    """That model description as fmpy has it."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as fmu:
-        fmu.writestr("modelDescription.xml",
-                     model_description(written.definition, f"{{{guid}}}", version("maglev-fmus"), build_date()))
+        fmu.writestr("modelDescription.xml", text)
     description = fmpy.read_model_description(archive)
     description.generationTool = f"{OWN_TOOL} {version('maglev-fmus')}, {TOOL}"
     return description
@@ -67,7 +71,8 @@ class Calls:
         return OK
 
     def enterInitializationMode(self) -> int:
-        """Nothing is to be done."""
+        """From here on values can be read."""
+        self.slave.enter_initialization_mode()
         return OK
 
     def exitInitializationMode(self) -> int:

@@ -34,11 +34,8 @@ class RunResult:
     Attributes
     ----------
     plan : RunPlan
-    time : ndarray, shape (n,)
-        Times of the rows, s: every output interval of the plan; of a run that did not complete none, or those until
-        then.
-    columns : mapping of str to ndarray, shape (n,)
-        By name, `fmu.variable`, SI; Booleans as 0 and 1.
+    recording : Recording
+        Every output interval of the plan; of a run that did not complete nothing, or what was until then.
     metrics : Metrics or None
         What was measured; None if nothing was, or the run did not complete.
     failure : str or None
@@ -51,20 +48,26 @@ class RunResult:
         Every Real parameter that the run started with; empty if it did not complete.
     provenance : Provenance or None
         What it rests on; None if it was refused before anything was looked at.
-    notes : tuple of str
-        As of `Recording`.
     """
 
     plan: RunPlan
-    time: NDArray[np.float64]
-    columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    recording: Recording = Recording(np.zeros(0), {})
     metrics: Metrics | None = None
     failure: str | None = None
     traceback: str = ""
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     provenance: Provenance | None = None
-    notes: tuple[str, ...] = ()
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the rows, s, shape (n,)."""
+        return self.recording.time
+
+    @property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """By name, `fmu.variable`, SI, shape (n,); Booleans as 0 and 1."""
+        return self.recording.columns
 
     @property
     def modified(self) -> bool:
@@ -134,9 +137,8 @@ def measured(plan: RunPlan, recording: Recording) -> Metrics:
 
 def completed(experiment: Experiment, recording: Recording) -> RunResult:
     """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
-    thin = thinned(recording, experiment.output_every())
-    return RunResult(experiment.plan, thin.time, thin.columns, ends=ends_of(recording),
-                     parameters=experiment.parameters(), provenance=experiment.provenance(), notes=recording.notes)
+    return RunResult(experiment.plan, thinned(recording, experiment.output_every()), ends=ends_of(recording),
+                     parameters=experiment.parameters(), provenance=experiment.provenance())
 
 
 def run_data(result: RunResult) -> dict[str, Any]:
@@ -155,7 +157,7 @@ def json_text(data: Mapping[str, Any]) -> str:
 def thinned(recording: Recording, every: int) -> Recording:
     """Copy every n-th communication point of a recording."""
     return Recording(recording.time[::every].copy(),
-                     {name: values[::every].copy() for name, values in recording.columns.items()})
+                     {name: values[::every].copy() for name, values in recording.columns.items()}, recording.notes)
 
 
 def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
@@ -183,17 +185,18 @@ def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends,
 
 def failed(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
     """Result of a run that did not complete."""
-    return RunResult(experiment.plan, np.zeros(0), failure=message, traceback=traceback)
+    return RunResult(experiment.plan, failure=message, traceback=traceback)
 
 
 def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs.
 
-    The claims are about the thesis's runs: those of a modified run have no verdict on the thesis, nor has a comparison
-    with one. Another reading of an experiment does not count.
+    The thesis's claims are about its runs: those of a modified run, or of one that a user's file makes of it, have no
+    verdict on the thesis, nor has a comparison with one. A user's own are judged whatever flies. Another reading of an
+    experiment does not count.
     """
     metrics = {result.plan.name: result.metrics for result in results}
-    modified = {result.plan.name for result in results if result.modified}
+    modified = {result.plan.name for result in results if result.modified or result.plan.own}
     judged = {}
     for result in results:
         name = result.plan.name

@@ -2,25 +2,29 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from fmpy.model_description import ModelDescription
 from numpy.typing import NDArray
 
+from maglev.copies import copied
 from maglev.cosim.apart.run import TIMEOUT, run_apart
-from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.errors import ScenarioError, nearest
+from maglev.cosim.step_loop import LIBRARY
+from maglev.errors import FmuError, ScenarioError, nearest
 from maglev.experiment.port_check import check_names
-from maglev.experiment.provenance import Provenance, provenance
-from maglev.experiment.replacement import Replacement, fit, known_ports, require_essential
+from maglev.experiment.provenance import Provenance, departures_of, provenance
+from maglev.experiment.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
+from maglev.own_fmus import built_here
+from maglev.own_stage.adoption import know_stage
 from maglev.schema.run_plan import FmuTable, RunPlan
 from maglev.schema.settings import read_setting, with_references
-from maglev.written.source import is_written
+from maglev.written.source import copy_of, is_class, is_written
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,11 @@ class Experiment:
     ----------
     plan : RunPlan
     files : dict of str to Path
-        FMU file of each FMU of the plan, in the order of stepping.
+        FMU file of each FMU of the plan, in the order of stepping: copies, made when the experiment was.
     step : float
         Communication step, s.
-    left_out : tuple of str
-        Start values of the plan, `fmu.variable`, for which the FMU that was put in has no variable.
+    left_out : dict of str to str
+        Why start values of the plan, `fmu.variable`, are not given to the FMU that was put in.
     order : str
         "sequential" or "jacobi", see `wire`.
     ports : dict of str to PortMap
@@ -48,22 +52,28 @@ class Experiment:
         Names of the FMUs that take the place of the plan's.
     timeout : float
         Longest time that a call of an FMU which is not of this project may take, s.
+    departures : tuple of str
+        Why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario.
     """
 
     plan: RunPlan
     files: dict[str, Path]
     step: float
-    left_out: tuple[str, ...] = ()
+    left_out: dict[str, str] = field(default_factory=dict)
     order: Order = "sequential"
     ports: dict[str, PortMap] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
     put_in: tuple[str, ...] = ()
     timeout: float = TIMEOUT
+    departures: tuple[str, ...] = ()
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
-        return provenance(self.files, self.check(), self.put_in, self.changes)
+        start = {name: {variable: value.value for variable, value in fmu.start.items()}
+                 for name, fmu in self.plan.fmus.items()}
+        return provenance(self.files, self.check(), self.put_in, self.changes, start, self.left_out,
+                          self.plan.sha256, self.departures)
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the plan against the FMUs; returns their model descriptions.
@@ -73,13 +83,22 @@ class Experiment:
         FmuError, ScenarioError
             If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the plan names.
         """
-        descriptions = {name: read_description(name, path) for name, path in self.files.items()}
+        know_stage_of(self.plan)   # also in another process than that which made it ready
+        descriptions = {name: read_description(name, path, self.timeout) for name, path in self.files.items()}
         for name, ports in self.ports.items():
             apply(ports, descriptions[name])
         require_essential(self.plan, {name: self.files[name] for name in self.ports}, descriptions)
         check_names(self.plan, {name: {v.name: v for v in description.modelVariables}
                                     for name, description in descriptions.items()})
         return descriptions
+
+    def fits(self) -> bool:
+        """Whether `check` has nothing to refuse."""
+        try:
+            self.check()
+        except (FmuError, ScenarioError):
+            return False
+        return True
 
     def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
         """Values of the reference signals and their rates at every communication point, shape (n,).
@@ -131,13 +150,13 @@ class Experiment:
         return next((variable.unit or "" for variable in variables if variable.name == own), "")
 
     def run(self, progress: Progress | None = None) -> Recording:
-        """Run the co-simulation; in a process of its own if an FMU is not of this project."""
+        """Run the co-simulation; in a process of its own if what flies is not all of this project."""
         descriptions = self.check()
         setups = [FmuSetup(name, path, {variable: start.value for variable, start
                                                  in self.plan.fmus[name].start.items()}, self.ports.get(name))
                         for name, path in self.files.items()]
         connections, drives = list(self.plan.wires.values()), self.drives(descriptions)
-        if any(is_foreign(name, path) for name, path in self.files.items()):
+        if any(map(flies_apart, self.files.values())):
             return run_apart(setups, connections, self.step, self.order, self.plan.stop_time, drives, progress,
                              self.timeout)
         with Master(setups, connections, self.step, self.order) as master:
@@ -175,20 +194,30 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     ScenarioError, FmuError
         If a replaced FMU or a setting does not exist or cannot be read.
     """
+    know_stage_of(plan)
+    files = {name: as_it_is(replaced[name].path if name in replaced else fmu_file(fmu, fmus))
+             for name, fmu in plan.fmus.items()}
     known = {}
     # An FMU file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
-    own_files = {name: Replacement(Path(fmu.file)) for name, fmu in plan.fmus.items()
-                 if fmu.file is not None and is_foreign(name, Path(fmu.file))}
+    own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
+                 if fmu.inherited or (fmu.file is not None and is_foreign(files[name]))}
     put_in = tuple(replaced)
-    replaced = {**own_files, **replaced}
+    replaced = {**own_files, **{name: replace(replacement, path=files.get(name, replacement.path))
+                                for name, replacement in replaced.items()}}
     for name, replacement in replaced.items():
         known_participant(plan, f"--{name}", name)
         known[name] = known_ports(plan, name, fmu_file(plan.fmus[name], fmus))
         replacement.ports.require_known(known[name])
-    replaced = {name: Replacement(replacement.path, replace(replacement.ports, units=known[name]))
+    replaced = {name: replace(replacement, ports=replace(replacement.ports, units=known[name]))
                 for name, replacement in replaced.items()}
-    start = {name: dict(fmu.start) for name, fmu in plan.fmus.items()}
+    start = {name: {**fmu.inherited, **fmu.start} for name, fmu in plan.fmus.items()}
     start_from = {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}
+    left_out: dict[str, str] = {}
+    for name, replacement in replaced.items():
+        start[name], why = given_and_left_out(plan, name, replacement, name in put_in)
+        start_from[name] = {variable: source for variable, source in start_from[name].items() if variable not in why}
+        left_out |= {f"{name}.{variable}": reason for variable, reason in why.items()}
+    plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in left_out]})
     plan, settings, other_references = with_references(plan, settings)
     overruled: list[str] = []
     for setting in settings:
@@ -199,25 +228,26 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         if source is not None:
             overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
     asked = {setting.partition("=")[0].strip() for setting in settings}
-    left_out = [full for name, replacement in replaced.items()
-                for full in unknown_starts(name, replacement, [*start[name], *start_from[name]]) if full not in asked]
-    for full in left_out:
-        name, _, variable = full.partition(".")
-        start[name].pop(variable, None)
-        start_from[name].pop(variable, None)
-    scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name]})
+    left_out = {full: reason for full, reason in left_out.items() if full not in asked}
+    scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name],
+                                            "inherited": {}})
                      for name, fmu in plan.fmus.items()}
     changed = plan.model_copy(update={"fmus": scenario_fmus})
-    files = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus)
-             for name, fmu in plan.fmus.items()}
     fitted = fit(changed, replaced, known)
-    experiment = Experiment(fitted.plan, files, plan.step if step is None else step, tuple(left_out), order,
+    experiment = Experiment(fitted.plan, files, plan.step if step is None else step, left_out, order,
                             {name: replacement.ports for name, replacement in replaced.items()},
                             (*fitted.notes, *overruled))
     changes = (*other_references, *changes_of(experiment, plan, asked))
-    if changes or put_in:
+    departures = tuple(departures_of(plan, files, put_in))
+    if changes or put_in or departures:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
-    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout)
+    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures)
+
+
+def know_stage_of(plan: RunPlan) -> None:
+    """Know the stage of a scenario that names a description, so that its FMUs are recognised."""
+    if plan.rig_file is not None:
+        know_stage(plan.rig_file)
 
 
 def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> tuple[str, ...]:
@@ -249,15 +279,14 @@ def known_start(name: str, file: Path, variable: str) -> float | None:
         return None
 
 
-def is_foreign(name: str, file: Path) -> bool:
-    """Whether an FMU file is of another project; one that is missing is refused later."""
-    return file.is_file() and not (read_description(name, file).generationTool or "").startswith(OWN_TOOL)
+def flies_apart(file: Path) -> bool:
+    """Whether it flies in a process of its own: an FMU that is not ours, a Python file; not a class, which has none."""
+    return is_foreign(file) or (is_written(file) and not is_class(file))
 
 
-def unknown_starts(name: str, replacement: Replacement, start: Iterable[str]) -> list[str]:
-    """Start values, `fmu.variable`, that an FMU put in by the user has no variable for: its parameters are its own."""
-    known = {v.name for v in replacement.description(name).modelVariables}
-    return [f"{name}.{variable}" for variable in start if variable not in known]
+def is_foreign(file: Path) -> bool:
+    """Whether an FMU file is not of this installation, whatever it says; one that is missing is refused later."""
+    return file.is_file() and not is_written(file) and not built_here(file)
 
 
 def known_participant(plan: RunPlan, key: str, name: str) -> None:
@@ -265,6 +294,21 @@ def known_participant(plan: RunPlan, key: str, name: str) -> None:
     if name not in plan.fmus:
         raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
                             f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
+
+
+def as_it_is(path: Path) -> Path:
+    """Copy of an FMU or of a Python file as it is now; the path itself of a class, and of what is not there."""
+    if is_written(path):
+        return copy_of(path)
+    return copied_once(path, (now := path.stat()).st_mtime_ns, now.st_size, now.st_ino) if path.is_file() else path
+
+
+@lru_cache(maxsize=64)
+def copied_once(path: Path, *_file: int) -> Path:
+    """Copy of an FMU, and of the C loop that steps it, once for as long as the file stays as it is."""
+    loop = next((folder / LIBRARY for folder in path.absolute().parents[:2] if (folder / LIBRARY).is_file()), None)
+    loops = {} if loop is None else {LIBRARY: loop.read_bytes()}
+    return copied({path.name: path.read_bytes(), **loops}, path.parent) / path.name
 
 
 def fmu_file(fmu: FmuTable, folder: Path) -> Path:

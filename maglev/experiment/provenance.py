@@ -1,11 +1,12 @@
 """What a result rests on: version, command, FMUs, and every value that is not the plan's."""
 
+import hashlib
 import platform
 import shlex
 import subprocess
 import sys
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import version
@@ -14,12 +15,13 @@ from typing import Any
 
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.fmu import OWN_TOOL
-from maglev.written.source import is_class, is_written, load
+from maglev.cosim.open import read_description
+from maglev.own_fmus import PYTHON_KIND, built_here
+from maglev.schema.layers import packaged_runs
+from maglev.schema.run_plan import RunPlan
+from maglev.written.source import digests, is_class, is_written
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
-
-PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,14 @@ class FlownFmu:
         "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise.
     put_in : bool
         Whether it takes the place of the plan's.
+    built_here : bool
+        Whether its content is what this installation builds.
+    start : dict of str to float, int or bool
+        Every start value that it was given, SI, by variable; the others are its own.
+    left_out : dict of str to str
+        Why others of the plan were not given to it.
     sha256 : dict of str to str
-        Of a user's Python file and of the modules beside it, by file name; of a class's text. None of FMUs.
+        Of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text.
     """
 
     name: str
@@ -47,12 +55,15 @@ class FlownFmu:
     tool: str
     kind: str
     put_in: bool
+    built_here: bool = False
+    start: dict[str, float | int | bool] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
     sha256: dict[str, str] = field(default_factory=dict)
 
     @property
     def shown(self) -> str:
-        """Its file; of a user's Python file also what it is, and the beginning of its digest."""
-        digest = next(iter(self.sha256.values()), "")
+        """Its file; of one that is not this project's also what it is, and the beginning of its digest."""
+        digest = "" if self.built_here else next(iter(self.sha256.values()), "")
         return f"{self.file} ({self.kind}, sha256 {digest[:DIGITS]}…)" if digest else self.file
 
 
@@ -74,6 +85,10 @@ class Provenance:
         In the order of stepping.
     changes : tuple of str
         Every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own.
+    scenario : str
+        SHA-256 of the scenario with what it extends.
+    departures : tuple of str
+        Why it is not the package's experiment although nobody asked for another one.
     """
 
     version: str
@@ -82,6 +97,8 @@ class Provenance:
     python: str
     fmus: tuple[FlownFmu, ...]
     changes: tuple[str, ...]
+    scenario: str = ""
+    departures: tuple[str, ...] = ()
 
     @property
     def modified(self) -> bool:
@@ -90,8 +107,8 @@ class Provenance:
 
     @property
     def differences(self) -> tuple[str, ...]:
-        """What is different from the plan: FMUs that were put in, and values."""
-        return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes)
+        """What is different from the plan: FMUs that were put in, values; and from what the package has for it."""
+        return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes, *self.departures)
 
     def as_data(self) -> dict[str, Any]:
         """The same as JSON has it."""
@@ -99,22 +116,49 @@ class Provenance:
 
 
 def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescription], put_in: Iterable[str],
-               changes: Iterable[str]) -> Provenance:
-    """Provenance of a run of FMU files, with their descriptions, those that were put in, and the values changed."""
+               changes: Iterable[str], start: Mapping[str, Mapping[str, float | int | bool]],
+               left_out: Mapping[str, str], scenario: str, departures: tuple[str, ...]) -> Provenance:
+    """Provenance of a run of FMU files.
+
+    They come with their descriptions, those that were put in, the values changed, the start values of each, and why
+    others, `fmu.variable`, were left out; then the digest of the scenario, and departures as of `Provenance`.
+    """
     replaced = set(put_in)
     fmus = tuple(FlownFmu(name, path.name, descriptions[name].modelName or "", descriptions[name].guid or "",
-                          descriptions[name].generationTool or "", kind(path, descriptions[name]), name in replaced,
-                          dict(load(path).sha256) if is_written(path) else {})
+                          descriptions[name].generationTool or "", kind(path), name in replaced,
+                          built_here(path), dict(start[name]),
+                          {full.partition(".")[2]: reason for full, reason in left_out.items()
+                           if full.startswith(f"{name}.")},
+                          dict(digests(path)) if is_written(path) else {path.name: sha256_of(path)})
                  for name, path in files.items())
     return Provenance(version("maglev-fmus"), commit(), command(), f"{platform.python_version()} on "
-                      f"{platform.system()} {platform.machine()}", fmus, tuple(changes))
+                      f"{platform.system()} {platform.machine()}", fmus, tuple(changes), scenario, departures)
 
 
-def kind(path: Path, description: ModelDescription) -> str:
+def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
+    """Why a run of the package's name, or with our FMUs' names, is not the package's: one phrase each.
+
+    A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
+    """
+    for name, fmu in plan.fmus.items():
+        if name not in put_in and fmu.model is not None and files[name].is_file() and not (
+                built_here(files[name]) and read_description(name, files[name]).modelName == fmu.model):
+            yield f"{name} is a {fmu.model}.fmu that this installation did not build"
+    if plan.own and plan.name in packaged_runs():
+        yield f"the scenario is {plan.path}, not the package's {plan.name}"
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def kind(path: Path) -> str:
     """Kind of an FMU, or of what flew in its place."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
-    if not (description.generationTool or "").startswith(OWN_TOOL):
+    if not built_here(path):
         return "foreign"
     with zipfile.ZipFile(path) as archive:
         return "Python" if PYTHON_KIND in archive.namelist() else "native"

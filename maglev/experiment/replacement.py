@@ -1,6 +1,6 @@
 """FMUs that somebody puts in the place of a run's: what they lack, what is left out for it, and what is said."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -11,17 +11,26 @@ from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import ScenarioError, nearest
+from maglev.own_fmus import built_here
 from maglev.schema.claims import RunClaim
-from maglev.schema.run_plan import Motor, RunPlan
+from maglev.schema.run_plan import Motor, RunPlan, StartValue
 from maglev.units import si_unit
+
+LACKING = "it has no such variable"
+MOST_NAMED = 3           # start values that are named one by one
+SETTING = "it is a setting of"   # and the model's name
 
 
 @dataclass(frozen=True)
 class Replacement:
-    """An FMU file that takes the place of a run's, and what it calls its ports."""
+    """An FMU file that takes the place of a run's, and what it calls its ports.
+
+    With `keep_settings` it gets the settings of the model whose place it takes.
+    """
 
     path: Path
     ports: PortMap = field(default_factory=PortMap)
+    keep_settings: bool = False
 
     def description(self, name: str) -> ModelDescription:
         """Model description with our names and SI units."""
@@ -48,6 +57,55 @@ def known_ports(plan: RunPlan, name: str, own: Path) -> dict[str, str | None]:
     if own.is_file():
         known |= {variable.name: variable.unit for variable in read_description(name, own).modelVariables}
     return known
+
+
+def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
+                       put_in: bool) -> tuple[dict[str, StartValue], dict[str, str]]:
+    """Start values of the plan that an FMU gets, and why it does not get the others, or a signal, by variable.
+
+    Conditions of the experiment are for every FMU that has such a variable. Settings of a design are for the model
+    that the plan names; this project's models share what their settings mean, and so their settings. The FMU is one
+    that was put in, or one that a scenario names in the place of another one.
+    """
+    planned = plan.fmus[name]
+    own = {} if put_in else planned.start
+    theirs = {**planned.inherited, **planned.start} if put_in else planned.inherited
+    driven = [signal.to.removeprefix(f"{name}.") for signal in plan.signals if put_in]
+    shared = replacement.keep_settings or (planned.file is None) == put_in and built_here(replacement.path)
+    variables = {variable.name: variable for variable in replacement.description(name).modelVariables}
+    left_out = {}
+    for variable in [*own, *theirs, *planned.start_from]:
+        if variable not in variables:
+            left_out[variable] = LACKING
+    if not shared and name not in plan.plants:
+        left_out |= {variable: f"{SETTING} {planned.model or 'what it takes the place of'}"
+                     for variable in [*theirs, *planned.start_from, *driven]
+                     if variable in variables and variable not in own
+                     and variables[variable].causality == "parameter"}
+    return {variable: value for variable, value in {**theirs, **own}.items() if variable not in left_out}, left_out
+
+
+def start_values_said(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
+                      put_in: Sequence[str]) -> Iterator[str]:
+    """Sentences about the start values that FMUs in the place of others get, and those that they do not get."""
+    lacking = [full for full, reason in left_out.items() if reason == LACKING]
+    if lacking:
+        yield f"the FMU that was put in has no {few(lacking)}: the plan's start values are left out"
+    for name, path in files.items():
+        own = [full for full, reason in left_out.items() if reason != LACKING and full.startswith(f"{name}.")]
+        if own:
+            yield (f"{name} ({path.name}) keeps its own {few(own)}: those of the plan are settings of"
+                   f"{left_out[own[0]].removeprefix(SETTING)}"
+                   + ("; --keep-settings gives them" if name in put_in else ""))
+        if name in put_in:
+            given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
+            yield f"{name} ({path.name}) starts with {', '.join(given) or 'its own values'}"
+
+
+def few(names: Sequence[str]) -> str:
+    """Names in a row, not too many."""
+    shown = ", ".join(names[:MOST_NAMED])
+    return shown if len(names) <= MOST_NAMED else f"{shown} and {len(names) - MOST_NAMED} others"
 
 
 def essential_ports(plan: RunPlan) -> dict[str, str]:

@@ -8,6 +8,8 @@
 
 from gymnasium.envs.registration import register
 
+from pmlsm.rigs import RIGS
+
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for rig, name in (("2dof", "Stage2DOF"), ("3dof", "Stage3DOF")):
-    register(f"maglev/{name}-v0", entry_point="maglev.gym.stage:Stage", kwargs={"rig": rig})
+for rig in RIGS.values():
+    register(f"maglev/Stage{rig.suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs={"rig": rig.name})

@@ -21,7 +21,7 @@ import numpy as np
 
 from maglev.cosim.fmu import WARNING, Buffer, Fmu, read_description
 from maglev.errors import FmuError
-from pmlsm.rigs import Rig
+from pmlsm.rig import Rig
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
@@ -70,9 +70,9 @@ class CompiledStage:
         self.time = c_double()
         self.samples = 0
         with ExitStack() as stack:
-            self.plant = stack.enter_context(loaded(f"Plant{rig.name.upper()}", folder))
+            self.plant = stack.enter_context(loaded(f"Plant{rig.suffix}", folder))
             self.commutation = None if in_phases else stack.enter_context(
-                loaded(f"Commutation{rig.name.upper()}", folder))
+                loaded(f"Commutation{rig.suffix}", folder))
             self.stack = stack.pop_all()
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")])
         self.outputs = self.values(self.plant, "Get", outputs(rig), ends[0])

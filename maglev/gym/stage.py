@@ -13,8 +13,8 @@ from maglev.errors import QuantityError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.parameters import PlantParameters, Setting
 from maglev.gym.references import References
+from maglev.own_stage.adoption import rig_named
 from maglev.units import parse_quantity
-from pmlsm.rigs import RIGS
 
 Floats = npt.NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
                  current_weight: float = 0.1, fmus: str | Path = "fmus", **parameters: Setting):
         if action not in ACTIONS:
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
-        self.rig = RIGS[rig]
+        self.rig = rig_named(rig)
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
         self.last = round(seconds("duration", duration) / self.sample_time)

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimator_fmu.estimator_2dof import Estimator2DOF
-from estimator_fmu.estimator_3dof import Estimator3DOF
 from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.estimators import Estimate, estimate
@@ -15,6 +13,7 @@ from maglev.identification.replay import replay
 from maglev.identification.rigs import Array, Rig, regressors
 from maglev.identification.settings import EPSILON, GAMMA
 from maglev.identification.velocity import matched, observed
+from pmlsm.rigs import RIGS as DESCRIPTIONS
 
 
 @dataclass(frozen=True)
@@ -54,8 +53,7 @@ class Identification:
 
 def default_guess(rig: Rig) -> dict[str, float]:
     """Start values of the estimator FMU of a rig."""
-    start = Estimator2DOF() if rig.name == "2dof" else Estimator3DOF()
-    return {name: float(getattr(start, f"{name}_start")) for name in rig.constants}
+    return {constant.name: constant.guess for constant in DESCRIPTIONS[rig.name].constants}
 
 
 def identify(recording: Recording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,

@@ -13,9 +13,9 @@ def row_of(rig: Rig, axis: str) -> Row:
     return next(row for row in rig.rows if row.axis == axis)
 
 
-def thrust_shape(gaps: Array) -> Array:
+def thrust_shape(rig: Rig, gaps: Array) -> Array:
     """L/C = f1 at air gaps (m), shape (n,); L is the thrust of one motor per current, m/(s² A), of (4.3) and (5.3)."""
-    return np.asarray(shape_functions(gaps)[0])
+    return np.asarray(shape_functions(rig.motor, gaps)[0])
 
 
 def thrust_factor(rig: Rig, axis: str) -> float:
@@ -49,7 +49,7 @@ def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) 
     """
     row = rig.rows[0]
     theta = np.array([constants[name] for name in row.constants])
-    f = shape_functions(gaps)
+    f = shape_functions(rig.motor, gaps)
     none = np.zeros((len(gaps), len(rig.motors)))
 
     def acceleration(current: float) -> Array:
@@ -66,4 +66,4 @@ def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) 
 
 def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:
     """Force (N) of one motor's attraction at air gaps (m): M C f2, with a constant or a difference of constants."""
-    return np.asarray(mass * constant * shape_functions(gaps)[1])
+    return np.asarray(mass * constant * shape_functions(rig.motor, gaps)[1])

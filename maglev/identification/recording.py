@@ -10,7 +10,6 @@ from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest
 from maglev.identification.rigs import RIGS, Array, Rig
 from pmlsm.dq_transform import clarke, park
-from pmlsm.gap_functions import LARGEST_GAP, SMALLEST_GAP
 
 SHORTEST = 1.0            # s
 SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms
@@ -65,11 +64,10 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
     kept = even_part(table, time)
     axes = [find(table, axis_names(axis)) for axis in rig.axes]
     positions = np.stack([table.column(name)[:kept] for name in axes], axis=1)
-    check_positions(table, axes, positions)
+    check_positions(table, rig, axes, positions)
     i_d, i_q = np.empty((kept, len(rig.motors))), np.empty((kept, len(rig.motors)))
     for k, motor in enumerate(rig.motors):
-        # Of two motor pairs, alpha drives the first horizontal axis and beta the second.
-        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, positions[:, 1 + k])
+        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, positions[:, rig.along[k]])
     return Recording(rig, time[:kept], positions, i_d, i_q)
 
 
@@ -94,13 +92,14 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
         return RIGS[rig_name]
     present = {rig.name: sum(found(table, axis_names(axis)) is not None for axis in rig.axes) for rig in RIGS.values()}
     best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
-    whole = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
-    if len(whole) == 2:
-        raise IdentificationError(f"{table.path}: has the positions of both rigs, expected --rig 2dof or --rig 3dof "
-                                  "with it")
+    whole = [rig.name for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
+    if len(whole) > 1:
+        raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
+                                  f"{' or '.join(f'--rig {name}' for name in whole)} with it")
     if present[best] == 0:
-        raise IdentificationError(f"{table.path}: no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); "
-                                  f"its columns are {few(table.names)}")
+        axes = " or ".join(f"{', '.join(rig.axes)} ({rig.name})" for rig in RIGS.values())
+        raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
+                                  f"{few(table.names)}")
     return RIGS[best]
 
 
@@ -151,14 +150,15 @@ def even_part(table: CsvTable, time: Array) -> int:
     return kept
 
 
-def check_positions(table: CsvTable, names: Sequence[str], positions: Array) -> None:
+def check_positions(table: CsvTable, rig: Rig, names: Sequence[str], positions: Array) -> None:
     """Refuse positions in another unit than m, and gaps that the model does not know."""
     gap = float(np.median(positions[:, 0]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
         if gap >= least:
             raise table.refusal(names[0], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
     for k, name in enumerate(names):
-        lower, upper = (SMALLEST_GAP, LARGEST_GAP) if k == 0 else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
+        field = rig.motor.field
+        lower, upper = (field.lower, field.upper) if k == 0 else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
             hint = ": looks like mm" if k > 0 else ""
@@ -184,7 +184,7 @@ def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -
             raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like mA")
     if None not in direct:
         return currents[0], currents[1]
-    dq = np.array([park(*clarke(a, b, c), d)
+    dq = np.array([park(*clarke(a, b, c), rig.motor.electrical_angle(d))
                    for a, b, c, d in zip(*(current.tolist() for current in currents), displacement.tolist(),
                                          strict=True)])
     return dq[:, 0], dq[:, 1]

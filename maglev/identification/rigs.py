@@ -10,11 +10,11 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from pmlsm.data_sheet import GRAVITY
 from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import Rig as RigDescription
 from pmlsm.rigs import RIGS as DESCRIPTIONS
-from pmlsm.rigs import Rig as RigDescription
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 Array = NDArray[np.float64]
 
@@ -48,12 +48,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Rig:
-    """Axes, the vertical one first, motors and rows of a rig."""
+    """Axes, the vertical one first, motors and rows of a rig, and the geometry of a motor.
+
+    Of each motor, `along` is the place of the axis that it drives among the axes.
+    """
 
     name: str
     axes: tuple[str, ...]
     motors: tuple[str, ...]
+    along: tuple[int, ...]
     rows: tuple[Row, ...]
+    motor: MotorGeometry
 
     @property
     def constants(self) -> tuple[str, ...]:
@@ -81,9 +86,9 @@ class RowData:
     velocity: Array
 
 
-def thrust(motor: int, motors: float) -> Columns:
-    """A of a horizontal axis that a number of motors drives with one current."""
-    return lambda f, i_d, i_q: thrusts(motors, f[0], i_q[:, motor])[:, None]
+def thrust(driving: list[int], sharing: float) -> Columns:
+    """A of a horizontal axis, with the motors that drive it and the number of those with one current."""
+    return lambda f, i_d, i_q: thrusts(sharing, f[0], i_q[:, driving].sum(axis=1))[:, None]
 
 
 def lift(attracting: float, motors: float) -> Columns:
@@ -93,22 +98,25 @@ def lift(attracting: float, motors: float) -> Columns:
 
 
 def rig_of(described: RigDescription) -> Rig:
-    """A rig as the estimators see it: the vertical row, then a row for each motor."""
-    vertical = described.vertical.name
-    rows = (Row(vertical, described.constants_of(vertical), GRAVITY, lift(described.carrying, described.driving)),
-            *(Row(motor.drives, described.constants_of(motor.drives), 0.0, thrust(k, described.driving))
-              for k, motor in enumerate(described.motors)))
-    return Rig(described.name, described.axis_names, described.motor_names, rows)
+    """A rig as the estimators see it: the vertical row, then a row for each horizontal axis."""
+    vertical, drives = described.vertical.name, [motor.drives for motor in described.motors]
+    rows = (Row(vertical, described.constants_of(vertical), GRAVITY, lift(described.carrying, described.sharing)),
+            *(Row(axis.name, described.constants_of(axis.name), 0.0,
+                  thrust([k for k, driven in enumerate(drives) if driven == axis.name], described.sharing))
+              for axis in described.horizontal))
+    along = tuple(described.axis_names.index(axis) for axis in drives)
+    return Rig(described.name, described.axis_names, described.motor_names, along, rows, described.motor())
 
 
-RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items()}
+# Where the platform tilts, each motor has an air gap of its own: its rows are not these.
+RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items() if not described.rotations}
 
 
-def shape_functions(gaps: Array) -> Array:
+def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
     """f1…f4 of `pmlsm` at n air gaps (m), shape (4, n)."""
     # Encoders repeat themselves: most recordings have a few thousand different gaps.
     distinct, inverse = np.unique(gaps, return_inverse=True)
-    values = np.array([gap_functions(gap) for gap in distinct.tolist()])
+    values = np.array([gap_functions(motor, gap) for gap in distinct.tolist()])
     return np.ascontiguousarray(values[inverse.reshape(-1)].T)
 
 
@@ -123,14 +131,14 @@ def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: A
     i_d, i_q : ndarray, shape (n, motors)
         Delivered currents, A.
     """
-    f = shape_functions(positions[:, 0])
+    f = shape_functions(rig.motor, positions[:, 0])
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
             for k, row in enumerate(rig.rows)]
 
 
 def accelerations(rig: Rig, positions: Array, i_d: Array, i_q: Array, constants: dict[str, float]) -> Array:
     """Accelerations of the axes by the model (m/s²), shape (n, axes)."""
-    f = shape_functions(positions[:, 0])
+    f = shape_functions(rig.motor, positions[:, 0])
     rows: Sequence[Array] = [row.columns(f, i_d, i_q) @ np.array([constants[name] for name in row.constants])
                              + row.offset for row in rig.rows]
     return np.stack(rows, axis=1)

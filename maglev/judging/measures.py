@@ -25,7 +25,7 @@ class Measure:
     value : float
         SI; inf for what never came to an end.
     unit : str
-        "s", "m", "A", or empty text of a share.
+        "s", "m", "rad", "A", or empty text of a share.
     """
 
     quantity: str
@@ -37,7 +37,8 @@ class Measure:
 
 def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run: those of the whole run first, then those of each step."""
-    return (*of_the_run(plan, metrics), *(measure for step in metrics.steps for measure in of_a_step(step)))
+    return (*of_the_run(plan, metrics), *(measure for step in metrics.steps
+                                           for measure in of_a_step(step, plan.axes[step.axis].unit)))
 
 
 def measures_data(found: Iterable[Measure]) -> list[dict[str, Any]]:
@@ -48,12 +49,13 @@ def measures_data(found: Iterable[Measure]) -> list[dict[str, Any]]:
 def of_the_run(plan: RunPlan, metrics: Metrics) -> Iterator[Measure]:
     """Errors and currents over the whole run, as far as they were recorded; tracking errors from where they count."""
     for axis, error in metrics.rms_errors.items():
-        yield Measure("rms error", axis, None, error, "m")
+        yield Measure("rms error", axis, None, error, plan.axes[axis].unit)
     for axis, error in metrics.end_errors.items():
-        yield Measure("error at the end", axis, None, error, "m")
+        yield Measure("error at the end", axis, None, error, plan.axes[axis].unit)
     for tracking in metrics.tracking:
-        yield Measure("mean tracking error", tracking.axis, None, tracking.mean, "m")
-        yield Measure("peak tracking error", tracking.axis, None, tracking.peak, "m")
+        unit = plan.axes[tracking.axis].unit
+        yield Measure("mean tracking error", tracking.axis, None, tracking.mean, unit)
+        yield Measure("peak tracking error", tracking.axis, None, tracking.peak, unit)
         yield Measure("transient of tracking", tracking.axis, None, tracking.settling, "s")
     for motor in metrics.motors:
         if plan.motors[motor.motor].currents:
@@ -63,9 +65,9 @@ def of_the_run(plan: RunPlan, metrics: Metrics) -> Iterator[Measure]:
             yield Measure("peak command", motor.motor, None, motor.peak_command, "A")
 
 
-def of_a_step(step: StepResponse) -> Iterator[Measure]:
-    """What was measured on one step of one axis."""
+def of_a_step(step: StepResponse, unit: str) -> Iterator[Measure]:
+    """What was measured on one step of one axis, which is in m or rad."""
     for band, settling in step.settling.items():
-        yield Measure(f"settling to {to_unit(band, 'um'):g} µm", step.axis, step.time, settling, "s")
+        yield Measure(f"settling to {to_unit(band, f'u{unit}'):g} µ{unit}", step.axis, step.time, settling, "s")
     yield Measure("overshoot", step.axis, step.time, step.overshoot, "")
-    yield Measure("steady-state error", step.axis, step.time, step.steady_state_error, "m")
+    yield Measure("steady-state error", step.axis, step.time, step.steady_state_error, unit)

@@ -24,7 +24,7 @@ class StepResponse:
 
     axis: str
     time: float                     # s, of the step
-    start: float                    # m, reference before
+    start: float                    # m, of a rotation rad, reference before
     target: float                   # m, reference after
     settling: Mapping[float, float]   # band (m): time (s) from the step to the last sample outside, inf = not settled
     overshoot: float                # share of the step size, 0.3 = 30 %
@@ -63,7 +63,7 @@ class Metrics:
     stop_contact: float | None            # s, first time an end stop was touched, None = never
     tripped: float | None                 # s, first time the controller had tripped, None = never
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
-    lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed, each by itself
+    lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed; a fall counts once
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
 
@@ -104,13 +104,15 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
     settings = plan.metrics
     positions = {axis: column(columns, names.position, len(time)) for axis, names in plan.axes.items()}
     references = {axis: column(columns, names.reference, len(time)) for axis, names in plan.axes.items()}
+    bands = {axis: settings.bands_of(names) for axis, names in plan.axes.items()}
+    fail_errors = {axis: settings.fail_error_of(names) for axis, names in plan.axes.items()}
     end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in plan.axes}
     stop_contact = first_time(time, columns, plan.stop_flag)
     tripped = first_time(time, columns, plan.trip_flag)
     flags = [column(columns, flag, len(time)) for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
     return Metrics(
-        steps=step_responses(time, positions, references, settings.bands),
-        lost=lost_setpoints(time, positions, references, flags, settings.fail_error),
+        steps=step_responses(time, positions, references, bands),
+        lost=lost_setpoints(time, positions, references, flags, fail_errors),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
             for axis in plan.axes),
@@ -125,7 +127,7 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None
-                or any(error > settings.fail_error for error in end_errors.values())))
+                or any(error > fail_errors[axis] for axis, error in end_errors.items())))
 
 
 def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
@@ -168,11 +170,11 @@ def step_samples(reference: Array) -> list[int]:
 
 
 def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
-                   bands: Sequence[float]) -> tuple[StepResponse, ...]:
+                   bands: Mapping[str, Sequence[float]]) -> tuple[StepResponse, ...]:
     """Measure every step of every axis, in order of time; arguments as in `evaluate`, by axis."""
     own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
     return tuple(step_response(axis, time[start:end], positions[axis][start:end],
-                               float(references[axis][start - 1]), float(references[axis][start]), bands)
+                               float(references[axis][start - 1]), float(references[axis][start]), bands[axis])
                  for start, end in step_windows(references, len(time))
                  for axis, steps in own_steps.items() if start in steps)
 
@@ -184,11 +186,17 @@ def step_windows(references: Mapping[str, Array], length: int) -> list[tuple[int
 
 
 def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
-                   flags: Sequence[Array], fail_error: float) -> tuple[float, ...]:
-    """Return the times (s) of the steps after which a flag was set or the error (m) at the end was too large."""
+                   flags: Sequence[Array], fail_errors: Mapping[str, float]) -> tuple[float, ...]:
+    """Return the times (s) of the steps after which a flag was set or the error (by axis) at the end was too large.
+
+    A fall counts once: a step that finds the stage lost already, by a flag or by its error, is no failure of its own.
+    """
+    def lost_at(k: int) -> bool:
+        return (any(flag[k] for flag in flags)
+                or any(abs(positions[axis][k] - references[axis][k]) > fail_errors[axis] for axis in references))
+
     return tuple(float(time[start]) for start, end in step_windows(references, len(time))
-                 if any(flag[start:end].any() for flag in flags)
-                 or any(abs(positions[axis][end - 1] - references[axis][end - 1]) > fail_error for axis in references))
+                 if not lost_at(start - 1) and (lost_at(end - 1) or any(flag[start:end].any() for flag in flags)))
 
 
 def step_response(axis: str, time: Array, position: Array, start: float, target: float,
@@ -200,7 +208,7 @@ def step_response(axis: str, time: Array, position: Array, start: float, target:
     axis : str
         Name of the axis.
     time, position : ndarray, shape (n,)
-        The window, s and m; its first sample is the step.
+        The window, s and m, of a rotation rad; its first sample is the step.
     start, target : float
         Reference before and after the step, m.
     bands : sequence of float

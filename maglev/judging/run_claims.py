@@ -40,7 +40,8 @@ def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metr
         return None if None in drawn else [MeasuredValue(extreme(claim, [each for each in drawn if each]))], None
     here = metric_values(claim, metrics, claim.axes)
     if not here:
-        raise MeasurementError(f"claim {claim.text!r}: the run has no {claim.quantity} to judge it on")
+        hint = "" if claim.own else "; `claims = []` in the file leaves out the claims of what it extends"
+        raise MeasurementError(f"claim {claim.text!r}: the run has no {claim.quantity} to judge it on{hint}")
     if not claim.comparative:
         return here, None
     if claim.than_axis is None:

@@ -12,11 +12,13 @@ Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable",
                   "not met"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
-OF_BOUNDS: tuple[Verdict, ...] = ("met", "not met")   # bounds by the axis of a figure; the others are on sentences
+# Of bounds by the axis of a figure and of a user's own specification; the others are on the thesis's sentences.
+MET_OR_NOT: tuple[Verdict, ...] = ("met", "not met")
 
-ROUNDING = 1e-9   # m, A, or share of a limit: what an encoder shows is a whole number of its steps up to this
+ROUNDING = 1e-9   # m, A, or share of a limit or figure: what an encoder shows is a whole number of its steps up to this
 
-CLOSE = 0.1   # share of the target within which a missed claim is "within 10 %"
+REPRODUCED = 0.05   # share of a figure within which it is reproduced: two significant digits round by no more
+CLOSE = 0.1         # share of the target within which a missed claim is "within 10 %"
 
 T = TypeVar("T")
 
@@ -69,8 +71,9 @@ class ClaimResult:
             return ""
         why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason,
                "not met": self.claim.reason}.get(self.verdict)
+        chosen = f"no independent evidence: by this figure was chosen {self.claim.chose}" if self.claim.chose else None
         other = None if self.counts else "another reading of the experiment, not counted"
-        return "; ".join(part for part in (why, self.claim.remark, other) if part)
+        return "; ".join(part for part in (why, self.claim.remark, chosen, other) if part)
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
@@ -97,21 +100,40 @@ def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
     return [claim for claim in claims if claim.counts]
 
 
+def specification(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims of a user's own: what a run should do, whichever controller flies."""
+    return [claim for claim in claims if claim.claim.own]
+
+
 def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
     """Claims that the thesis makes in words."""
-    return [claim for claim in claims if claim.claim.figure is None]
+    return [claim for claim in claims if claim.claim.figure is None and not claim.claim.own]
 
 
 def bounds(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims that the axis of a figure makes."""
-    return [claim for claim in claims if claim.claim.figure is not None]
+    """Claims that the axis of a figure of the thesis makes."""
+    return [claim for claim in claims if claim.claim.figure is not None and not claim.claim.own]
+
+
+def met_of(claims: Iterable[ClaimResult]) -> str:
+    """How many of the claims that are met or not met are met, such as "5 of 7"; empty if none was judged so."""
+    counts = count_verdicts(claims)
+    total = sum(counts[verdict] for verdict in MET_OR_NOT)
+    return f"{counts['met']} of {total}" if total else ""
 
 
 def bounds_met(claims: Iterable[ClaimResult]) -> str:
     """How many of the figure bounds that were judged are met, such as "5 of 7"; empty if none was."""
-    counts = count_verdicts(bounds(claims))
-    total = sum(counts[verdict] for verdict in OF_BOUNDS)
-    return f"{counts['met']} of {total}" if total else ""
+    return met_of(bounds(claims))
+
+
+def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
+    """The same in words, with how many of those met are no independent evidence; empty if none was judged."""
+    judged = bounds(claims)
+    chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
+    return (f"{met_of(judged)} bounds by the axes of figures are met"
+            + (f", {chose} of them by figures after which something in the runs was chosen" if chose else "")
+            ) if met_of(judged) else ""
 
 
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
@@ -119,8 +141,10 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     """Judge a claim on what was measured for it.
 
     Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
-    with "any" the one that meets it best; with "mean" it is their mean. A numeric claim that is missed by at most
-    10 % of its figure, the target or the factor, is "within 10 %". The bound of a figure is met or not.
+    with "any" the one that meets it best; with "mean" it is their mean. One rule of rounding holds for all figures,
+    however many digits they are printed with: "about" a figure is what differs from it by at most 5 %. A claim that is
+    missed by at most 10 % of its figure, the target or the factor, is "within 10 %", unless that figure is assumed.
+    The bound of a figure, and a claim of a user's own, is met or not.
 
     Parameters
     ----------
@@ -153,9 +177,12 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
 
 
 def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Results without verdicts on the thesis, for runs that are others than the thesis's; what was measured stays."""
-    return [result if result.verdict in ("not testable", "not run") else replace(result, verdict="modified run")
-            for result in results]
+    """Results without verdicts on the thesis, for runs that are others than the thesis's; what was measured stays.
+
+    A user's own claims are not the thesis's, and keep theirs.
+    """
+    return [result if result.claim.own or result.verdict in ("not testable", "not run")
+            else replace(result, verdict="modified run") for result in results]
 
 
 def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -> ClaimResult:
@@ -174,10 +201,7 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
 def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:
     """Judge a claim with a target on measured values."""
     measured = decisive(claim, values, mean, lambda value: miss(claim, value, target))
-    if meets(claim, measured, target):
-        return ClaimResult(claim, measured, "reproduced")
-    close = abs(measured - target) <= CLOSE * abs(target)
-    return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced")
+    return ClaimResult(claim, measured, verdict(claim, meets(claim, measured, target), measured, target))
 
 
 def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
@@ -186,11 +210,19 @@ def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> Cl
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
         lambda pair: miss(claim, ratio(*pair), claim.factor))
     share = ratio(measured, against)
-    if miss(claim, share, claim.factor) < 0.0:
-        return ClaimResult(claim, measured, "reproduced", against)
-    # "More" and "less" name no figure that could be missed by little.
-    close = claim.factor != 1.0 and abs(share - claim.factor) <= CLOSE * claim.factor
-    return ClaimResult(claim, measured, "within 10 %" if close else "not reproduced", against)
+    return ClaimResult(claim, measured, verdict(claim, miss(claim, share, claim.factor) < 0.0, share, claim.factor),
+                       against)
+
+
+def verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
+    """Verdict on a claim about a figure, a target or a factor, that a value meets or misses."""
+    if claim.own:
+        return "met" if met else "not met"
+    if met:
+        return "reproduced"
+    # "More" and "less" name no figure that could be missed by little, nor does what is assumed.
+    named = not claim.assumed and claim.relation != "is" and not (claim.comparative and figure == 1.0)
+    return "within 10 %" if named and abs(value - figure) <= CLOSE * abs(figure) else "not reproduced"
 
 
 def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
@@ -226,10 +258,7 @@ def meets(claim: Claim, value: float, target: float) -> bool:
     """Whether the value has the claimed relation to the target."""
     if claim.relation == "is":
         return value == target
-    if claim.digits is None:
-        return miss(claim, value, target) < 0.0
-    if target == 0.0:
-        return value == 0.0
-    last_digit = 10.0 ** (math.floor(math.log10(abs(target))) - claim.digits + 1)
-    # The factor lets a value exactly between two printed figures count in spite of binary rounding.
-    return abs(value - target) <= 0.5 * last_digit * (1.0 + 1e-9)
+    if claim.relation == "about":
+        # The factor lets a value exactly at the edge count in spite of binary rounding.
+        return abs(value - target) <= REPRODUCED * abs(target) * (1.0 + ROUNDING)
+    return miss(claim, value, target) < 0.0

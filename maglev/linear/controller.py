@@ -5,15 +5,14 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.linearisation import Linearisation
 from maglev.errors import LinearModelError
 from maglev.linear.axis_laws import INPUTS, MEASURED, REFERENCE, output_regulator, pid
-from maglev.linear.equilibrium import Equilibrium
-from maglev.linear.model import LinearModel, Matrix
+from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.motor_forces import MotorForces
 from maglev.linear.parameters import prepare
 from maglev.linear.plant import inverse_park_matrix, rotation_of
-from maglev.linear.rigs import MotorForces, Rig
+from pmlsm.rig import Rig
 
 ALWAYS = {"reference": "m", "reference_rate": "m/s", "measured": "m"}
 
@@ -28,13 +27,14 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
     """
     prepare(name, block)
     law = pid if name.startswith("PID") else output_regulator
-    laws = [law(getattr(block, axis), block) for axis in rig.axes]
+    laws = [law(getattr(block, axis), block) for axis in rig.axis_names]
     a, b, c, d = (np.asarray(block_diag(*(getattr(each, matrix) for each in laws))) for matrix in "ABCD")
     by_demand, by_input = current_law(name, rig, block, at)
     # Every motor gets the direct current of the vertical axis, and the quadrature current of the axis that it drives.
     spread = np.zeros((2 * len(rig.motors), len(rig.axes)))
     spread[0::2, 0] = 1.0
-    spread[1::2, 1:] = np.eye(len(rig.motors))
+    for motor, axis in enumerate(rig.driven):
+        spread[2 * motor + 1, axis] = 1.0
     c, d = spread @ by_demand @ c, spread @ (by_demand @ d + by_input)
     outputs = rig.dq_names
     if phases:
@@ -44,9 +44,9 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
         # Phase currents that make the same i_d, i_q at another measured displacement (C.1).
         c, d = inverse @ c, inverse @ (d - rotation_of(rig, at) @ measured)
         outputs = rig.phase_names
-    states = {f"{axis}.{state}": unit for axis, each in zip(rig.axes, laws, strict=True)
+    states = {f"{axis}.{state}": unit for axis, each in zip(rig.axis_names, laws, strict=True)
               for state, unit in each.states.items()}
-    inputs = {f"{axis}.{name}": ALWAYS[name] for axis in rig.axes for name in INPUTS}
+    inputs = {f"{axis}.{name}": ALWAYS[name] for axis in rig.axis_names for name in INPUTS}
     commands = tuple(f"{current}_cmd" for current in outputs)
     return LinearModel(name, tuple(states), tuple(inputs), commands, a, b, c, d,
                        {**states, **inputs, **dict.fromkeys(commands, "A")}, block.sample_time, at)
@@ -63,20 +63,22 @@ def current_law(name: str, rig: Rig, block: Any, at: Equilibrium) -> tuple[Matri
     direct = np.zeros((axes, 3 * axes))
     if name.startswith("PID"):
         return np.eye(axes), direct
-    forces = MotorForces.of(block)
+    forces = MotorForces.of(rig, block)
     if name.startswith("Regulator"):
+        driving = np.array([[float(k == axis) for k in range(1, axes)] for axis in rig.driven])
         by_position, by_current = forces.slopes(tuple(at.positions.values()), at.i_d, at.i_q)
-        model = np.column_stack([by_current[:, 0::2].sum(axis=1), by_current[:, 1::2]])
+        model = np.column_stack([by_current[:, 0::2].sum(axis=1), by_current[:, 1::2] @ driving])
         if model[0, 0] <= 0.0:
             raise LinearModelError(f"{name} at {at}: in its model more direct current no longer lifts, expected an "
                                    "equilibrium with less current")
         inverse = np.linalg.inv(model)
         direct[:, MEASURED] = -inverse @ by_position[:, 0]
         return inverse, direct
-    linear = linearisation(name, rig, block, forces, at.positions[rig.vertical])
+    linear = linearisation(name, rig, block, forces, at.positions[rig.vertical.name])
     direct[0, MEASURED] = -linear.stiffness / linear.gain
     direct[0, REFERENCE] = linear.stiffness / linear.gain
-    return np.diag([1.0 / linear.gain, *(-1.0 / (thrust * linear.f1) for thrust in forces.thrusts)]), direct
+    thrusts = np.bincount(rig.driven, forces.thrusts)[1:]
+    return np.diag([1.0 / linear.gain, *(-1.0 / (thrusts * linear.f1))]), direct
 
 
 def linearisation(name: str, rig: Rig, block: Any, forces: MotorForces, gap: float) -> Linearisation:
@@ -85,9 +87,9 @@ def linearisation(name: str, rig: Rig, block: Any, forces: MotorForces, gap: flo
     constants = (forces.attraction, len(rig.motors) * forces.coils, len(rig.motors) * forces.iron)
     linear = Linearisation()
     if name.startswith("Scheduled"):
-        schedule = GainSchedule()
-        schedule.prepare(*constants)
+        schedule = block.schedule
+        schedule.prepare(forces.motor, *constants)
         schedule.choose(gap, linear)
     else:
-        linear.prepare(*constants, block.setpoint)
+        linear.prepare(forces.motor, *constants, block.setpoint)
     return linear

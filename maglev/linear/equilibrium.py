@@ -1,61 +1,18 @@
 """Where a stage rests: the currents that hold it at a gap, and whether its amplifiers can."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import Any
 
 from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.linear.model import Equilibrium
+from maglev.linear.motor_forces import MotorForces
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
-from maglev.linear.rigs import MotorForces, Rig
 from maglev.units import parse_quantity
 from plant_fmu.attraction import attraction_factor
-from pmlsm.data_sheet import GRAVITY
-from pmlsm.dq_transform import phase_currents
-from pmlsm.gap_functions import LARGEST_GAP, SMALLEST_GAP, gap_functions
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A stage at rest.
-
-    Attributes
-    ----------
-    positions : dict of str to float
-        Of each axis, the vertical one first, m.
-    i_d, i_q : tuple of float
-        Of each motor, A. Both motors of the 3-DOF stage have the same i_d, as every controller here commands it.
-    motors : tuple of str
-        Their names.
-    horizontals : tuple of str
-        The axis that each of them drives.
-    """
-
-    positions: dict[str, float]
-    i_d: tuple[float, ...]
-    i_q: tuple[float, ...]
-    motors: tuple[str, ...]
-    horizontals: tuple[str, ...]
-
-    @property
-    def currents(self) -> dict[str, float]:
-        """Direct and quadrature current of each motor by name, such as "alpha.i_d", A."""
-        return {f"{motor}.i_{component}": value for motor, d, q in zip(self.motors, self.i_d, self.i_q, strict=True)
-                for component, value in (("d", d), ("q", q))}
-
-    @property
-    def phases(self) -> dict[str, float]:
-        """Phase currents of each motor by name, such as "alpha.i_a", A."""
-        found = {}
-        for motor, axis, d, q in zip(self.motors, self.horizontals, self.i_d, self.i_q, strict=True):
-            for phase, value in zip("abc", phase_currents(d, q, self.positions[axis]), strict=True):
-                found[f"{motor}.i_{phase}"] = value
-        return found
-
-    def __str__(self) -> str:
-        """The equilibrium in one line."""
-        places = ", ".join(f"{axis} = {1e3 * value:g} mm" for axis, value in self.positions.items())
-        return f"{places}; {', '.join(f'{name} = {value:.4g} A' for name, value in self.currents.items())}"
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
+from pmlsm.velocity_rows import GRAVITY
 
 
 def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, Quantity | bool] | None = None
@@ -87,20 +44,20 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
 def equilibrium_of(name: str, block: Any, positions: dict[str, float]) -> Equilibrium:
     """Find the equilibrium of a block at the positions of its axes (m); see `equilibrium`."""
     rig = rig_of(name)
-    place = f"{name} at {rig.vertical} = {1e3 * positions[rig.vertical]:g} mm"
+    place = f"{name} at {rig.vertical.name} = {1e3 * positions[rig.vertical.name]:g} mm"
     if name in CONTROLLERS:
-        found = solve(place, rig, MotorForces.of(block), positions, [0.0] * len(rig.axes), [0.0] * len(rig.axes),
-                      [1.0] * len(rig.axes))
+        n = len(rig.axes)
+        found = solve(place, rig, MotorForces.of(rig, block), positions, [0.0] * n, [0.0] * n, [1.0] * n)
         check_limit(place, block, found)
         return found
-    axes = [getattr(block, axis) for axis in rig.axes]
-    for axis_name, axis, position in zip(rig.axes, axes, positions.values(), strict=True):
+    axes = [getattr(block, axis) for axis in rig.axis_names]
+    for axis_name, axis, position in zip(rig.axis_names, axes, positions.values(), strict=True):
         if axis.locked:
             raise LinearModelError(f"{name}: {axis_name}.locked = true, expected an axis that is free to move")
         if axis.stop.touched(position):
             raise LinearModelError(f"{name} at {axis_name} = {1e3 * position:g} mm: beyond the end stops, expected "
                                    f"{axis_name} within {1e3 * axis.stop.lower:g}…{1e3 * axis.stop.upper:g} mm")
-    found = solve(place, rig, MotorForces.of(block), positions, [axis.bias for axis in axes],
+    found = solve(place, rig, MotorForces.of(rig, block), positions, [axis.bias for axis in axes],
                   [axis.ripple.acceleration(position) for axis, position in zip(axes, positions.values(), strict=True)],
                   mass_factors(rig, block))
     check_amplifiers(place, block, found)
@@ -109,7 +66,7 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float]) -> Equili
 
 def mass_factors(rig: Rig, block: Any) -> list[float]:
     """Nominal over actual mass of each axis of a plant: the constants C are accelerations at the nominal masses."""
-    axes = [getattr(block, axis) for axis in rig.axes]
+    axes = [getattr(block, axis) for axis in rig.axis_names]
     return [axis.nominal_mass / axis.mass for axis in axes]
 
 
@@ -119,21 +76,21 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
 
     Biases and ripples (m/s²) and factors on the forces of the motors are those of each axis, the vertical one first.
     """
-    gap, displacement = positions[rig.vertical], positions[rig.horizontals[0]]
-    f1, f2, f3, f4 = gap_functions(gap)
+    gap, displacement = positions[rig.vertical.name], positions[rig.horizontal[0].name]
+    f1, f2, f3, f4 = gap_functions(forces.motor, gap)
     i_q = []
-    for axis, thrust, bias, ripple, factor in zip(rig.horizontals, forces.thrusts, biases[1:], ripples[1:],
-                                                  factors[1:], strict=True):
-        needed = bias / factor + ripple
-        if thrust == 0.0 and needed != 0.0:
-            raise LinearModelError(f"{place}: no current holds {axis} against {needed:g} m/s², expected a thrust "
-                                   "constant above 0")
+    for axis, of_one in zip(forces.drives, forces.thrusts, strict=True):
+        needed = biases[axis] / factors[axis] + ripples[axis]
+        thrust = forces.drives.count(axis) * of_one   # all that drive it have the same current
+        if thrust * f1 == 0.0 and needed != 0.0:   # also of a constant that is nearly no number above 0
+            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed:g} m/s², "
+                                   "expected a thrust constant above 0")
         i_q.append(needed / (thrust * f1) if needed else 0.0)
     # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
     n = len(rig.motors)
     a = n * forces.iron * f4
     b = n * forces.coils * f3
-    c = (forces.attraction * f2 * attraction_factor(forces.modulation, displacement)
+    c = (forces.attraction * f2 * attraction_factor(forces.modulation, displacement, forces.motor.slot_pitch)
          + forces.iron * f4 * sum(q * q for q in i_q) - ripples[0] - (GRAVITY + biases[0]) / factors[0])
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
@@ -141,7 +98,8 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
                                f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more "
                                "than gravity, expected a larger gap or other constants")
     i_d = 2.0 * c / (b + sqrt(discriminant))
-    return Equilibrium(positions, (i_d,) * n, tuple(i_q), rig.motors, rig.horizontals)
+    return Equilibrium(positions, (i_d,) * n, tuple(i_q), rig.motor_names, tuple(motor.drives for motor in rig.motors),
+                       forces.motor)
 
 
 def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
@@ -175,20 +133,21 @@ def check_limit(place: str, block: Any, found: Equilibrium) -> None:
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     """Positions of all axes (m) from what a user gives; see `equilibrium`."""
     rig = rig_of(name)
-    positions = dict.fromkeys(rig.axes, 0.0)
+    positions = dict.fromkeys(rig.axis_names, 0.0)
     for axis, given in at.items():
         if axis not in positions:
             raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected one of "
-                                   f"{', '.join(rig.axes)}; nearest is {nearest(axis, rig.axes)}")
+                                   f"{', '.join(rig.axis_names)}; nearest is {nearest(axis, rig.axis_names)}")
         try:
             positions[axis] = parse_quantity(given, "m")
         except QuantityError as error:
             raise LinearModelError(f"{name} at {axis}: {error}") from None
-    vertical = rig.vertical
+    vertical = rig.vertical.name
     if vertical not in at:
         raise LinearModelError(f"{name}: no {vertical}, expected the air gap to linearise at, such as "
                                f"{vertical} = 25 mm")
-    if not SMALLEST_GAP <= positions[vertical] <= LARGEST_GAP:
+    field = rig.motor().field
+    if not field.lower <= positions[vertical] <= field.upper:
         raise LinearModelError(f"{name} at {vertical} = {positions[vertical]:g} m: expected an air gap of "
-                               f"{SMALLEST_GAP:g}…{LARGEST_GAP:g} m, where the motor's field is known")
+                               f"{field.lower:g}…{field.upper:g} m, where the motor's field is known")
     return positions

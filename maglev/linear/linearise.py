@@ -5,8 +5,8 @@ from typing import Any, Literal, get_args
 
 from maglev.errors import LinearModelError, QuantityError, nearest
 from maglev.linear.controller import linear_controller
-from maglev.linear.equilibrium import Equilibrium, check_limit, equilibrium_of, read_positions
-from maglev.linear.model import LinearModel
+from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
+from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
 from maglev.linear.plant import linear_plant
 from maglev.units import parse_quantity
@@ -89,9 +89,9 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
     """Equilibrium of a block: found at given positions, or given and checked."""
     if not isinstance(at, Equilibrium):
         return equilibrium_of(name, block, read_positions(name, at))
-    if at.motors != rig_of(name).motors:
+    if at.motors != rig_of(name).motor_names:
         raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "
-                               f"{', '.join(rig_of(name).motors)}")
+                               f"{', '.join(rig_of(name).motor_names)}")
     if name in CONTROLLERS:
         check_limit(f"{name} at {at}", block, at)
     return at

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from maglev.errors import LinearModelError, nearest
 from maglev.linear.linearise import linearise
@@ -65,13 +64,15 @@ class Loop:
         """The closed loop, from references to positions."""
         controller = self.controller.select((*self.references, *self.measured), self.plant.inputs)
         r = len(self.references)
+        a = np.block([[self.plant.A + self.plant.B @ controller.D[:, r:] @ self.plant.C, self.plant.B @ controller.C],
+                      [controller.B[:, r:] @ self.plant.C, controller.A]])
         b = np.vstack([self.plant.B @ controller.D[:, :r], controller.B[:, :r]])
         c = np.hstack([self.plant.C, np.zeros((len(self.plant.outputs), len(controller.states)))])
         states = (*self.plant.states, *(self.state_name(name) for name in controller.states))
         units = {**self.plant.units, **self.controller.units,
                  **{self.state_name(name): self.controller.units[name] for name in controller.states}}
         return LinearModel(f"{self.plant.name} with {self.controller.name}", states, self.references,
-                           self.plant.outputs, self.matrix(), b, c, np.zeros((len(c), r)), units,
+                           self.plant.outputs, a, b, c, np.zeros((len(c), r)), units,
                            self.plant.sample_time, self.plant.equilibrium)
 
     @property
@@ -95,7 +96,9 @@ class Loop:
         Parameters
         ----------
         at : str
-            A measured position such as "y.measured", or just the axis; or a command such as "alpha.i_q_cmd".
+            A measured position such as "y.measured", or just the axis: all that takes the measurement is opened, the
+            law and the commutation of its commands. Or a command such as "alpha.i_q_cmd", before the commutation,
+            which keeps the true displacement.
 
         Raises
         ------
@@ -103,22 +106,22 @@ class Loop:
             If there is no such signal.
         """
         name = self.opening(at)
-        plant, controller = self.plant, self.controller.select(self.measured, self.plant.inputs)
+        plant, controller, closed = self.plant, self.controller.select(self.measured, self.plant.inputs), self.closed
         if name in self.measured:
             k = self.measured.index(name)
-            b = np.vstack([plant.B @ controller.D[:, k:k + 1], controller.B[:, k:k + 1]])
+            # Two take a measurement: the law, and the commutation of its commands.
+            by_measured = controller.D + (0.0 if plant.commutation is None else plant.commutation)
+            b = np.vstack([plant.B @ by_measured[:, k:k + 1], controller.B[:, k:k + 1]])
             c = np.hstack([plant.C[k:k + 1], np.zeros((1, len(controller.states)))])
-            a = self.matrix(without_measured=k)
         else:
             k = plant.inputs.index(name)
             b = np.vstack([plant.B[:, k:k + 1], np.zeros((len(controller.states), 1))])
             c = np.hstack([controller.D[k:k + 1] @ plant.C, controller.C[k:k + 1]])
-            a = self.matrix(without_command=k)
-        closed = self.closed
         # What goes in at the opening comes back as −L times it: the feedback is negative in 1 + L.
-        return LinearModel(f"{closed.name}, opened at {name}", closed.states, (name,), (f"{name}.returned",), a, b, -c,
-                           np.zeros((1, 1)), {**closed.units, f"{name}.returned": closed.units[name]},
-                           closed.sample_time, closed.equilibrium)
+        returned = f"{name}.returned"
+        return LinearModel(f"{closed.name}, opened at {name}", closed.states, (name,), (returned,), closed.A - b @ c, b,
+                           -c, np.zeros((1, 1)), {**closed.units, returned: closed.units[name]}, closed.sample_time,
+                           closed.equilibrium)
 
     def margins(self, at: str) -> Margins:
         """Margins of the loop opened at one signal, a name as of `opened`; its errors, and one if it is unstable."""
@@ -139,17 +142,6 @@ class Loop:
     def state_name(self, name: str) -> str:
         """Name of a state of the controller in the closed loop."""
         return f"controller.{name}"
-
-    def matrix(self, without_measured: int | None = None, without_command: int | None = None) -> NDArray[np.float64]:
-        """A of the loop, closed but for one measurement or one command."""
-        plant, controller = self.plant, self.controller.select(self.measured, self.plant.inputs)
-        y, u = plant.C.copy(), np.eye(len(plant.inputs))
-        if without_measured is not None:
-            y[without_measured] = 0.0
-        if without_command is not None:
-            u[without_command] = 0.0
-        return np.block([[plant.A + plant.B @ u @ controller.D @ y, plant.B @ u @ controller.C],
-                         [controller.B @ y, controller.A]])
 
 
 def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Quantity], *, amplifier: bool = True,

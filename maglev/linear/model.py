@@ -1,20 +1,67 @@
-"""A linear state-space model whose states, inputs and outputs have names and units."""
+"""A linear state-space model whose states, inputs and outputs have names and units, and the place it holds about."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from maglev.errors import LinearModelError, nearest
-
-if TYPE_CHECKING:
-    from maglev.linear.equilibrium import Equilibrium
+from maglev.linear.text import matrix_text, numbered, poles_text
+from pmlsm.dq_transform import phase_currents
+from pmlsm.motor_geometry import MotorGeometry
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A stage at rest.
+
+    Attributes
+    ----------
+    positions : dict of str to float
+        Of each axis, the vertical one first, m.
+    i_d, i_q : tuple of float
+        Of each motor, A. Both motors of the 3-DOF stage have the same i_d, as every controller here commands it.
+    motors : tuple of str
+        Their names.
+    horizontals : tuple of str
+        The axis that each of them drives.
+    motor : MotorGeometry
+        Geometry of each.
+    """
+
+    positions: dict[str, float]
+    i_d: tuple[float, ...]
+    i_q: tuple[float, ...]
+    motors: tuple[str, ...]
+    horizontals: tuple[str, ...]
+    motor: MotorGeometry
+
+    @property
+    def currents(self) -> dict[str, float]:
+        """Direct and quadrature current of each motor by name, such as "alpha.i_d", A."""
+        return {f"{motor}.i_{component}": value for motor, d, q in zip(self.motors, self.i_d, self.i_q, strict=True)
+                for component, value in (("d", d), ("q", q))}
+
+    @property
+    def phases(self) -> dict[str, float]:
+        """Phase currents of each motor by name, such as "alpha.i_a", A."""
+        found = {}
+        for motor, axis, d, q in zip(self.motors, self.horizontals, self.i_d, self.i_q, strict=True):
+            angle = self.motor.electrical_angle(self.positions[axis])
+            for phase, value in zip("abc", phase_currents(d, q, angle), strict=True):
+                found[f"{motor}.i_{phase}"] = value
+        return found
+
+    def __str__(self) -> str:
+        """The equilibrium in one line."""
+        places = ", ".join(f"{axis} = {1e3 * value:g} mm" for axis, value in self.positions.items())
+        return f"{places}; {', '.join(f'{name} = {value:.4g} A' for name, value in self.currents.items())}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +82,9 @@ class LinearModel:
         s; None for a continuous-time model.
     equilibrium : Equilibrium
         Positions and currents that the model holds about.
+    commutation : ndarray or None
+        Of a plant whose held inputs in d and q are commutated with its sampled outputs: what an output adds to each
+        input, shape (m, p), A/m; B commutation C is part of A. None where nothing is commutated by a measurement.
     """
 
     name: str
@@ -47,7 +97,15 @@ class LinearModel:
     D: Matrix
     units: dict[str, str]
     sample_time: float | None
-    equilibrium: "Equilibrium"
+    equilibrium: Equilibrium
+    commutation: Matrix | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse entries that are no finite numbers."""
+        if not all(np.all(np.isfinite(matrix)) for matrix in (self.A, self.B, self.C, self.D)):
+            at = "" if self.sample_time is None else f", held for {self.sample_time:g} s"
+            raise LinearModelError(f"{self.name}{at}: its linear model is beyond all numbers, expected a time and "
+                                   "parameters nearer to those of the stage")
 
     @property
     def poles(self) -> Complex:
@@ -62,6 +120,7 @@ class LinearModel:
         """
         return slowest_first(self.poles if self.sample_time is None else equivalents(self.poles, self.sample_time))
 
+    @np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
     def discretise(self, sample_time: float) -> "LinearModel":
         """Sample a continuous-time model (s) whose inputs are held between the samples, exactly.
 
@@ -79,7 +138,8 @@ class LinearModel:
         # [x; u]' = [A B; 0 0] [x; u], for u is constant.
         held = np.zeros((n + m, n + m))
         held[:n, :n], held[:n, n:] = self.A, self.B
-        step = expm(held * sample_time)
+        held *= sample_time
+        step = expm(held) if np.all(np.isfinite(held)) else held
         return replace(self, A=step[:n, :n], B=step[:n, n:], sample_time=sample_time)
 
     def select(self, inputs: Sequence[str], outputs: Sequence[str]) -> "LinearModel":
@@ -93,7 +153,8 @@ class LinearModel:
         columns = [self.index("input", name) for name in inputs]
         rows = [self.index("output", name) for name in outputs]
         return replace(self, inputs=tuple(inputs), outputs=tuple(outputs), B=self.B[:, columns], C=self.C[rows],
-                       D=self.D[np.ix_(rows, columns)])
+                       D=self.D[np.ix_(rows, columns)], commutation=None if self.commutation is None else
+                       self.commutation[np.ix_(columns, rows)])
 
     def index(self, kind: str, name: str) -> int:
         """Place of a name among the states, inputs or outputs; `kind` is "state", "input" or "output"."""
@@ -135,10 +196,24 @@ class LinearModel:
         return control.ss(self.A, self.B, self.C, self.D, dt, name=self.name.replace(".", "_"), **names)
 
     def __str__(self) -> str:
-        """The model as text."""
-        from maglev.linear.text import text_of
+        """Matrices with the names of rows and columns, units, equilibrium and poles."""
+        kind = "continuous" if self.sample_time is None else f"sampled every {1e3 * self.sample_time:g} ms"
+        parts = [f"{self.name}, {kind}, about {self.equilibrium}",
+                 "\n".join(f"{title:<7}  {numbered(names, self.units)}" for title, names in
+                           (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))),
+                 *(matrix_text(title, matrix, rows) for title, matrix, rows in (
+                     ("A", self.A, self.states), ("B", self.B, self.states), ("C", self.C, self.outputs),
+                     ("D", self.D, self.outputs)))]
+        title = "poles" if self.sample_time is None else "poles, as rates ln(z)/Ts"
+        return "\n\n".join([*parts, f"{title}\n{poles_text(self.rates)}"]) + "\n"
 
-        return text_of(self)
+    def as_data(self) -> dict[str, Any]:
+        """Model as JSON has it; matrices are lists of rows, a sample time of null is continuous time."""
+        return {"name": self.name, "sample_time": self.sample_time, "states": list(self.states),
+                "inputs": list(self.inputs), "outputs": list(self.outputs), "units": self.units,
+                "A": self.A.tolist(), "B": self.B.tolist(), "C": self.C.tolist(), "D": self.D.tolist(),
+                "equilibrium": {"positions": self.equilibrium.positions, "currents": self.equilibrium.currents,
+                                "phases": self.equilibrium.phases}}
 
 
 def equivalents(poles: Complex, sample_time: float) -> Complex:

@@ -2,24 +2,51 @@
 
 import re
 from collections.abc import Mapping
+from importlib import import_module
 from math import inf, isfinite
 from operator import attrgetter
 from typing import Any
 
-from controller_fmu.pid_fmu import PID_2DOF, PID_3DOF
-from controller_fmu.regulator_2dof_fmu import LINEAR_REGULATOR_2DOF, REGULATOR_2DOF
-from controller_fmu.regulator_3dof_fmu import LINEAR_REGULATOR_3DOF, REGULATOR_3DOF, SCHEDULED_REGULATOR_3DOF
+from fmi_export.definition import FmuDefinition
 from maglev.errors import LinearModelError, QuantityError, nearest
-from maglev.linear.rigs import RIGS, Rig
+from maglev.rig.modules import definitions
 from maglev.units import UNITS, parse_quantity
-from plant_fmu.plant_2dof import PLANT_2DOF
-from plant_fmu.plant_3dof import PLANT_3DOF
+from pmlsm.rig import Rig
+from pmlsm.rigs import RIGS
 
-PLANTS = {definition.name: definition for definition in (PLANT_2DOF, PLANT_3DOF)}
-CONTROLLERS = {definition.name: definition for definition in (
-    REGULATOR_2DOF, REGULATOR_3DOF, LINEAR_REGULATOR_2DOF, LINEAR_REGULATOR_3DOF, SCHEDULED_REGULATOR_3DOF,
-    PID_2DOF, PID_3DOF)}
-DEFINITIONS = {**PLANTS, **CONTROLLERS}
+# What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
+KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "PID")
+
+
+BLOCKS: dict[str, tuple[FmuDefinition, ...]] = {}   # by the name of the rig
+RIG_OF: dict[str, Rig] = {}                         # and these by the name of the FMU
+PLANTS: dict[str, FmuDefinition] = {}
+CONTROLLERS: dict[str, FmuDefinition] = {}
+DEFINITIONS: dict[str, FmuDefinition] = {}
+
+
+def know(rig: Rig) -> None:
+    """Let what can be linearised of a rig be found."""
+    places = [definitions(rig).get(f"{kind}{rig.suffix}") for kind in KINDS]
+    plant, *controllers = (getattr(import_module(place[0]), place[1]) for place in places if place is not None)
+    BLOCKS[rig.name] = (plant, *controllers)
+    PLANTS[plant.name] = plant
+    CONTROLLERS.update({each.name: each for each in controllers})
+    DEFINITIONS.clear()
+    DEFINITIONS.update({**PLANTS, **CONTROLLERS})
+    RIG_OF.update(dict.fromkeys((each.name for each in BLOCKS[rig.name]), rig))
+
+
+def forget(rig: Rig) -> None:
+    """Take back `know`."""
+    for each in BLOCKS.pop(rig.name):
+        for table in (PLANTS, CONTROLLERS, DEFINITIONS):
+            table.pop(each.name, None)
+        del RIG_OF[each.name]
+
+
+for each_rig in RIGS.values():
+    know(each_rig)
 
 Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
@@ -35,7 +62,7 @@ def rig_of(name: str) -> Rig:
     if name not in DEFINITIONS:
         raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}; "
                                f"nearest is {nearest(name, DEFINITIONS)}")
-    return RIGS[name[-4:]]
+    return RIG_OF[name]
 
 
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
@@ -63,8 +90,9 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
             high = inf if variable.maximum is None else variable.maximum
             value = number(name, key, given, variable.unit)
             if not low <= value <= high:
-                raise LinearModelError(f"{name}: {key} = {value!r} {variable.unit}, expected {low:g}…{high:g}")
-        path, _, attribute = key.rpartition(".")
+                raise LinearModelError(f"{name}: {key} = {value!r} {variable.unit}, expected {low:g}…{high:g}"
+                                       f"{variable.hinted}")
+        path, _, attribute = variable.place.rpartition(".")
         setattr(attrgetter(path)(block) if path else block, attribute, value)
     return block
 

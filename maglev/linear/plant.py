@@ -7,22 +7,23 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from maglev.linear.equilibrium import Equilibrium, mass_factors
-from maglev.linear.model import LinearModel, Matrix
-from maglev.linear.rigs import MotorForces, Rig
+from maglev.linear.equilibrium import mass_factors
+from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.motor_forces import MotorForces
 from plant_fmu.ripple import RIPPLE_PHASE
-from pmlsm.data_sheet import POLE_PITCH
 from pmlsm.dq_transform import phase_currents
+from pmlsm.rig import Rig
 
 
+@np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
 def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool, amplifier: bool, forces: bool,
                  hold: float | None) -> LinearModel:
     """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
     axes, motors = len(rig.axes), len(rig.motors)
     by_position, by_velocity, by_current = acceleration_slopes(rig, block, at)
-    by_force = np.diag([1.0 / getattr(block, axis).mass for axis in rig.axes])
+    by_force = np.diag([1.0 / getattr(block, axis).mass for axis in rig.axis_names])
     rotation = rotation_of(rig, at)
-    lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motors]
+    lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motor_names]
     lagged = [lag > 0.0 for lag in lags for _ in "dq"]
     # Commands seen in the frame of the mover: phase currents stay where they are while it moves. Those in d and q move
     # with it, unless they are held from sample to sample.
@@ -41,10 +42,10 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     if phases:
         drive = drive @ park_matrix(rig, at)
 
-    names = (*(f"{axis}.position" for axis in rig.axes), *(f"{axis}.velocity" for axis in rig.axes),
+    names = (*(f"{axis}.position" for axis in rig.axis_names), *(f"{axis}.velocity" for axis in rig.axis_names),
              *(rig.dq_names[k] for k in kept))
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
-    external = tuple(f"{axis}.force" for axis in rig.axes)
+    external = tuple(f"{axis}.force" for axis in rig.axis_names)
     units = {**{name: "m" if name.endswith("position") else "m/s" if name.endswith("velocity") else "A"
                 for name in names}, **dict.fromkeys(commands, "A"), **dict.fromkeys(external, "N")}
     model = LinearModel(name, names, (*commands, *external), names[:axes], motion[np.ix_(states, states)],
@@ -62,13 +63,14 @@ def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, 
     accelerations at the nominal masses.
     """
     factors = np.array(mass_factors(rig, block))[:, None]
-    by_position, by_current = MotorForces.of(block).slopes(tuple(at.positions.values()), at.i_d, at.i_q)
+    by_position, by_current = MotorForces.of(rig, block).slopes(tuple(at.positions.values()), at.i_d, at.i_q)
     for k, (name, position) in enumerate(at.positions.items()):
         ripple = getattr(block, name).ripple
         if ripple.amplitude != 0.0 and ripple.period > 0.0:
             wave = 2.0 * pi / ripple.period
             by_position[k, k] += ripple.amplitude * wave * np.cos(wave * position + RIPPLE_PHASE)
-    by_velocity = np.diag([-getattr(block, axis).friction.viscous / getattr(block, axis).mass for axis in rig.axes])
+    moving = [getattr(block, axis) for axis in rig.axis_names]
+    by_velocity = np.diag([-axis.friction.viscous / axis.mass for axis in moving])
     return factors * by_position, by_velocity, factors * by_current
 
 
@@ -78,9 +80,9 @@ def rotation_of(rig: Rig, at: Equilibrium) -> Matrix:
     di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d.
     """
     rotation = np.zeros((2 * len(rig.motors), len(rig.axes)))
-    for motor, (d, q) in enumerate(zip(at.i_d, at.i_q, strict=True)):
-        rotation[2 * motor, 1 + motor] = pi / POLE_PITCH * q
-        rotation[2 * motor + 1, 1 + motor] = -pi / POLE_PITCH * d
+    for motor, (axis, d, q) in enumerate(zip(rig.driven, at.i_d, at.i_q, strict=True)):
+        rotation[2 * motor, axis] = at.motor.wave_number * q
+        rotation[2 * motor + 1, axis] = -at.motor.wave_number * d
     return rotation
 
 
@@ -93,8 +95,8 @@ def park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
 
 def inverse_park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
     """Matrix of (C.1) from i_d, i_q to the phase currents of all motors at the positions, (3 motors, 2 motors)."""
-    blocks = [np.array([phase_currents(1.0, 0.0, at.positions[axis]), phase_currents(0.0, 1.0, at.positions[axis])]).T
-              for axis in rig.horizontals]
+    angles = [at.motor.electrical_angle(at.positions[axis]) for axis in at.horizontals]
+    blocks = [np.array([phase_currents(1.0, 0.0, angle), phase_currents(0.0, 1.0, angle)]).T for angle in angles]
     return np.asarray(block_diag(*blocks))
 
 
@@ -103,7 +105,6 @@ def sampled(model: LinearModel, rotation: Matrix, phases: bool, hold: float) -> 
     held = model.discretise(hold)
     if phases:
         return held
-    commands, axes = rotation.shape
-    a = held.A.copy()
-    a[:, :axes] -= held.B[:, :commands] @ rotation
-    return replace(held, A=a)
+    commutation = np.zeros((len(held.inputs), len(held.outputs)))
+    commutation[:len(rotation)] = -rotation
+    return replace(held, A=held.A + held.B @ commutation @ held.C, commutation=commutation)

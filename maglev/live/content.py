@@ -8,18 +8,21 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
+from maglev.linear.parameters import BLOCKS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
-from pmlsm.data_sheet import GRAVITY, MAGNET_HEIGHT, POLE_PITCH, SLOT_PITCH, SLOT_WIDTH
-from pmlsm.gap_functions import LARGEST_GAP, SMALLEST_GAP, gap_functions
-from pmlsm.rigs import RIGS, Rig
+from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import Rig
+from pmlsm.rigs import RIGS
+from pmlsm.velocity_rows import GRAVITY
 
-# Those of a rig in the order in which they are offered.
-CONTROLLERS = {"2dof": ("Regulator2DOF", "LinearRegulator2DOF", "PID2DOF"),
-               "3dof": ("Regulator3DOF", "LinearRegulator3DOF", "ScheduledRegulator3DOF", "PID3DOF")}
-PLANTS = {"2dof": "Plant2DOF", "3dof": "Plant3DOF"}
+# Plant and controllers of a rig, these in the order in which they are offered.
+PLANTS = {rig: plant.name for rig, (plant, *_) in BLOCKS.items()}
+CONTROLLERS = {rig: tuple(each.name for each in controllers) for rig, (_, *controllers) in BLOCKS.items()}
 FLOWN = tuple(name for rig in PLANTS for name in (PLANTS[rig], *CONTROLLERS[rig]))
+LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
 SIGNALS = ("constant", "steps", "sinusoids")
 
 GAPS = 65   # of the table of shape functions
@@ -49,9 +52,7 @@ def page_data(fmus: Path) -> dict[str, Any]:
     """
     return {"fmus": {name: description_data(described(fmus, name)) for name in FLOWN},
             "runs": {plan.name: run_data(plan) for plan in live_runs()},
-            "gap": gap_table(),
-            "sheet": {"slot_pitch": SLOT_PITCH, "slot_width": SLOT_WIDTH, "pole_pitch": POLE_PITCH,
-                      "magnet_height": MAGNET_HEIGHT, "gravity": GRAVITY}}
+            "gravity": GRAVITY, "rigs": {name: rig_data(rig) for name, rig in RIGS.items()}}
 
 
 def described(fmus: Path, name: str) -> ModelDescription:
@@ -87,9 +88,10 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 def run_data(plan: RunPlan) -> dict[str, Any]:
     """A run's plan as the page flies it, SI."""
     rig = next(rig for rig in RIGS.values() if PLANTS[rig.name] == plan.fmus["plant"].model)
+    laws = {name: LAWS[name.removesuffix(rig.suffix)] for name in CONTROLLERS[rig.name]}
     return {"title": plan.title, "plant": PLANTS[rig.name], "step": plan.step, "stop": plan.stop_time,
             "axes": rig.axis_names, "vertical": rig.vertical.name, "motors": rig.motor_names,
-            "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig_data(rig),
+            "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name, "laws": laws,
             "fmus": {name: {"model": fmu.model, "start": {key: start.value for key, start in fmu.start.items()}}
                      for name, fmu in plan.fmus.items()},
             "wires": list(plan.wires.values()), "bands": plan.metrics.bands,
@@ -97,17 +99,21 @@ def run_data(plan: RunPlan) -> dict[str, Any]:
 
 
 def rig_data(rig: Rig) -> dict[str, Any]:
-    """What the forces in the picture are computed with, see `pmlsm.velocity_rows`."""
-    return {"mass": {axis.name: axis.mass for axis in rig.axes}, "carrying": rig.carrying, "driving": rig.driving,
+    """Its data sheet, and what the forces in the picture are computed with, see `pmlsm.velocity_rows`."""
+    motor = rig.motor()
+    sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
+    return {"title": rig.title, "sheet": sheet, "gap": gap_table(motor),
+            "mass": {axis.name: axis.mass for axis in rig.axes}, "carrying": rig.carrying, "driving": rig.sharing,
             "vertical": rig.constants_of(rig.vertical.name),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal}}
 
 
-def gap_table() -> dict[str, Any]:
+def gap_table(motor: MotorGeometry) -> dict[str, Any]:
     """Shape functions f1 to f4 over the air gap (m)."""
-    step = (LARGEST_GAP - SMALLEST_GAP) / (GAPS - 1)
-    return {"first": SMALLEST_GAP, "step": step, "values": rounded(gap_functions(SMALLEST_GAP + k * step)
-                                                                   for k in range(GAPS))}
+    first = motor.field.lower
+    step = (motor.field.upper - first) / (GAPS - 1)
+    return {"first": first, "step": step, "values": rounded(gap_functions(motor, first + k * step)
+                                                            for k in range(GAPS))}
 
 
 def rounded(rows: Iterable[tuple[float, ...]]) -> list[list[float]]:

@@ -133,8 +133,8 @@ function showPanel() {
   at("run").value = state.run;
   at("about").textContent = run.title;
   at("speed").value = String(state.speed);
-  panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(model)}`]), state.controller);
-  panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(model)])], state.ghost);
+  panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
+  panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
   for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
@@ -152,12 +152,10 @@ function setParameter(full, text) {
 }
 
 function buildPanel() {
-  const groups = { "3-DOF stage": "3DOF", "2-DOF stage": "2DOF" };
-  for (const [label, ending] of Object.entries(groups)) {
-    const group = make("optgroup", { label }, at("run"));
-    for (const [name, run] of Object.entries(live.runs)) {
-      if (run.plant.endsWith(ending)) make("option", { value: name }, group, name);
-    }
+  for (const rig of Object.values(live.rigs).reverse()) {
+    const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
+    const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
+    for (const [name] of runs) make("option", { value: name }, group, name);
   }
   for (const speed of SPEEDS) make("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {

@@ -64,7 +64,7 @@ function swap(controller) {
   page.state.controller = controller;
   post({ type: "swap", controller });
   stateChanged();
-  say(`${lawOf(controller)} controller flies, from where the stage is.`);
+  say(`${lawOf(page.run, controller)} controller flies, from where the stage is.`);
 }
 
 function setGhost(other) {
@@ -72,7 +72,7 @@ function setGhost(other) {
   page.ghost = other ? new FlightHistory(page.run, page.width) : null;
   post({ type: "ghost", other });
   stateChanged();
-  say(other ? `A transparent stage flies along with the ${lawOf(other)} controller.` : "No stage flies along.");
+  say(other ? `A transparent stage flies along with the ${lawOf(page.run, other)} controller.` : "No stage flies along.");
 }
 
 function play(on) {

@@ -10,10 +10,14 @@ const ABOVE = { width: 366 };                      // mm of the view from above
 const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
 const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
 
+const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
+
 /** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. */
 function viewsOf(run, width, height) {
-  const sides = run.motors.map((motor) => ({ kind: "side", motor, axis: run.drives[motor] }));
-  const narrow = width < 520, above = run.motors.length > 1;
+  // Motors that drive one axis look alike from the side.
+  const sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, sheet: run.rig.sheet,
+    motor: run.motors.find((motor) => run.drives[motor] === axis) }));
+  const narrow = width < 520, above = sides.length > 1;
   const share = above && !narrow ? 0.68 : 1;
   const high = (above && narrow ? height - 0.9 * width : height) / sides.length;   // px of a view from the side
   const scale = Math.min(share * width / SIDE.width, (high - SIDE.text) / SIDE.height);
@@ -30,7 +34,7 @@ function viewsOf(run, width, height) {
 /** Height that the stage wants on a page of a width (px). */
 function stageHeight(run, width) {
   const side = (share) => share * width / SIDE.width * SIDE.height + SIDE.text;
-  if (run.motors.length === 1) return Math.min(340, side(1));
+  if (drivenAxes(run).length === 1) return Math.min(340, side(1));
   return width < 520 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
 }
 
@@ -57,7 +61,7 @@ function arrow(context, x, y, dx, dy, label, colours) {
 }
 
 function drawStator(context, view, phases, peak, colours) {
-  const { scale, middle, stator } = view, sheet = live.sheet;
+  const { scale, middle, stator, sheet } = view;
   const pitch = sheet.slot_pitch * 1e3 * scale, slot = sheet.slot_width * 1e3 * scale;
   const left = middle - SLOTS * pitch / 2;
   context.fillStyle = colours.iron;
@@ -83,13 +87,13 @@ function drawStator(context, view, phases, peak, colours) {
 }
 
 function moverOutline(view, along, gap) {
-  const { scale, middle, stator } = view, width = POLES * live.sheet.pole_pitch * 1e3 * scale;
+  const { scale, middle, stator, sheet } = view, width = POLES * sheet.pole_pitch * 1e3 * scale;
   return [middle + along * scale - width / 2, stator + gap * scale, width,
-    (live.sheet.magnet_height * 1e3 + BACK) * scale];
+    (sheet.magnet_height * 1e3 + BACK) * scale];
 }
 
 function drawMover(context, view, along, gap, colours) {
-  const [x, y, width, height] = moverOutline(view, along, gap), magnet = live.sheet.magnet_height * 1e3 * view.scale;
+  const [x, y, width, height] = moverOutline(view, along, gap), magnet = view.sheet.magnet_height * 1e3 * view.scale;
   context.fillStyle = colours.iron;
   context.fillRect(x, y + magnet, width, height - magnet);
   const pole = width / POLES;
@@ -147,7 +151,7 @@ function drawScales(context, view, run, values, colours) {
 
 /** Forces (N) on the mover, from currents and gap by (4.3), (5.3): for the picture only. */
 function forcesOf(run, row, values) {
-  const { rig, vertical } = run, [f1, f2, f3, f4] = gapFunctions(row.axes[vertical].position);
+  const { rig, vertical } = run, [f1, f2, f3, f4] = gapFunctions(rig.gap, row.axes[vertical].position);
   const constant = (name) => values(`plant.${name}`), [attraction, coils, iron] = rig.vertical.map(constant);
   let direct = 0, squares = 0;
   for (const motor of run.motors) {
@@ -156,14 +160,14 @@ function forcesOf(run, row, values) {
     squares += d * d + q * q;
   }
   const acceleration = rig.carrying * attraction * f2 - rig.driving * coils * f3 * direct + rig.driving * iron * f4 * squares;
-  return { lift: rig.mass[vertical] * acceleration, weight: values(`plant.${vertical}.mass`) * live.sheet.gravity,
-    thrust: Object.fromEntries(run.motors.map((motor) => [run.drives[motor], -rig.mass[run.drives[motor]] * rig.driving
-      * constant(rig.thrust[run.drives[motor]]) * f1 * row.motors[motor].q])) };
+  return { lift: rig.mass[vertical] * acceleration, weight: values(`plant.${vertical}.mass`) * live.gravity,
+    thrust: Object.fromEntries(drivenAxes(run).map((axis) => [axis, -rig.mass[axis] * rig.driving
+      * constant(rig.thrust[axis]) * f1 * run.motors.filter((motor) => run.drives[motor] === axis)
+      .reduce((sum, motor) => sum + row.motors[motor].q, 0)])) };
 }
 
 /** Shape functions of the forces at an air gap (m), interpolated in the table that comes with the page. */
-function gapFunctions(gap) {
-  const { first, step, values } = live.gap;
+function gapFunctions({ first, step, values }, gap) {
   const at = Math.min(values.length - 1.001, Math.max(0, (gap - first) / step)), k = Math.floor(at);
   return values[k].map((low, i) => low + (at - k) * (values[k + 1][i] - low));
 }
@@ -195,8 +199,8 @@ function drawSide(context, view, run, row, ghost, values, colours) {
 }
 
 function drawAbove(context, view, run, row, ghost, values, colours) {
-  const { scale, middle, centre, left, top } = view, size = POLES * live.sheet.pole_pitch * 1e3 * scale;
-  const [across, along] = run.motors.map((motor) => run.drives[motor]);
+  const { scale, middle, centre, left, top } = view, size = POLES * run.rig.sheet.pole_pitch * 1e3 * scale;
+  const [across, along] = drivenAxes(run);
   const place = (from, what) => [middle + 1e3 * from.axes[across][what] * scale, centre - 1e3 * from.axes[along][what] * scale];
   const limits = (axis) => ["lower", "upper"].map((end) => 1e3 * values(`plant.${axis}.stop.${end}`) * scale);
   const square = (from, what) => place(from, what).map((at) => at - size / 2);

@@ -10,6 +10,7 @@ async function unpacked(id) {
 
 async function startPage() {
   live = JSON.parse(new TextDecoder().decode(await unpacked("data")));
+  for (const run of Object.values(live.runs)) run.rig = live.rigs[run.rig];
   const names = Object.keys(live.fmus);
   const bytes = await Promise.all(names.map((name) => unpacked(`fmu-${name}`)));
   buildPanel();

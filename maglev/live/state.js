@@ -5,12 +5,10 @@ let live = null;   // what the page carries: descriptions of the FMUs, runs, and
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const FIRST_RUN = "3dof-setpoints-improved";
-const LAWS = { Regulator: "nonlinear", LinearRegulator: "linear", ScheduledRegulator: "scheduled", PID: "PID" };
 
 /** Name of a controller's law, such as "linear" of "LinearRegulator3DOF". */
-const lawOf = (model) => LAWS[model.replace(/[23]DOF$/, "")];
-const controllersOf = (run) => Object.keys(live.fmus)
-  .filter((name) => !name.startsWith("Plant") && name.endsWith(run.plant.slice(-4)));
+const lawOf = (run, model) => run.laws[model];
+const controllersOf = (run) => Object.keys(run.laws);
 
 /** The variable `fmu.variable` of a run with a controller; undefined if there is none. */
 function variableOf(run, controller, full) {

@@ -93,8 +93,8 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
     panels = []
     for axis in rig.axes[1:]:
         constant = row_of(rig, axis).constants[0]
-        margin = ERRORS * found.standard_error[constant] * thrust_shape(gaps)
-        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(gaps)).tolist(),
+        margin = ERRORS * found.standard_error[constant] * thrust_shape(rig, gaps)
+        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(rig, gaps)).tolist(),
                         margin=margin.tolist())]
         held = [thrust for thrust in thrusts if thrust.axis == axis]
         if held:

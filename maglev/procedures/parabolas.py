@@ -48,7 +48,7 @@ class Thrust(NamedTuple):
 def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     """Thrust of every axis that moves in a run."""
     gap = float(plant_column(result, f"{rig.axes[0]}.encoder").mean())
-    shape = float(thrust_shape(np.array([gap]))[0])
+    shape = float(thrust_shape(rig, np.array([gap]))[0])
     axes = moving_axes(result, rig)
     if not axes:
         return []
@@ -96,7 +96,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         of_axis = [thrust for thrust in alone if thrust.axis == axis]
-        shapes = thrust_shape(np.array([thrust.gap for thrust in of_axis]))
+        shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
         values.append(Found("average_constant", float(average), constant=constant, axis=axis))
     single = {(thrust.axis, millimetres(thrust.gap)): thrust.by_estimator for thrust in alone}

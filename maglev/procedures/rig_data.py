@@ -21,12 +21,11 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 
 def rig_of(plan: RunPlan) -> Rig:
-    """The rig of a scenario, by the names of its axes; ScenarioError if they are of neither."""
-    found = next((rig for rig in RIGS.values() if rig.axes[0] in plan.axis_names), None)
-    if found is None:
-        raise ScenarioError(f"{plan.path}: expected a start value or an axis of v (2-DOF) or y (3-DOF), by which a "
-                            "procedure knows the rig")
-    return found
+    """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
+    if plan.rig is None or plan.rig.name not in RIGS:
+        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of {' or '.join(RIGS)}, by which a procedure "
+                            "knows the rig")
+    return RIGS[plan.rig.name]
 
 
 def estimators(result: RunResult) -> dict[float, str]:

@@ -49,11 +49,12 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
     try:
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, plan.name)
-        require_fit(plan, baseline, baselines)
+        experiment = prepared(plan, fmus, replaced, settings, ends, timeout)
+        # A baseline of an FMU that was put in lacks what this FMU lacks.
+        require_fit(experiment.plan, baseline, baselines)
         end = min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
-        shortened = plan.model_copy(update={"stop_time": end})
-        experiment = prepared(shortened, fmus, replaced, settings, ends, timeout)
-        lacking = [name for name in shortened.check.signals if name not in experiment.plan.check.signals]
+        experiment = replace(experiment, plan=experiment.plan.model_copy(update={"stop_time": end}))
+        lacking = [name for name in plan.check.signals if name not in experiment.plan.check.signals]
         baseline = without(baseline, lacking)
         units = experiment.units(baseline.columns)
         recording = flown(experiment, baseline.stop_time, progress)
@@ -66,7 +67,7 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     # A run that was cut short has not come to the results that others start from.
-    reached = ends_of(recording) if shortened.stop_time == plan.stop_time else {}
+    reached = ends_of(recording) if end == plan.stop_time else {}
     if deviation is not None:
         return CheckResult(plan.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
                            differences, elapsed, units, reached, recording.notes)

@@ -30,9 +30,10 @@ def renewed(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     try:
         old, unreadable = old_baseline(baselines, plan.name)
         experiment = prepared(plan, fmus, replaced, settings, ends, timeout)
-        units = experiment.units(plan.check.signals)
+        checked = experiment.plan   # without what an FMU that was put in lacks
+        units = experiment.units(checked.check.signals)
         recording = experiment.run(progress)
-        new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
+        new, reached = from_recording(checked, experiment.step, recording), ends_of(recording)
     except FAILURES as error:
         return UpdateResult(plan.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     result = partial(UpdateResult, plan.name, elapsed=time.perf_counter() - begin, ends=reached, notes=recording.notes,

@@ -7,23 +7,25 @@ from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import (
-    OF_BOUNDS,
+    MET_OR_NOT,
     VERDICTS,
     ClaimResult,
     Judgements,
     Verdict,
     blames,
-    bounds_met,
+    bounds_in_words,
     count_verdicts,
+    met_of,
     sentences,
+    specification,
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.citations import FIGURE_LIST, FIGURE_NUMBER, cited_figures
-from maglev.report.plots.figures import Shown, anchor, rig_of
-from maglev.report.status import is_listed, modification, run_status
+from maglev.report.plots.figures import Shown, anchor, rig_name
+from maglev.report.status import Part, apart, is_listed, modification, run_status
 
 
 class Look(NamedTuple):
@@ -79,11 +81,11 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     counts = count_verdicts(sentences(everything))
     cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
                     f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS
-                    if verdict not in OF_BOUNDS and (counts[verdict] or verdict != "modified run"))
-    met = bounds_met(everything)
+                    if verdict not in MET_OR_NOT and (counts[verdict] or verdict != "modified run"))
+    of_axes, met = bounds_in_words(everything), met_of(specification(everything))
     failed = sum(result.failure is not None for result in results)
-    return (f'<ul class="cards">{cards}</ul>\n'
-            + (f"<p><strong>{met}</strong> bounds by the axes of the thesis's figures are met.</p>\n" if met else "") +
+    return ((f"<p><strong>{met}</strong> of your claims are met.</p>\n" if met else "")
+            + f'<ul class="cards">{cards}</ul>\n' + (f"<p>{of_axes}.</p>\n" if of_axes else "") +
             f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>'
             + notice_of_modified(results))
 
@@ -118,11 +120,24 @@ def claim_anchor(name: str, k: int) -> str:
 
 def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
                  outcomes: Sequence[Outcome] = ()) -> str:
-    """Bodies of the table, one for each run, then one for each procedure."""
-    return "\n".join([run_group(result, judgements.get(result.plan.name, ()), shown)
-                      for result in results if is_listed(result, judgements)]
-                     + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
-                        for outcome in outcomes])
+    """Bodies of the table, one for each run, then one for each procedure; a user's own first, under a heading."""
+    own, packaged = apart(results, outcomes)
+    return "\n".join([*([heading_group("Your runs"), *part_groups(own, judgements, shown)] if own else []),
+                      *([heading_group("The thesis")] if own and packaged else []),
+                      *part_groups(packaged, judgements, shown)])
+
+
+def heading_group(text: str) -> str:
+    """Body of the table with nothing but a heading."""
+    return f'<tbody class="part"><tr><th colspan="5" scope="rowgroup">{escape(text)}</th></tr></tbody>'
+
+
+def part_groups(part: Part, judgements: Judgements, shown: Sequence[Shown | ShownChart]) -> list[str]:
+    """Bodies of the table about runs and procedures."""
+    return ([run_group(result, judgements.get(result.plan.name, ()), shown)
+             for result in part.results if is_listed(result, judgements)]
+            + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
+               for outcome in part.outcomes])
 
 
 def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
@@ -131,7 +146,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
     return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
-                       claim_rows(name, claims, [*figures, *shown]), rig_of(name, result.plan))
+                       claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
 
 
 def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
@@ -142,7 +157,7 @@ def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequ
     if has_text(outcome):
         links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
     return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
-                       claim_rows(name, claims, [*charts, *shown]), rig_of(name))
+                       claim_rows(name, claims, [*charts, *shown]), rig_name(name))
 
 
 def claim_group(identifier: str, name: str, title: str, status: str, links: Sequence[str],

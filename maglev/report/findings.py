@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.procedures.outcome import Outcome, ValueTable
-from maglev.report.plots.figures import anchor, rig_of
+from maglev.report.plots.figures import anchor, rig_name
 
 LINK = '<li><a href="#identification">Identification</a></li>'
 
@@ -35,7 +35,7 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
 def findings(outcome: Outcome) -> str:
     """Tables and notes of one procedure."""
     settings = outcome.settings
-    identity = f'id="{found_anchor(settings.name)}" data-rig="{rig_of(settings.name)}"'
+    identity = f'id="{found_anchor(settings.name)}" data-rig="{rig_name(settings.name)}"'
     notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
     return (f'<article {identity}><h3>{escape(settings.title)}</h3>'
             f'<p class="origin"><a href="#{procedure_anchor(settings.name)}">{escape(settings.name)}</a></p>\n'

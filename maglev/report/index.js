@@ -20,7 +20,7 @@
 
   function showClaims(words) {
     let count = 0;
-    for (const body of document.querySelectorAll("table.claims tbody")) {
+    for (const body of document.querySelectorAll("table.claims tbody:not(.part)")) {
       const heading = textOf(body.rows[0]);
       let visible = 0;
       for (const row of body.querySelectorAll("tr[data-verdict]")) {

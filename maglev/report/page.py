@@ -21,11 +21,12 @@ from maglev.report.plots.figures import (
     error_of,
     read_figures,
     recorded_columns,
-    rig_of,
+    rig_name,
     shown_figures,
 )
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
+from pmlsm.rigs import DESCRIBED
 
 FOLDER = Path(__file__).parent
 PIXELS, TOOLS = 204, 40      # height of a panel, and of the buttons above
@@ -62,12 +63,13 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
-    ranges = range_maps.range_section(rig_of(result.plan.name, result.plan) for result in results)
+    ranges = range_maps.range_section(rig_name(result.plan.name, result.plan) for result in results)
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
+        rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in DESCRIBED.values()),
         message=claim_table.message(judgements),
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
@@ -109,11 +111,11 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
               "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
-        caption, panels, rig = shown.chart.caption, len(shown.chart.panels), rig_of(name)
+        caption, panels, rig = shown.chart.caption, len(shown.chart.panels), rig_name(name)
         about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
     else:
         caption, panels = shown.figure.caption, len(shown.panels)
-        rig = " ".join(sorted({rig_of(run.plan.name, run.plan) for run in shown.runs}))
+        rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
         about = "".join(f"<li>{run_link(run, judgements)}{live_link(run) if live else ''}"
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
                                   for text in run_status(run)) + "</li>" for run in shown.runs)

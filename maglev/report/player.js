@@ -18,8 +18,10 @@
     const run = report.runs[name];
     const signals = ready[name];
     const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
-    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical);
     const motors = Object.values(run.motors);
+    // The first motor of those that drive an axis, of a stage of one's own in the order of the axes.
+    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical);
+    const motorOf = (axis, k) => run.motors[Object.keys(run.motors).find((name) => run.drives[name] === axis)] ?? motors[k];
     const fixed = (value) => value.toFixed(2).replace(/^-0\.00$/, "0.00");
     const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
     const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
@@ -28,7 +30,7 @@
     readings.replaceChildren();
     const others = (axis) => horizontal.filter((other) => other !== axis).join(", ");
     const draw = horizontal.map((axis) => stageView(views,
-      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}`));
+      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}`, run.sheet));
     const texts = new Map();
     const reading = (label) => {
       const row = element("div", {}, readings);
@@ -44,7 +46,7 @@
       horizontal.forEach((axis, k) => draw[k]({
         along: mm(axis, "position"), gap: mm(vertical, "position"),
         alongReference: mm(axis, "reference"), gapReference: mm(vertical, "reference"),
-        currents: (motors[k]?.currents ?? []).map((signal) => at(signal, time)), peak,
+        currents: (motorOf(axis, k)?.currents ?? []).map((signal) => at(signal, time)), peak,
       }));
       texts.get("time").textContent = `${time.toFixed(2)} s`;
       for (const axis of Object.keys(run.axes)) {

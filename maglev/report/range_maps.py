@@ -26,29 +26,29 @@ from maglev.operating_range import (
 )
 from maglev.procedures.outcome import ValueTable
 from maglev.report.findings import value_table
+from pmlsm.rigs import RIGS
 
 LINK = '<li><a href="#operating-range">How far each controller can go</a></li>'
 CELL, LEFT, BOTTOM, EDGE = 10, 40, 36, 8   # units of the pictures: of a cell, and around the map
 
 
-def range_section(stages: Iterable[str], packaged: Mapping[str, RigMaps] | None = None) -> str:
-    """Section of the page with the maps of stages, such as "2-DOF"; empty if there are none.
+def range_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | None = None) -> str:
+    """Section of the page with the maps of rigs; empty if there are none.
 
     Parameters
     ----------
-    stages : iterable of str
-        What the report's runs are about.
+    rigs : iterable of str
+        Names of those that the report's runs are about.
     packaged : mapping of str to RigMaps, optional
-        Maps by rig, such as "2dof"; those of the package if not given.
+        Maps by the name of the rig; those of the package if not given.
     """
-    wanted = set(stages)
-    rigs = {f"{rig[0]}-DOF": maps for rig, maps in (read_maps() if packaged is None else packaged).items()}
-    shown = {stage: maps for stage, maps in rigs.items() if stage in wanted}
+    wanted = set(rigs)
+    shown = {rig: maps for rig, maps in (read_maps() if packaged is None else packaged).items() if rig in wanted}
     if not shown:
         return ""
     occurring = seen(found for maps in shown.values() for found in maps.laws.values())
     return ('\n\n<section id="operating-range">\n<h2>How far each controller can go</h2>\n' + introduction(shown)
-            + legend(occurring) + "\n".join(stage_maps(stage, maps) for stage, maps in shown.items()) + "\n</section>")
+            + legend(occurring) + "\n".join(rig_maps(rig, maps) for rig, maps in shown.items()) + "\n</section>")
 
 
 def introduction(shown: Mapping[str, RigMaps]) -> str:
@@ -90,15 +90,16 @@ def cells(paths: str, left: float = 0) -> str:
     return f'<g transform="translate({left} {CELL / 2:g})scale({CELL})">{paths}</g>'
 
 
-def stage_maps(stage: str, maps: RigMaps) -> str:
-    """Maps of a stage, those of a horizontal step beside each other, and the table of their shares."""
+def rig_maps(rig: str, maps: RigMaps) -> str:
+    """Maps of a rig, those of a horizontal step beside each other, and the table of their shares."""
+    title = RIGS[rig].title if rig in RIGS else rig
     steps = next(iter(maps.laws.values())).horizontal
     rows = "\n".join(f'<h4>{escape(step_text(step))}</h4><div class="range">' + "\n".join(
         f"<figure><figcaption>{escape(law)}</figcaption>{map_picture(law, found, k)}</figure>"
         for law, found in maps.laws.items()) + "</div>" for k, step in enumerate(steps))
     head, *body = shares_table(maps.laws)
-    table = value_table(ValueTable(f"{stage} stage: shares of the maps", head, tuple(body)))
-    return (f'<article id="range-{stage}" data-rig="{stage}"><h3>{stage} stage: operating range</h3>\n{rows}\n{table}'
+    table = value_table(ValueTable(f"{title}: shares of the maps", head, tuple(body)))
+    return (f'<article id="range-{rig}" data-rig="{rig}"><h3>{escape(title)}: operating range</h3>\n{rows}\n{table}'
             "</article>")
 
 

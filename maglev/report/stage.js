@@ -1,9 +1,6 @@
 "use strict";
 // Drawing of a stage in a vertical plane: the stator with its coils above, the mover with its magnets below.
-// Widths are to scale, heights are stretched. Slots and poles are those of the motor (Table 4.1).
-const SLOT_PITCH = 19.05;   // mm
-const SLOT_WIDTH = 12.7;    // mm
-const POLE_PITCH = 57.15;   // mm
+// Widths are to scale, by the motor's data sheet in mm; heights are stretched.
 const SLOTS = 15;           // shown
 const POLES = 4;            // shown
 // Phase and direction of winding of successive slots: one slot for each pole and phase.
@@ -17,9 +14,9 @@ function svgText(parent, x, y, text, attributes = {}) {
 }
 
 /** Stator: iron with slots, and in each slot a coil side. Returns the coil sides. */
-function drawStator(parent) {
-  const pitch = SLOT_PITCH * VIEW.along;
-  const width = SLOT_WIDTH * VIEW.along;
+function drawStator(parent, sheet) {
+  const pitch = sheet.slot_pitch * VIEW.along;
+  const width = sheet.slot_width * VIEW.along;
   const left = (VIEW.width - SLOTS * pitch) / 2;
   svg("rect", { x: left, y: 12, width: SLOTS * pitch, height: 18, style: "fill: var(--iron)" }, parent);
   const coils = [];
@@ -41,9 +38,9 @@ function drawStator(parent) {
 }
 
 /** Mover: magnets of alternating polarity on an iron yoke, its upper face at y = 0, its middle at x = 0. */
-function drawMover(parent) {
+function drawMover(parent, sheet) {
   const group = svg("g", {}, parent);
-  const pole = POLE_PITCH * VIEW.along;
+  const pole = sheet.pole_pitch * VIEW.along;
   svg("rect", { x: -POLES / 2 * pole, y: 20, width: POLES * pole, height: 16, style: "fill: var(--iron)" }, group);
   for (let k = 0; k < POLES; k++) {
     const x = (k - POLES / 2) * pole + 0.1 * pole;
@@ -75,7 +72,7 @@ function drawScales(parent) {
 }
 
 /** A view of the stage; returns a function that shows positions and references (mm) and phase currents (A). */
-function stageView(parent, title) {
+function stageView(parent, title, sheet) {
   const figure = document.createElement("figure");
   const caption = document.createElement("figcaption");
   caption.textContent = title;
@@ -83,9 +80,9 @@ function stageView(parent, title) {
   figure.append(caption, picture);
   parent.append(figure);
   drawScales(picture);
-  const coils = drawStator(picture);
-  const mover = drawMover(picture);
-  const width = POLES * POLE_PITCH * VIEW.along;
+  const coils = drawStator(picture, sheet);
+  const mover = drawMover(picture, sheet);
+  const width = POLES * sheet.pole_pitch * VIEW.along;
   const ghost = svg("rect", { x: -width / 2, y: 0, width, height: 36,
     style: "fill: none; stroke: var(--text); stroke-width: 1.2; stroke-dasharray: 5 4" }, picture);
   const place = (element, along, gap) => element.setAttribute("transform",

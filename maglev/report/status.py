@@ -1,10 +1,15 @@
-"""How runs ended, in the words of the terminal and of the page."""
+"""How runs ended, in the words of the terminal and of the page, and whose they are."""
 
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import Judgements
+from maglev.procedures.outcome import Outcome
+
+AROUND = 5.0     # times the time until a crash that are drawn of a run which it ends early
+SHORTEST = 0.1   # s, that are drawn of it at least
 
 
 class Event(NamedTuple):
@@ -21,6 +26,21 @@ def events(metrics: Metrics | None) -> list[Event]:
         return []
     found = ((metrics.stop_contact, "touched an end stop", "stop"), (metrics.tripped, "the controller tripped", "trip"))
     return sorted(Event(time, words, word) for time, words, word in found if time is not None)
+
+
+def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:
+    """Time (s) to which runs, each with its end (s), are drawn: soon after the last crash, None for all of them.
+
+    Only where every run is lost early on: what comes after would hide how it came to that.
+    """
+    ends = []
+    for metrics, end in runs:
+        first = events(metrics)[:1]
+        if not first or metrics is None or not metrics.failed:
+            return None
+        ends.append((max(AROUND * first[0].time, SHORTEST), end))
+    until = max((shown for shown, _ in ends), default=0.0)
+    return until if ends and until < 0.5 * max(end for _, end in ends) else None
 
 
 def modification(result: RunResult) -> str:
@@ -46,3 +66,24 @@ def is_listed(result: RunResult, judgements: Judgements) -> bool:
     """Whether tables list a run: of a procedure, which has dozens, only those that have something to tell."""
     return bool(result.plan.procedure is None or result.failure is not None
                 or judgements.get(result.plan.name))
+
+
+class Part(NamedTuple):
+    """Runs and what the procedures found that these belong to."""
+
+    results: list[RunResult]
+    outcomes: list[Outcome]
+
+    def __bool__(self) -> bool:
+        return bool(self.results or self.outcomes)
+
+
+def apart(results: Sequence[RunResult], outcomes: Sequence[Outcome] = ()) -> tuple[Part, Part]:
+    """A user's own runs and procedures, and those of the package."""
+    own = {result.plan.name for result in results if result.plan.own}
+
+    def part(mine: bool) -> Part:
+        return Part([result for result in results if result.plan.own is mine],
+                    [outcome for outcome in outcomes if bool(own & {*outcome.runs}) is mine])
+
+    return part(True), part(False)

@@ -1,6 +1,7 @@
 """Metrics and verdicts as tables for the terminal and the text report."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from io import StringIO
 
@@ -9,27 +10,35 @@ from rich.markup import escape
 from rich.table import Column, Table
 from rich.text import Text
 
+from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
-from maglev.judging.metrics import Metrics
+from maglev.judging.metrics import Metrics, StepResponse
 from maglev.judging.verdicts import (
-    OF_BOUNDS,
+    MET_OR_NOT,
     VERDICTS,
     ClaimResult,
     Judgements,
     Verdict,
     bounds,
+    bounds_in_words,
     bounds_met,
     count_verdicts,
+    met_of,
     sentences,
+    specification,
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
-from maglev.report.status import events, is_listed, modification, run_status, troubles
+from maglev.report.plain import plain_console
+from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
+from maglev.schema.quantities import PRINTED_UNITS, length
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
 REPORT_WIDTH = 120   # characters
+
+TAG = re.compile(r"<(?=[A-Za-z/!?])")   # where Markdown begins to take text for HTML
 
 COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
                                "not testable": "dim", "not run": "magenta",
@@ -60,7 +69,7 @@ def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
 def as_text(show: Callable[[Console], None]) -> str:
     """What a function prints on a console."""
     text = StringIO()
-    show(Console(file=text, width=REPORT_WIDTH))
+    show(plain_console(file=text, width=REPORT_WIDTH))
     return text.getvalue()
 
 
@@ -81,23 +90,15 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     """Tables of the steps, the tracking errors and the currents, as far as the run has them."""
     tables = []
     if metrics.steps:
-        bands = plan.metrics.bands
-        table = Table(title="Steps: time from the step to the last error beyond a band")
-        for name in ("t (s)", "axis", "step (mm)", *(f"settled to {length(band)}" for band in bands),
-                     "overshoot", "steady-state error"):
-            table.add_column(name, justify="right")
-        for step in metrics.steps:
-            table.add_row(f"{step.time:g}", step.axis,
-                          f"{to_unit(step.start, 'mm'):g} → {to_unit(step.target, 'mm'):g}",
-                          *(seconds(step.settling[band]) for band in bands),
-                          f"{100.0 * step.overshoot:.1f} %", length(step.steady_state_error))
-        tables.append(table)
+        for unit in dict.fromkeys(plan.axes[step.axis].unit for step in metrics.steps):
+            tables.append(step_table(plan, [step for step in metrics.steps if plan.axes[step.axis].unit == unit], unit))
     if metrics.tracking:
         table = Table(title=f"Tracking error from t = {plan.metrics.tracking_from:g} s on")
         for name in ("axis", "mean", "peak"):
             table.add_column(name, justify="right")
         for tracking in metrics.tracking:
-            table.add_row(tracking.axis, length(tracking.mean), length(tracking.peak))
+            unit = plan.axes[tracking.axis].unit
+            table.add_row(tracking.axis, length(tracking.mean, unit), length(tracking.peak, unit))
         tables.append(table)
     if not metrics.motors:
         return tables
@@ -112,14 +113,29 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     return tables
 
 
+def step_table(plan: RunPlan, steps: Sequence[StepResponse], unit: str) -> Table:
+    """Table of the steps of the axes that are in a unit, m or rad."""
+    milli, bands = PRINTED_UNITS[unit], plan.metrics.bands_of(plan.axes[steps[0].axis])
+    table = Table(title="Steps: time from the step to the last error beyond a band")
+    for name in ("t (s)", "axis", f"step ({milli})", *(f"settled to {length(band, unit)}" for band in bands),
+                 "overshoot", "steady-state error"):
+        table.add_column(name, justify="right")
+    for step in steps:
+        table.add_row(f"{step.time:g}", step.axis,
+                      f"{to_unit(step.start, milli):g} → {to_unit(step.target, milli):g}",
+                      *(seconds(step.settling[band]) for band in bands),
+                      f"{100.0 * step.overshoot:.1f} %", length(step.steady_state_error, unit))
+    return table
+
+
 def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
-    """Tables of the thesis's claims in words and, apart, of the bounds of its figures; words where there are none."""
-    tables: list[Table | str] = [claim_table("Claims of the thesis", sentences(results)) if sentences(results)
-                                 else "no claims"]
-    if bounds(results):
-        met = f": {bounds_met(results)} met" if bounds_met(results) else ""
-        tables.append(claim_table(f"Bounds by the axes of figures{met}", bounds(results)))
-    return tables
+    """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures; words where none is."""
+    tables: list[Table | str] = []
+    for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
+                          ("Bounds by the axes of figures", bounds(results))):
+        met = f": {met_of(claims)} met" if met_of(claims) else ""
+        tables += [claim_table(f"{title}{met}", claims)] if claims else []
+    return tables or ["no claims"]
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
@@ -135,11 +151,30 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
     return table
 
 
+def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
+    """Tables of many runs and of procedures: a user's own first, then those of the package."""
+    own, packaged = apart(results, outcomes)
+    return [*([own_table(*own, verdicts)] if own else []),
+            *([study_table(packaged.results, verdicts, packaged.outcomes)] if packaged or not own else [])]
+
+
+def own_table(results: Sequence[RunResult], outcomes: Sequence[Outcome], verdicts: Judgements) -> Table:
+    """Table of a user's own runs and procedures: how each ended, and how many of the user's claims are met."""
+    table = Table(Column("run", no_wrap=True), "outcome", Column("met", justify="right"), title="Your runs")
+    for result in results:
+        table.add_row(escape(result.plan.name), escape(short_outcome(result)),
+                      met_of(specification(verdicts[result.plan.name])) or "no claims")
+    for found in outcomes:
+        table.add_row(escape(found.settings.name), counted(found.values, "value"),
+                      met_of(specification(verdicts[found.settings.name])) or "no claims")
+    return table
+
+
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
     claims = those_that_count(judged for _, judged in in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))
-    shown = [verdict for verdict in VERDICTS if verdict not in OF_BOUNDS and (totals[verdict] or
+    shown = [verdict for verdict in VERDICTS if verdict not in MET_OR_NOT and (totals[verdict] or
                                                                               verdict != "modified run")]
     table = Table(Column("run", no_wrap=True), "outcome",
                   *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in shown),
@@ -180,24 +215,38 @@ def counted(items: Sequence[object], noun: str) -> str:
 
 
 def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> str:
-    """Claims in words, and the bounds of figures, as tables in Markdown: where, what, thesis's value, ours, verdict."""
-    claims = in_order(results, verdicts, outcomes)
+    """Claims in words, and the bounds of figures, as tables in Markdown: where, what, value expected, ours, verdict.
+
+    A user's own runs go before the thesis's, and apart.
+    """
+    own, packaged = apart(results, outcomes)
+    mine = in_order(own.results, verdicts, own.outcomes)
+    met = met_of(specification(judged for _, judged in mine))
+    text = (f"# Your runs\n\n{f'{met} claims met.' if met else 'No claims.'}\n\n"
+            f"{markdown_table('claim', mine, 'expected')}" if own else "")
+    if not packaged:
+        return TAG.sub("&lt;", visible(text))
+    claims = in_order(packaged.results, verdicts, packaged.outcomes)
     counting = those_that_count(judged for _, judged in claims)
     words = sentences(counting)
     counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(words).items() if count)
-    subjects = f"{len(results)} runs" + (f" and {counted(outcomes, 'procedure')}" if outcomes else "")
-    modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in results if result.modified]
+    subjects = f"{len(packaged.results)} runs" + (
+        f" and {counted(packaged.outcomes, 'procedure')}" if packaged.outcomes else "")
+    modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in packaged.results
+                if result.modified]
     notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
-    met = bounds_met(counting)
-    text = (f"{len(words)} claims on {subjects}: {counts}." + (f" {met} figure bounds met." if met else "")
-            + f"\n\n{notice}{markdown_table('claim', [row for row in claims if row[1].claim.figure is None])}")
+    of_axes = bounds_in_words(counting)
+    text += ("\n# The thesis\n\n" if own else "") + (
+        f"{len(words)} claims on {subjects}: {counts}." + (f" {of_axes}." if of_axes else "")
+        + f"\n\n{notice}{markdown_table('claim', [row for row in claims if row[1].claim.figure is None])}")
     of_figures = [row for row in claims if row[1].claim.figure is not None]
-    return text + (f"\n## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else "")
+    text += f"\n## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else ""
+    return TAG.sub("&lt;", visible(text))
 
 
-def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]]) -> str:
+def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
     """Claims of one kind with the names of what they are about, as a table in Markdown."""
-    lines = [f"| run | {noun} | source | thesis value | here | verdict |", "|---|---|---|---|---|---|"]
+    lines = [f"| run | {noun} | source | {expected} | here | verdict |", "|---|---|---|---|---|---|"]
     for name, judged in claims:
         claim = judged.claim
         verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
@@ -208,7 +257,7 @@ def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]]) -> str:
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run held, with everything that disturbed it and its error at the end."""
-    words = [*troubles(result), *(f"largest error at the end {error}" for error in end_error(metrics))]
+    words = [*troubles(result), *(f"largest error at the end {error}" for error in end_error(result.plan, metrics))]
     return held(metrics) + (": " if words else "") + ", ".join(words)
 
 
@@ -217,7 +266,7 @@ def short_outcome(result: RunResult) -> str:
     if result.metrics is None:
         return ", ".join(troubles(result))
     first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
-    return ", ".join([held(result.metrics), *(first or end_error(result.metrics))])
+    return ", ".join([held(result.metrics), *(first or end_error(result.plan, result.metrics))])
 
 
 def held(metrics: Metrics) -> str:
@@ -225,17 +274,16 @@ def held(metrics: Metrics) -> str:
     return "failed" if metrics.failed else "held"
 
 
-def end_error(metrics: Metrics) -> list[str]:
-    """The largest error at the end with its axis, if there are axes."""
-    worst = max(metrics.end_errors.items(), key=lambda item: item[1], default=None)
-    return [] if worst is None else [f"{length(worst[1])} on {worst[0]}"]
+def end_error(plan: RunPlan, metrics: Metrics) -> list[str]:
+    """The largest error at the end with its axis, if there are axes, and the largest one of the rotations."""
+    worst: dict[str, tuple[float, str]] = {}
+    for axis, error in metrics.end_errors.items():
+        unit = plan.axes[axis].unit
+        worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda found: found[0])
+    return [f"{length(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]
 
 
 def seconds(time: float) -> str:
     """A settling time."""
     return "not settled" if math.isinf(time) else f"{time:.2f} s"
 
-
-def length(value: float) -> str:
-    """A length in mm, or µm if it is small."""
-    return f"{to_unit(value, 'mm'):.3g} mm" if value >= 0.1e-3 else f"{to_unit(value, 'um'):.3g} µm"

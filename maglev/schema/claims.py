@@ -6,13 +6,30 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
-from maglev.errors import nearest
-from maglev.schema.quantities import METRICS, PICKED_BY, PROCEDURE_VALUES, MeasuredQuantity, in_words, place
+from maglev.errors import QuantityError, nearest
+from maglev.schema.quantities import (
+    METRICS,
+    PICKED_BY,
+    PRINTED_UNITS,
+    PROCEDURE_VALUES,
+    MeasuredQuantity,
+    in_words,
+    place,
+)
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
-from maglev.units import parse_quantity, to_unit
+from maglev.units import parse_quantity, read_quantity, si_unit, to_unit
+from pmlsm.rigs import RIGS
 
-ConstantName = Literal["C1", "C2", "C3", "C4", "C5"]
+ConstantName = Annotated[str, AfterValidator(lambda name: known_constant(name))]
 GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
+
+
+def known_constant(name: str) -> str:
+    """Refuse a constant that no rig has."""
+    known = sorted({constant.name for rig in RIGS.values() for constant in rig.constants})
+    if name not in known:
+        raise ValueError(f"expected one of {', '.join(known)}")
+    return name
 
 
 def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
@@ -29,9 +46,9 @@ class Claim(Table):
     neighbouring ticks where the axis of that figure ends.
 
     "<" and ">" compare with the target, or with `factor` times what is measured elsewhere. "is" compares a yes-or-no
-    quantity. "about" means that the measured value rounds to the figure as printed: it differs from the target by at
-    most half a unit of the last of its `digits` significant digits. Of several values the one that meets the claim
-    worst decides ("all"), the one that meets it best ("any"), or their mean.
+    quantity. "about" means that the measured value differs from the target by at most 5 %, with however many
+    significant `digits` that is printed: these weigh it where parameters are estimated. Of several values the one that
+    meets the claim worst decides ("all"), the one that meets it best ("any"), or their mean.
     """
 
     NOUN: ClassVar[str]                               # what a file calls the quantity
@@ -49,6 +66,9 @@ class Claim(Table):
     factor: float = Field(default=1.0, gt=0.0)
     over: Literal["all", "any", "mean"] = "all"
     axes: list[str] | None = None
+    own: StrictBool = False           # of a file that is not the package's: it is no claim of the thesis
+    assumed: StrictBool = False       # the target or the factor, for the source prints none
+    chose: str | None = None          # of a bound: what was chosen by its figure, which is no evidence for it then
     reason: str | None = None         # why it is not reproduced
     because: Literal["friction"] | None = None   # what, assumed of the plant, the reason or the remark blames
     remark: str | None = None         # what a reader should know whatever the verdict
@@ -95,7 +115,8 @@ class Claim(Table):
         if quantity is None:
             raise ValueError(f"has no meaning without a {cls.NOUN}")
         if not cls.KNOWN[quantity].yes_no:
-            unit = info.data.get("unit") or cls.KNOWN[quantity].unit or "1"
+            own = cls.KNOWN[quantity].unit
+            unit = (info.data.get("unit") if own in (None, "m") else None) or own or "1"
             if info.data.get("relation") != "in":
                 return parse_quantity(value, unit)
             if not isinstance(value, list | tuple) or len(value) != 2:
@@ -136,6 +157,8 @@ class Claim(Table):
             raise key_refused("because", self.because, "expected a reason, or a remark, that says why")
         if self.factor != 1.0 and not self.comparative:
             raise key_refused("factor", self.factor, "has no meaning without than")
+        if self.chose is not None and self.figure is None:
+            raise key_refused("chose", self.chose, "has no meaning without figure")
         return self
 
     def keys(self) -> tuple[set[str], set[str]]:
@@ -147,9 +170,8 @@ class Claim(Table):
             needed.add(self.measured.needs)
         if self.measured.on == "column":
             needed.add("unit")
-        if self.relation == "about":
-            needed.add("digits")
-        return needed, set(PICKED_BY[self.measured.on])
+        return needed, {*PICKED_BY[self.measured.on], *(["digits"] if self.relation == "about" else []),
+                        *(["unit"] if self.of_one_unit else [])}
 
     @property
     def relations(self) -> tuple[str, ...]:
@@ -164,6 +186,17 @@ class Claim(Table):
     def measured(self) -> MeasuredQuantity | None:
         """The quantity that the claim is about; None if it is not testable."""
         return None if self.quantity is None else self.KNOWN[self.quantity]
+
+    @property
+    def axis_unit(self) -> str:
+        """SI unit of the axes that the claim is about, if it is about lengths or angles: m, or rad of rotations."""
+        return "rad" if self.unit is not None and si_unit(self.unit) == "rad" else "m"
+
+    @property
+    def of_one_unit(self) -> bool:
+        """Whether axes of different units cannot be meant together."""
+        return self.measured is not None and self.measured.of_axes and (
+            self.measured.unit == "m" or self.measured.needs == "band")
 
     @property
     def name(self) -> str:
@@ -189,7 +222,9 @@ class Claim(Table):
         """Print a value of the claim's quantity with its unit; empty if there is none."""
         if value is None or self.measured is None:
             return ""
-        return f"{to_unit(value, self.unit):.4g} {self.unit}" if self.unit else self.measured.printed(value)
+        if self.unit and self.measured.unit is None:
+            return f"{to_unit(value, self.unit):.4g} {self.unit}"
+        return self.measured.printed(value, self.axis_unit)
 
     @property
     def criterion(self) -> str:
@@ -220,11 +255,34 @@ class RunClaim(Claim):
 
     quantity: str | None = Field(default=None, alias="metric")
     motors: list[str] | None = None
-    band: Metres | None = None
+    band: float | None = None
     columns: list[str] | None = Field(default=None, min_length=1)
     together_with: list[str] | None = None
     than: str | None = None
     than_axis: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def unit_of_tilts(cls, table: Any) -> Any:
+        """A claim about axes with a target or a band in rad is about rotations: it is in mrad without `unit`."""
+        measured = METRICS.get(str(table.get("metric"))) if isinstance(table, dict) and "unit" not in table else None
+        if measured is None or not measured.of_axes:
+            return table
+        for value in (table.get("target"), table.get("band")):
+            if isinstance(value, str):
+                try:
+                    if si_unit(str(read_quantity(value).unit)) == "rad":
+                        return {**table, "unit": "mrad"}
+                except QuantityError:
+                    pass   # refused with its key when the field itself is read
+        return table
+
+    @field_validator("band", mode="before")
+    @classmethod
+    def band_to_si(cls, value: Any, info: ValidationInfo) -> float:
+        """Convert to SI, of a claim in rad from rad."""
+        unit = info.data.get("unit")
+        return parse_quantity(value, "rad" if unit is not None and si_unit(unit) == "rad" else "m")
 
     @model_validator(mode="after")
     def axes_to_compare(self) -> Self:
@@ -241,7 +299,8 @@ class RunClaim(Claim):
     @property
     def subject(self) -> str:
         """What is measured, such as "settling time to 0.1 mm"."""
-        band = "" if self.band is None else f" to {to_unit(self.band, 'mm'):g} mm"
+        milli = PRINTED_UNITS[self.axis_unit]
+        band = "" if self.band is None else f" to {to_unit(self.band, milli):g} {milli}"
         if self.columns is not None:
             others = [f"also of {run}" for run in self.together_with or ()]
             band = " " + ", ".join([*map(in_words, self.columns), *others])

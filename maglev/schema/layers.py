@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maglev.errors import ScenarioError
+from maglev.own_stage.loop import loop_table
+from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
 # for each rig has the experiments themselves.
@@ -51,7 +53,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     bases = [bases] if isinstance(bases, str) else bases
     if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
-    layers = []
+    layers = [Layer(Path(table["rig"]), loop_table(read_own(Path(table["rig"]))))] if "rig" in table else []
     for base in bases:
         layers += read_layers(found_base(path, base), (*extending, path))
         if len(layers) > MOST_LAYERS:
@@ -62,7 +64,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 def found_base(path: Path, base: str) -> Path:
     """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
     beside = (path.parent / base).resolve()
-    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]
+    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in DESCRIBED))]
     return next((file.resolve() for file in (beside, *packaged) if file.is_file()), beside)
 
 
@@ -88,11 +90,30 @@ def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
     for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
         if isinstance(part, dict):
             place_files(part, path.parent)
+            if not is_packaged(path):
+                own_claims(part)
     return table
+
+
+def is_packaged(path: Path) -> bool:
+    """Whether a file is one of those that come with the package."""
+    return path.resolve().is_relative_to(PACKAGED.resolve())
+
+
+def own_claims(table: dict[str, Any]) -> None:
+    """Mark the claims in a table of a user's file: no other file that is merged with it makes them the thesis's."""
+    procedure = table.get("procedure")
+    for part in (table, procedure if isinstance(procedure, dict) else {}):
+        claims = part.get("claims")
+        for claim in claims if isinstance(claims, list) else []:
+            if isinstance(claim, dict):
+                claim["own"] = True
 
 
 def place_files(table: dict[str, Any], folder: Path) -> None:
     """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
+    if isinstance(table.get("rig"), str):
+        table["rig"] = str(folder / table["rig"])
     fmus = table.get("fmus")
     signals = table.get("signals")
     entries = [*(fmus.values() if isinstance(fmus, dict) else []), *(signals if isinstance(signals, list) else [])]
@@ -102,10 +123,16 @@ def place_files(table: dict[str, Any], folder: Path) -> None:
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end."""
+    """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end.
+
+    Of an FMU, `file` takes the place of `model` or of another file, and `model` that of `file`: start values that were
+    the other one's are then under `inherited`.
+    """
     merged = dict(base)
-    for one, other in (("model", "file"), ("file", "model")):   # of an FMU: one takes the place of the other
+    for one, other in (("model", "file"), ("file", "model")):
         if one in over and other not in over and isinstance(over[one], str):
+            if (other in base or one == "file" != base.get(one, over[one]) != over[one]) and "start" in base:
+                merged["inherited"] = {**base.get("inherited", {}), **merged.pop("start")}
             merged.pop(other, None)
     for key, value in over.items():
         if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
@@ -127,7 +154,8 @@ def child(table: Any, key: str | int) -> Any:
 @cache
 def packaged_files() -> dict[str, Path]:
     """Files of the scenarios that come with the package, by name, in the order of these."""
-    return {path.stem: path for rig in RIGS for path in sorted((PACKAGED / rig).glob("*.toml"), key=lambda p: p.stem)}
+    return {path.stem: path for rig in DESCRIBED
+            for path in sorted((PACKAGED / rig).glob("*.toml"), key=lambda p: p.stem)}
 
 
 @cache

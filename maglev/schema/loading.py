@@ -1,11 +1,13 @@
 """Scenarios read from their files: those that come with the package by name, others by path; one run per variant."""
 
+import hashlib
+import json
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from maglev.errors import ScenarioError, nearest
-from maglev.schema.layers import Layer, merged, names_of, packaged_files, packaged_runs, run_layers
+from maglev.schema.layers import Layer, is_packaged, merged, names_of, packaged_files, packaged_runs, run_layers
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.toml_table import one_line
 
@@ -73,5 +75,6 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
     if plan.procedure is not None and plan.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run is called so, expected "
                             "another name, for the results are named after it")
-    plan._path = path
+    plan._path, plan._own = path, not is_packaged(path)
+    plan._sha256 = hashlib.sha256(json.dumps(merged(layers), default=str).encode("utf-8")).hexdigest()
     return plan

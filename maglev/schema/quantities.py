@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 from maglev.units import to_unit
 
-PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "A": "A", "N": "N"}   # those of the thesis, by the SI unit
+PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "rad": "mrad", "A": "A", "N": "N"}   # by the SI unit
 
 # What a quantity is measured on, and the keys with which a claim may pick some of its values.
 MeasuredOn = Literal["step", "tracking", "motor", "column", "run", "procedure"]
@@ -46,15 +46,15 @@ class MeasuredQuantity(NamedTuple):
         """Whether each axis of a run has values of its own."""
         return self.on in ("step", "tracking")
 
-    def printed(self, value: float | bool) -> str:
-        """Print a value with its unit."""
+    def printed(self, value: float | bool, axis_unit: str = "m") -> str:
+        """Print a value with its unit; of an axis in rad its lengths are angles."""
         if self.yes_no:
             return self.yes_no[0] if value else self.yes_no[1]
         if math.isinf(value):
             return self.infinite
         if self.unit is None:
             return f"{value:.4g}"
-        unit = PRINTED_UNITS[self.unit]
+        unit = PRINTED_UNITS[axis_unit if self.unit == "m" else self.unit]
         return f"{to_unit(value, unit):.3g} {unit}"
 
 
@@ -91,6 +91,13 @@ PROCEDURE_VALUES = {
     "cogging_force": MeasuredQuantity("procedure", "N"),            # peak
     "position_deviation": MeasuredQuantity("procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
     "speed_deviation": MeasuredQuantity("procedure", "1")}
+
+
+def length(value: float, unit: str = "m") -> str:
+    """A length in mm, or µm if it is small; of an axis in rad an angle in mrad or µrad."""
+    milli = PRINTED_UNITS[unit]
+    micro = milli.replace("m", "µ", 1)
+    return f"{to_unit(value, milli):.3g} {milli}" if value >= 0.1e-3 else f"{to_unit(value, micro):.3g} {micro}"
 
 
 def in_words(column: str) -> str:

@@ -6,11 +6,14 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
 
 from maglev.errors import key_path, nearest
+from maglev.own_stage.reading import read_own
 from maglev.schema.claims import RunClaim
 from maglev.schema.procedure import ProcedureSettings
 from maglev.schema.signals import Signal
-from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
+from maglev.schema.toml_table import Metres, Radians, Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity
+from pmlsm.rig import Rig
+from pmlsm.rigs import rig_of
 
 MOST_STEPS = 1e8   # communication steps of a run
 
@@ -48,12 +51,14 @@ class FmuTable(Table):
     """One FMU: a model that this project builds, or a file.
 
     `start` has its start values by variable name, `start_from` those that are results of other runs, and `inputs` the
-    outputs, `fmu.variable`, that feed its inputs.
+    outputs, `fmu.variable`, that feed its inputs. `inherited` has those of the model or file whose place it takes in a
+    file that extends another.
     """
 
     model: str | None = None
     file: str | None = None
     start: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
+    inherited: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
     start_from: dict[str, RunOutput] = {}
     inputs: dict[str, str] = {}
 
@@ -66,11 +71,17 @@ class FmuTable(Table):
 
 
 class Axis(Table):
-    """Names of the recorded variables of an axis, and whether it points along gravity."""
+    """Names of the recorded variables of an axis, and whether it points along gravity or is a rotation."""
 
     position: str
     reference: str
     vertical: StrictBool = False
+    rotation: StrictBool = False
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its position."""
+        return "rad" if self.rotation else "m"
 
 
 class Motor(Table):
@@ -81,11 +92,24 @@ class Motor(Table):
 
 
 class MetricSettings(Table):
-    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure."""
+    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure.
+
+    `tilt_bands` and `fail_tilt` are those of rotations.
+    """
 
     bands: list[Metres] = []
+    tilt_bands: list[Radians] = []
     tracking_from: Seconds | None = None
     fail_error: Metres = 1e-3
+    fail_tilt: Radians = 5e-3   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
+
+    def bands_of(self, axis: Axis) -> list[float]:
+        """Settling bands of an axis, m or rad."""
+        return self.tilt_bands if axis.rotation else self.bands
+
+    def fail_error_of(self, axis: Axis) -> float:
+        """Error (m or rad) of an axis that is a failure."""
+        return self.fail_tilt if axis.rotation else self.fail_error
 
 
 class SignalTolerance(Table):
@@ -112,6 +136,7 @@ class RunPlan(Table):
     The FMUs are stepped in the order of `fmus`. All quantities are SI.
     """
 
+    rig_file: str | None = Field(default=None, alias="rig")   # description of a stage of the user's
     name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it: it is no path
     title: str
     description: str = ""
@@ -133,6 +158,8 @@ class RunPlan(Table):
     claims: list[RunClaim] = []
     procedure: ProcedureSettings | None = None
     _path: Path = PrivateAttr(default=Path("scenario"))
+    _own: bool = PrivateAttr(default=False)
+    _sha256: str = PrivateAttr(default="")
 
     @model_validator(mode="before")
     @classmethod
@@ -162,8 +189,14 @@ class RunPlan(Table):
                 for name in names or ():
                     if name not in known:
                         raise key_refused(key, name, f"not in [{key}], nearest is {nearest(name, known)}", "claims", i)
-            if claim.band is not None and claim.band not in self.metrics.bands:
-                raise key_refused("band", claim.band, f"expected one of metrics.bands, {self.metrics.bands} m",
+            for name in (claim.axes or self.axes) if claim.of_one_unit else ():
+                if self.axes[name].unit != claim.axis_unit:
+                    raise key_refused("axes", claim.axes, f"{name} is in {self.axes[name].unit}, expected axes in "
+                                                          f"{claim.axis_unit} alone, as the claim is", "claims", i)
+            bands = self.metrics.bands if claim.axis_unit == "m" else self.metrics.tilt_bands
+            if claim.band is not None and claim.band not in bands:
+                key = "bands" if claim.axis_unit == "m" else "tilt_bands"
+                raise key_refused("band", claim.band, f"expected one of metrics.{key}, {bands} {claim.axis_unit}",
                                   "claims", i)
             if claim.measured is not None and claim.measured.on == "tracking" and self.metrics.tracking_from is None:
                 raise key_refused("metric", claim.quantity, "expected metrics.tracking_from to be given", "claims", i)
@@ -185,6 +218,21 @@ class RunPlan(Table):
         return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
 
     @property
+    def rig(self) -> Rig | None:
+        """The rig that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
+        if self.rig_file is not None:
+            return read_own(Path(self.rig_file))
+        return rig_of((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
+
+    @property
+    def plants(self) -> set[str]:
+        """FMUs whose positions are measured: their parameters are conditions of the experiment, as inputs are.
+
+        Parameters of the others, such as gains and limits, are settings of a design, and mean something to that design.
+        """
+        return {"plant", *(axis.position.partition(".")[0] for axis in self.axes.values())}
+
+    @property
     def needs(self) -> set[str]:
         """Names of the runs whose results this one starts from."""
         return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
@@ -193,6 +241,16 @@ class RunPlan(Table):
     def path(self) -> Path:
         """The file the scenario was read from."""
         return self._path
+
+    @property
+    def own(self) -> bool:
+        """Whether it is of a user's file, not of the package's."""
+        return self._own
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of what the file and those that it extends say of this run; empty if it was read from none."""
+        return self._sha256
 
     @property
     def steps(self) -> int:

@@ -18,14 +18,13 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_
 
 from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
-from maglev.schema.toml_table import Seconds, Table, key_refused
+from maglev.schema.toml_table import Radians, Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 
 Array = NDArray[np.float64]
 
 TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must not be missed by rounding
 
-Radians = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad"))]
 RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s"))]
 
 

@@ -14,6 +14,7 @@ from maglev.units import parse_quantity
 
 Seconds = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "s"))]
 Metres = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "m"))]
+Radians = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad"))]
 
 
 def key_refused(key: str | int, value: object, expectation: str, *above: str | int) -> PydanticCustomError:

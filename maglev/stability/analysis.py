@@ -1,9 +1,7 @@
 """`region`: how large a step a limited loop takes, certified, simulated and flown, with and without antiwindup."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,123 +9,25 @@ from maglev.errors import QuantityError, StabilityError
 from maglev.linear.model import Matrix
 from maglev.linear.parameters import Quantity
 from maglev.stability.axis_loop import AxisLoop, axis_loop, rig_named
-from maglev.stability.certificate import Certificate, certify, synthesise
+from maglev.stability.certificate import certify, synthesise
 from maglev.stability.flight import Flights
-from maglev.stability.simulation import Response, largest_step, respond
+from maglev.stability.result import Candidate, Flown, Region
+from maglev.stability.simulation import largest_step, respond
 from maglev.units import parse_quantity
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest poles of the thesis's faster gains
 
 AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 
-@dataclass(frozen=True, eq=False)
-class Flown:
-    """Steps flown by the FMUs.
-
-    Attributes
-    ----------
-    response : Response
-        Of the whole stage to the step of the region.
-    held : bool
-        Whether it ends within 1 mm of every reference, without having touched a stop.
-    largest : float
-        Largest step that is held, m.
-    largest_locked : float or None
-        The same with the gap held by force, m; None of a vertical axis.
-    """
-
-    response: Response
-    held: bool
-    largest: float
-    largest_locked: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """What one choice of antiwindup gains gives.
-
-    Attributes
-    ----------
-    name : str
-        "as set", "without" or "synthesised".
-    certificate : Certificate
-        Ellipsoid and largest certified step.
-    simulated : float
-        Largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back.
-    response : Response
-        Of that loop to the step of the region.
-    flown : Flown or None
-        By the FMUs, if they were asked for.
-    """
-
-    name: str
-    certificate: Certificate
-    simulated: float
-    response: Response
-    flown: Flown | None
-
-    @property
-    def gains(self) -> Matrix:
-        """Ec, shape (3,): m s²/A, m s/A, m/A."""
-        return self.certificate.gains
-
-
-@dataclass(frozen=True, eq=False)
-class Region:
-    """Stability of one limited axis about a gap.
-
-    Attributes
-    ----------
-    loop : AxisLoop
-        The linear loop and its limit.
-    step : float
-        Step of the responses, m.
-    candidates : tuple of Candidate
-        As set, without antiwindup, and synthesised, as far as there are such.
-    """
-
-    loop: AxisLoop
-    step: float
-    candidates: tuple[Candidate, ...]
-
-    def __getitem__(self, name: str) -> Candidate:
-        """Return the candidate of a name."""
-        for each in self.candidates:
-            if each.name == name:
-                return each
-        raise StabilityError(f"region: no candidate {name!r}, expected one of "
-                             f"{', '.join(each.name for each in self.candidates)}")
-
-    def __str__(self) -> str:
-        """The region as text."""
-        from maglev.stability.text import text_of
-
-        return text_of(self)
-
-    def as_data(self) -> dict[str, Any]:
-        """Everything as JSON has it; SI."""
-        from maglev.stability.text import data_of
-
-        return data_of(self)
-
-    def plot(self) -> "Figure":
-        """Picture, a matplotlib Figure: certified ellipse and simulated states, and the responses."""
-        from maglev.stability.pictures import figure_of
-
-        return figure_of(self)
-
-
 def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
-           step: Quantity | None = None, fly: bool = False, fmus: str | Path = "fmus", native: bool = False) -> Region:
+           step: Quantity | None = None, fly: bool = True, fmus: str | Path = "fmus", native: bool = False) -> Region:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
     Certified: an ellipsoid by linear matrix inequalities from which the linear loop comes back for certain. Simulated:
-    the same loop, step by step. Flown: the FMUs. Needs cvxpy and Clarabel, the extra `region`.
+    the same loop, step by step. Flown: the FMUs, with friction, stops and a gap that moves, which the certificate
+    leaves out: the stage may hold less than is certified. Needs cvxpy and Clarabel, the extra `region`.
 
     Parameters
     ----------
@@ -146,9 +46,10 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     decay : float
         Rate at which, with these, states in the ellipsoid are to decay at least, 1/s.
     step : float or str, optional
-        Step of the responses, m; the largest certified one of the first candidate if not given.
+        Step of the responses, m; if not given, the largest certified one of the first candidate, or what the stops
+        leave room for.
     fly : bool
-        Also fly steps with the FMUs, a dozen or two for each candidate.
+        Whether to fly steps with the FMUs, a dozen or two for each candidate; the Python kind takes a minute or two.
     fmus : path
         Folder with the FMUs of this project, which `build` makes.
     native : bool
@@ -164,7 +65,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     Examples
     --------
     >>> import maglev
-    >>> found = maglev.region("3dof", "x", "25 mm")
+    >>> found = maglev.region("3dof", "x", "25 mm", fly=False)
     >>> found["as set"].certificate.step > found["without"].certificate.step
     True
     """
@@ -183,11 +84,13 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     shown = next(iter(certificates.values())).step if asked is None else asked
     flights = None
     if fly:
-        ending, described = rig_named(rig)
-        name = controller or f"Regulator{ending}"
+        described, _, regulators = rig_named(rig)
+        name = controller or regulators[0]
         folder = Path(fmus) / "native" if native else Path(fmus)
         flights = [Flights(rig, axis, gap, name, settings["plant"], settings["controller"], folder, locked)
-                   for locked in ([False] if axis == described.vertical else [False, True])]
+                   for locked in ([False] if axis == described.vertical.name else [False, True])]
+        if asked is None:
+            shown = min(shown, flights[0].room()[1])
     return Region(loop, shown, tuple(
         Candidate(name, each, largest_step(loop, each), respond(loop, each.gains, shown),
                   None if flights is None else flown(flights, axis, each.gains, shown))
@@ -204,7 +107,8 @@ def flown(flights: list[Flights], axis: str, gains: Matrix, step: float) -> Flow
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
     response, held = flights[0].fly(step, values)
-    return Flown(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None)
+    return Flown(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None,
+                 min(map(abs, flights[0].room())))
 
 
 def size_of(step: Quantity) -> float:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from maglev.errors import StabilityError, nearest
+from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.linearise import linearise
 from maglev.linear.model import LinearModel, Matrix, equivalents, slowest_first
-from maglev.linear.parameters import CONTROLLERS, Quantity, block_of
-from maglev.linear.rigs import RIGS, Rig
-from pmlsm.rigs import RIGS as DESCRIPTIONS
+from maglev.linear.parameters import BLOCKS, Quantity, block_of
+from maglev.own_stage.adoption import rig_named as own_or_ours
+from pmlsm.rig import Rig
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
 
@@ -83,17 +83,20 @@ class AxisLoop:
                              if self.sample_time else poles)
 
 
-def rig_named(rig: str) -> tuple[str, Rig]:
-    """Ending of the names of a rig's FMUs, such as "3DOF", and its axes and motors.
+def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
+    """Description of a rig, and the names of its plant and of its output regulators, the nonlinear one first.
 
     Raises
     ------
     StabilityError
         If there is no such rig.
     """
-    if rig.lower() not in DESCRIPTIONS:
-        raise StabilityError(f"rig = {rig!r}, expected one of {', '.join(DESCRIPTIONS)}")
-    return rig.upper(), RIGS[rig.upper()]
+    try:
+        described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
+    except RigError as error:
+        raise StabilityError(str(error)) from None
+    plant, *controllers = (definition.name for definition in BLOCKS[described.name])
+    return described, plant, [name for name in controllers if "Regulator" in name]
 
 
 def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
@@ -107,7 +110,7 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     Parameters
     ----------
     rig : str
-        "2dof" or "3dof".
+        "2dof", "3dof", or the description of a stage of yours, "mine.toml".
     axis : str
         "v", "h" or "y", "x", "z".
     gap : float or str
@@ -124,11 +127,11 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     LinearModelError
         If a parameter cannot be used, or the stage cannot rest at this gap.
     """
-    ending, described = rig_named(rig)
-    if axis not in described.axes:
-        raise StabilityError(f"{rig}: axis = {axis!r}, expected one of {', '.join(described.axes)}")
-    name = controller or f"Regulator{ending}"
-    regulators = [each for each in CONTROLLERS if each.endswith(f"Regulator{ending}")]
+    described, stage, regulators = rig_named(rig)
+    vertical = described.vertical.name
+    if axis not in described.axis_names:
+        raise StabilityError(f"{rig}: axis = {axis!r}, expected one of {', '.join(described.axis_names)}")
+    name = controller or regulators[0]
     if name not in regulators:
         raise StabilityError(f"{rig}: controller = {name!r}, expected an output regulator, which has an antiwindup: "
                              f"{', '.join(regulators)}; nearest is {nearest(name, regulators)}")
@@ -137,12 +140,11 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     if block.current_limit <= 0.0:
         raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A is none, expected a limit above 0 A: "
                              "without one the region is as large as the model holds")
-    plant = linearise(f"Plant{ending}", {described.vertical: gap}, hold=block.sample_time,
-                      parameters=plant_parameters)
+    plant = linearise(stage, {vertical: gap}, hold=block.sample_time, parameters=plant_parameters)
     law = linearise(name, plant.equilibrium, parameters=settings)
     currents = currents_of(described, axis)
-    loop = close(f"{axis} of {plant.name} with {name} at {described.vertical} = "
-                 f"{1e3 * plant.equilibrium.positions[described.vertical]:g} mm", axis, currents, plant, law,
+    loop = close(f"{axis} of {stage} with {name} at {vertical} = {1e3 * plant.equilibrium.positions[vertical]:g} mm",
+                 axis, currents, plant, law,
                  plant.equilibrium.currents[currents[0]], block)
     if loop.rates[0].real >= 0.0:
         raise StabilityError(f"{loop.name}: the loop is unstable, its slowest pole is {loop.rates[0]:.4g} 1/s, "
@@ -152,9 +154,9 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
 
 def currents_of(rig: Rig, axis: str) -> list[str]:
     """Currents that move an axis; the direct currents of all motors, which are one, move the vertical one."""
-    if axis == rig.vertical:
-        return [f"{motor}.i_d" for motor in rig.motors]
-    return [f"{rig.motors[rig.horizontals.index(axis)]}.i_q"]
+    if axis == rig.vertical.name:
+        return [f"{motor}.i_d" for motor in rig.motor_names]
+    return [f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis]
 
 
 def close(name: str, axis: str, currents: list[str], plant: LinearModel, law: LinearModel, at_rest: float,

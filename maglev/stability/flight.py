@@ -10,7 +10,7 @@ from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import StabilityError
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.parameters import Quantity, block_of
-from maglev.stability.axis_loop import rig_named
+from maglev.stability.axis_loop import currents_of, rig_named
 from maglev.stability.simulation import SHOWN, Response
 
 BEFORE = 1.0            # s, at rest before the step
@@ -43,10 +43,10 @@ class Flights:
 
     def __init__(self, rig: str, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
                  fmus: Path, locked: bool = False):
-        ending, self.rig = rig_named(rig)
-        self.axis, self.names = axis, (controller, f"Plant{ending}")
-        plant = {**plant, f"{self.rig.vertical}.locked": True} if locked else plant
-        self.middle = read_positions(self.names[1], {self.rig.vertical: gap})
+        self.rig, stage, _ = rig_named(rig)
+        self.axis, self.vertical, self.names = axis, self.rig.vertical.name, (controller, stage)
+        plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
+        self.middle = read_positions(stage, {self.vertical: gap})
         self.blocks = block_of(controller, settings), block_of(self.names[1], plant)
         self.given = settings, plant
         self.files = [fmus / f"{name}.fmu" for name in self.names]
@@ -54,7 +54,7 @@ class Flights:
     def room(self) -> tuple[float, float]:
         """Steps (m) that begin and end within the stops, downwards or to the left, and upwards or to the right."""
         stop = getattr(self.blocks[1], self.axis).stop
-        if self.axis == self.rig.vertical:
+        if self.axis == self.vertical:
             gap = self.middle[self.axis]
             return gap + NEAR_STOP - stop.upper, gap - NEAR_STOP - stop.lower
         reach = 2.0 * (min(-stop.lower, stop.upper) - NEAR_STOP)
@@ -64,7 +64,7 @@ class Flights:
         """Response to a step (m) with antiwindup gains by their names, and whether the stage holds off its stops."""
         start = dict(self.middle)
         end = dict(self.middle)
-        if self.axis == self.rig.vertical:
+        if self.axis == self.vertical:
             start[self.axis] -= step
         else:
             start[self.axis], end[self.axis] = -0.5 * step, 0.5 * step
@@ -77,21 +77,20 @@ class Flights:
         count, before = int(round((BEFORE + SHOWN) / dt)), int(round(BEFORE / dt))
         resting = np.arange(count + 1) < before
         drives = {f"controller.{axis}.reference": np.where(resting, start[axis], end[axis]).tolist()
-                  for axis in self.rig.axes}
+                  for axis in self.rig.axis_names}
         controller = {name: self.value(0, name) for name in self.given[0]} | dict(gains)
         plant = {name: self.value(1, name) for name in self.given[1]} | {
             f"{axis}.position_start": position for axis, position in start.items()}
-        connections = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.rig.axes),
+        connections = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.rig.axis_names),
                        *((f"controller.{phase}_cmd", f"plant.{phase}_cmd") for phase in self.rig.phase_names)]
         with Master([FmuSetup("controller", self.files[0], controller), FmuSetup("plant", self.files[1], plant)],
                     connections, dt) as master:
             found = master.run(count * dt, drives)
         position = found.columns[f"plant.{self.axis}.position"][before:]
-        motor = self.rig.motors[max(0, self.rig.axes.index(self.axis) - 1)]
-        current = "i_d" if self.axis == self.rig.vertical else "i_q"
+        current = currents_of(self.rig, self.axis)[0]
         response = Response(step, found.time[before:] - found.time[before], position - start[self.axis],
-                            found.columns[f"controller.{motor}.{current}_cmd"][before:])
-        held = all(abs(found.columns[f"plant.{axis}.position"][-1] - end[axis]) < HELD for axis in self.rig.axes)
+                            found.columns[f"controller.{current}_cmd"][before:])
+        held = all(abs(found.columns[f"plant.{axis}.position"][-1] - end[axis]) < HELD for axis in self.rig.axis_names)
         return response, held and not found.columns["plant.at_stop"].any()
 
     def value(self, which: int, name: str) -> float | bool:

@@ -94,7 +94,10 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
             low, high = ((default if given is None else limit_value(given.written, unit, f"{origin}: limits.{each}"))
                          for given, default in ((limit.min, -inf), (limit.max, inf)))
             before = bounds.get(name, (-inf, inf))
-            bounds[name] = max(low, before[0]), min(high, before[1])
+            least, most = bounds[name] = max(low, before[0]), min(high, before[1])
+            if least > most:
+                raise ScenarioError(f"{origin}: limits.{each}: {name} would have to be {least:g} at least and {most:g} "
+                                    "at most, expected min below max")
     return [Column(name, known[name][1], *bounds.get(name, (-inf, inf))) for name in dict.fromkeys([*names, *bounds])]
 
 

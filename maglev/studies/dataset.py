@@ -1,7 +1,6 @@
-"""What a study leaves: one Parquet dataset of its samples, and while it goes on, a part of it for each batch."""
+"""What a study leaves: one Parquet dataset of its samples, merged of a part for each batch."""
 
 import json
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from fmi_export.whole_file import whole_file, write_whole
-from maglev.errors import ScenarioError
+from fmi_export.whole_file import whole_file
 from maglev.studies.columns import passed
 from maglev.studies.flying.samples import Flown, Job
 
@@ -87,61 +85,25 @@ def array(values: Any, kind: pa.DataType) -> pa.Array:
     return pa.array(values, kind, from_pandas=True)
 
 
-class Parts:
-    """Folder with what is done of a study: a file for each batch, whole or not there."""
-
-    def __init__(self, folder: Path, key: str):
-        self.folder = folder
-        self.key = key
-        self.mark = folder / "study.json"
-
-    def found(self) -> set[int]:
-        """Numbers of the batches that are done; ScenarioError if they are of another study."""
-        if not self.folder.exists():
-            return set()
-        try:
-            key = json.loads(self.mark.read_text(encoding="utf-8"))["key"]
-        except (OSError, ValueError, KeyError, TypeError):
-            key = None
-        if key != self.key:
-            raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
-                                "another version, expected none: remove the folder, or give another --out")
-        return {int(path.stem.partition("-")[2]) for path in self.folder.glob("samples-*.parquet")}
-
-    def begin(self) -> None:
-        """Make the folder."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        write_whole(self.mark, json.dumps({"key": self.key}) + "\n")
-
-    def path(self, what: str, batch: int) -> Path:
-        """File of a batch: "samples" or "trajectories"."""
-        return self.folder / f"{what}-{batch:07d}.parquet"
-
-    def write(self, batch: int, table: pa.Table, trajectories: pa.Table | None) -> None:
-        """Write a batch; its samples last, which say that it is done."""
-        for what, each in (("trajectories", trajectories), ("samples", table)):
-            if each is not None:
-                with whole_file(self.path(what, batch)) as unfinished:
-                    pq.write_table(each, unfinished)
-
-    def merge(self, what: str, batches: int, schema: pa.Schema, path: Path) -> None:
-        """Write one file of all batches, in their order, a few at a time."""
-        with whole_file(path) as unfinished, pq.ParquetWriter(unfinished, schema) as writer:
-            # Of a batch without a sample that was flown to its end there are no trajectories.
-            paths = (self.path(what, batch) for batch in range(batches))
-            for table in grouped(path for path in paths if what == "samples" or path.exists()):
-                writer.write_table(table.replace_schema_metadata(schema.metadata), row_group_size=ROWS_OF_A_GROUP)
-
-    def remove(self) -> None:
-        """Remove the folder."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+def as_bytes(table: pa.Table) -> bytes:
+    """Content of a Parquet file with a table."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    return bytes(sink.getvalue())
 
 
-def grouped(paths: Iterator[Path]) -> Iterator[pa.Table]:
+def merge(contents: Iterator[bytes], schema: pa.Schema, path: Path) -> None:
+    """Write one file of all parts, in their order, a few at a time."""
+    with whole_file(path) as unfinished, pq.ParquetWriter(unfinished, schema, write_page_checksum=True) as writer:
+        for table in grouped(contents):
+            writer.write_table(table.replace_schema_metadata(schema.metadata), row_group_size=ROWS_OF_A_GROUP)
+
+
+def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
     """Tables of so many rows that a group of rows is full, but the last one."""
     waiting: list[pa.Table] = []
-    for path in paths:
-        waiting.append(pq.read_table(path))
+    for content in contents:
+        waiting.append(pq.read_table(pa.BufferReader(content)))
         rows = sum(table.num_rows for table in waiting)
         if rows >= ROWS_OF_A_GROUP:
             whole = pa.concat_tables(waiting)
@@ -159,10 +121,10 @@ def trajectories_schema(job: Job, units: Mapping[str, str], about: Mapping[str, 
     return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})
 
 
-def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) -> pa.Table | None:
+def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) -> pa.Table:
     """Trajectories of a batch, a row for each sample and time; none of a sample that was not flown to its end."""
     if flown.trajectories is None:
-        return None
+        return schema.empty_table()
     whole = [i for i, failure in enumerate(flown.failures) if failure is None]
     kept = flown.trajectories[whole].reshape(-1, len(job.kept))
     columns: Sequence[Any] = [np.repeat(flown.first + np.array(whole, dtype=np.int64), len(times)),
@@ -177,4 +139,18 @@ def metadata_of(path: Path) -> dict[str, Any]:
         found: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
     except (OSError, KeyError, ValueError, pa.ArrowException):
         return {}
+    return found
+
+
+def rows_by_sample(path: Path, key: str, samples: int) -> NDArray[np.int64] | None:
+    """Rows of each sample in a file that a study left, shape (samples,); None if it is another's, or not whole."""
+    if metadata_of(path).get("key") != key:
+        return None
+    found = np.zeros(samples, dtype=np.int64)
+    try:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            for rows in file.iter_batches():
+                found += np.bincount(rows["sample"].to_numpy(), minlength=samples)
+    except (OSError, ValueError, pa.ArrowException):
+        return None
     return found

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.copies import original
 from maglev.cosim.master import whole_steps
-from maglev.errors import ScenarioError, nearest
+from maglev.errors import FmuError, ScenarioError, nearest
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.columns import columns_of, metrics_at_rest, named_values
 from maglev.studies.dataset import Layout, trajectories_schema
@@ -27,6 +29,7 @@ Array = NDArray[np.float64]
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
+LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's clock can wait for
 
 
 @dataclass(frozen=True)
@@ -81,23 +84,23 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                             f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
     for name, path in experiment.files.items():
         if is_written(path):
-            raise ScenarioError(f"{origin}: the scenario's {name} is {path}, which workers do not have: expected it as "
-                                f"--{name}, for which an FMU is built")
+            raise ScenarioError(f"{origin}: the scenario's {name} is {original(path)}, which workers do not have: "
+                                f"expected it as --{name}, for which an FMU is built")
     targets = targets_of(study, experiment, origin)
     count = number_of_samples(study)
     descriptions = experiment.check()
     time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
     known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
     columns = columns_of(known, study.metrics, study.limits, origin)
-    every = experiment.output_every() if study.keep_interval is None else round(study.keep_interval / experiment.step)
+    every = rows_every(study.keep_interval, experiment, origin)
     require_signals(study, experiment, origin)
-    rows = len(time[::max(1, every)]) if study.keep else 0
+    rows = len(time[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
                  + 8 * count * rows * len(study.keep), count)
     design = samples(study)
     values = target_values(targets, design, origin)
-    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), max(1, every),
-              limit_of(experiment, study.sample_timeout))
+    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
+              limit_of(experiment, study.sample_timeout, origin))
     job = replace(job, key=key_of(job, values, experiment))
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     varied = {each.column: "" if each.mode == "factor" else
@@ -107,13 +110,27 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, command, count))
     return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
-                        time[::max(1, every)], experiment.outputs())
+                        time[::every], experiment.outputs())
 
 
-def limit_of(experiment: Experiment, asked: float | None) -> float | None:
-    """Longest wall time of a sample, s; None if it may take any: FMUs of this project do not hang."""
-    if asked is None and any(is_foreign(name, path) for name, path in experiment.files.items()):
+def rows_every(keep_interval: float | None, experiment: Experiment, origin: str) -> int:
+    """Communication steps between two rows of the trajectories that are kept."""
+    if keep_interval is None:
+        return experiment.output_every()
+    step, stop_time = experiment.step, experiment.plan.stop_time
+    with suppress(FmuError):
+        if keep_interval <= stop_time:
+            return whole_steps(keep_interval, step)
+    raise ScenarioError(f"{origin}: keep_interval = {keep_interval:g} s: expected a whole number of communication "
+                        f"steps of {step:g} s, up to the stop time = {stop_time:g} s")
+
+
+def limit_of(experiment: Experiment, asked: float | None, origin: str) -> float | None:
+    """Longest wall time of a sample, s; None if it may take any: FMUs of this installation do not hang."""
+    if asked is None and any(map(is_foreign, experiment.files.values())):
         return LIMIT_OF_FOREIGN
+    if asked is not None and asked > LARGEST_LIMIT:
+        raise ScenarioError(f"{origin}: sample_timeout = {asked:g} s: expected at most {LARGEST_LIMIT:g} s")
     return asked
 
 

@@ -3,14 +3,19 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pyarrow.parquet as pq
+
 from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
-from maglev.studies.dataset import Parts, metadata_of, trajectories_table
+from maglev.studies.dataset import as_bytes, merge, metadata_of, rows_by_sample, trajectories_table
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
 from maglev.studies.flying.samples import Flown
+from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy, trajectory_schema
 
 Watcher = Callable[[int, int], None]   # samples done, samples in all
+Say = Callable[[str], None]
 
 
 def dataset_path(out: Path, name: str) -> Path:
@@ -18,39 +23,60 @@ def dataset_path(out: Path, name: str) -> Path:
     return out / f"{name}.parquet"
 
 
+def trajectories_path(path: Path) -> Path:
+    """File of the trajectories beside a study's samples."""
+    return path.with_name(f"{path.stem}.trajectories.parquet")
+
+
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
-              watch: Watcher) -> Path:
+              watch: Watcher, say: Say) -> Path:
     """Fly a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
+    `say` is told what is missing or broken of what was done.
 
     Raises
     ------
     MaglevError
-        If it cannot be flown, or parts are there and `resume` is not asked for.
+        If it cannot be flown, another process is writing there, or parts are there and `resume` is not asked for.
     Interrupted
         After Ctrl-C or SIGTERM; what is done is kept.
     """
-    path, parts = dataset_path(out, planned.study.name), Parts(out / f"{planned.study.name}.parts", planned.job.key)
-    samples, sizes = len(planned.values), {batch.number: batch.last - batch.first for batch in planned.batches}
-    done = parts.found()
-    kept_samples = sum(sizes[number] for number in done)
-    if done and not resume:
+    parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
+    with parts.alone():
+        return fly(planned, parts, dataset_path(out, planned.study.name), jobs, scheduler, resume, watch, say)
+
+
+def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: str | None, resume: bool,
+        watch: Watcher, say: Say) -> Path:
+    """Fly what is not done yet, and merge all; arguments and errors as of `run_study`."""
+    samples, schema = len(planned.values), trajectory_schema(planned) if planned.job.kept else None
+    kinds = ("samples",) if schema is None else ("samples", "trajectories")
+    others = parts.find()
+    done = {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in kinds)}
+    lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
+    kept_samples = sum(batch.last - batch.first for batch in done)
+    if parts.files and not resume:
         raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                             "expected --resume to go on with them, or no such folder")
-    if resume and not done and metadata_of(path).get("key") == planned.job.key:
-        return path   # it was done before
-    schema = trajectory_schema(planned) if planned.job.kept else None
+    if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
+        if is_whole(planned, path):
+            return path   # it was done before
+        say(f"{path}: is not whole, or not with its trajectories: all samples are flown again")
+    if lost or others:
+        say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
+            f"{samples} samples are whole, the others are flown again")
 
     def store(number: int, flown: Flown) -> None:
         nonlocal kept_samples
-        table = planned.layout.table(flown, planned.design, planned.values)
-        kept = None if schema is None else trajectories_table(planned.job, flown, planned.times, schema)
-        parts.write(number, table, kept)
-        kept_samples += sizes[number]
+        if schema is not None:
+            kept = trajectories_table(planned.job, flown, planned.times, schema)
+            parts.write(part("trajectories", number), as_bytes(kept))
+        parts.write(part("samples", number), as_bytes(planned.layout.table(flown, planned.design, planned.values)))
+        kept_samples += len(flown.failures)
         watch(kept_samples, samples)
 
-    waiting = [batch for batch in planned.batches if batch.number not in done]
+    waiting = [batch for batch in planned.batches if batch not in done]
     try:
         if waiting:
             with connected(scheduler, jobs) as client:
@@ -60,8 +86,27 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     except KeyboardInterrupt as error:
         raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                           "--resume goes on with them", signal_of(error)) from error
-    if schema is not None:
-        parts.merge("trajectories", len(planned.batches), schema, out / f"{planned.study.name}.trajectories.parquet")
-    parts.merge("samples", len(planned.batches), planned.layout.schema(), path)
+    for kind, form, merged in (("trajectories", schema, trajectories_path(path)),
+                               ("samples", planned.layout.schema(), path)):
+        if form is not None:
+            merge((parts.read(part(kind, batch.number)) for batch in planned.batches), form, merged)
     parts.remove()
     return path
+
+
+def part(kind: str, batch: int) -> str:
+    """Name of a part: of the samples or the trajectories of a batch."""
+    return f"{kind}-{batch:07d}.parquet"
+
+
+def is_whole(planned: PlannedStudy, path: Path) -> bool:
+    """Whether a dataset has every sample once, and beside it the trajectories that are kept of each."""
+    key, samples = planned.job.key, len(planned.values)
+    rows = rows_by_sample(path, key, samples)
+    if rows is None or not np.all(rows == 1):
+        return False
+    if not planned.job.kept:
+        return True
+    flown = pq.read_table(path, columns=["failure"])["failure"].is_null().to_numpy()
+    kept = rows_by_sample(trajectories_path(path), key, samples)
+    return kept is not None and np.array_equal(kept, len(planned.times) * flown)

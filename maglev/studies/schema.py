@@ -16,6 +16,8 @@ FOLDER = PACKAGED / "studies"   # those that come with the package
 MOST_SAMPLES = 1_000_000
 
 Quantity = Annotated[StartValue, PlainValidator(read_start_value)]
+Count = Annotated[int, Field(strict=True, ge=1, le=MOST_SAMPLES)]
+Seed = Annotated[int, Field(strict=True, ge=0)]
 Kind = Literal["grid", "list", "uniform", "normal", "log-uniform", "percent"]
 Mode = Literal["value", "factor", "offset"]
 
@@ -41,7 +43,7 @@ class Varied(Table):
     kind: Kind
     start: Quantity | None = Field(default=None, alias="from")
     to: Quantity | None = None
-    number: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
+    number: Count | None = None
     values: Annotated[list[Quantity], Field(min_length=1)] | None = None
     low: Quantity | None = None
     high: Quantity | None = None
@@ -100,8 +102,8 @@ class Design(Table):
     """
 
     kind: Literal["grid", "latin hypercube", "sobol", "halton", "saltelli"] = "grid"
-    samples: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
-    seed: Annotated[int, Field(ge=0)] = 0
+    samples: Count | None = None
+    seed: Seed = 0
 
     @model_validator(mode="after")
     def number_of_samples(self) -> "Design":
@@ -118,7 +120,7 @@ class Correlated(Table):
     """Normal ones that vary together: their names, and their covariance in SI."""
 
     of: Annotated[list[str], Field(min_length=2)]
-    covariance: list[list[float]]
+    covariance: list[list[Annotated[float, Field(strict=True, allow_inf_nan=False)]]]
 
 
 class Limit(Table):
@@ -129,9 +131,11 @@ class Limit(Table):
 
     @model_validator(mode="after")
     def one_at_least(self) -> "Limit":
-        """Refuse a limit that limits nothing."""
+        """Refuse a limit that limits nothing, and one that nothing keeps."""
         if self.min is None and self.max is None:
             raise key_refused("max", None, "required key is missing: expected max or min")
+        if self.min is not None and self.max is not None and not self.min.value <= self.max.value:
+            raise key_refused("max", self.max.written, f"expected at least min = {self.min.written}")
         return self
 
 
@@ -152,6 +156,15 @@ class StudyFile(Table):
     keep: list[str] = []
     keep_interval: Annotated[Seconds, Field(gt=0.0)] | None = None
     sample_timeout: Annotated[Seconds, Field(gt=0.0)] | None = None   # wall time
+
+    @field_validator("keep")
+    @classmethod
+    def kept_once(cls, keep: list[str]) -> list[str]:
+        """Refuse a signal that is listed twice."""
+        for i, name in enumerate(keep):
+            if name in keep[:i]:
+                raise key_refused(i, name, "is listed twice, expected once")
+        return keep
 
     @field_validator("vary")
     @classmethod

@@ -1,6 +1,6 @@
 """What a study sets in each flight: parameters, inputs and references, with their values by sample."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
 from maglev.schema.settings import REFERENCE, UNITS, with_reference
-from maglev.studies.schema import Mode, StudyFile
+from maglev.studies.schema import Mode, StudyFile, Varied
 from maglev.units import si_unit
 
 
@@ -67,6 +67,15 @@ def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Ta
                                         f"{'Boolean, expected true or false' if target.boolean else 'a number'}")
             found.append(target)
     return found
+
+
+def require_free(settings: Iterable[str], vary: Iterable[Varied], origin: str) -> None:
+    """Refuse settings `fmu.variable=value` of what varies; what a factor or an offset is of may be set."""
+    varied = {name for each in vary if each.mode == "value" for name in each.set}
+    for setting in settings:
+        name = setting.partition("=")[0].strip()
+        if name in varied:
+            raise ScenarioError(f"{origin}: {setting}: {name} varies, expected to be set, or to vary")
 
 
 def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descriptions: dict[str, ModelDescription],

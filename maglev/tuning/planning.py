@@ -89,7 +89,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     plants = plants_of(tuning.plants(), targets, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns),
-              limit=limit_of(experiment, None))
+              limit=limit_of(experiment, None, origin))
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     nominal = np.array([target.nominal for target in searched])
     return PlannedTuning(tuning, replace(job, key=key_of(job, plants, experiment)), unknowns, cost, nominal, plants,

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 from maglev.errors import ScenarioError
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.toml_table import Table, key_refused, one_line
-from maglev.studies.schema import Design, Limit, Quantity, StudyFile, Varied, file_of, read_study
+from maglev.studies.schema import Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
 from maglev.toml_file import read_toml
 
 FOLDER = PACKAGED / "tuning"   # those that come with the package
@@ -72,16 +72,16 @@ class TuneFile(Table):
     set: dict[str, float | int | bool | str] = {}
     minimise: Annotated[list[str], Field(min_length=1)]
     over: Literal["worst", "mean"] = "worst"
-    times_before: dict[str, Annotated[float, Field(gt=0.0)]] = {}
+    times_before: dict[str, Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]] = {}
     limits: dict[str, Limit] = {}
     poles: list[Poles] = []
     search: list[Searched] = []
     vary: list[Varied] = []
     design: Design = Design()
-    population: Annotated[int, Field(ge=5)] = 30
-    generations: Annotated[int, Field(ge=1)] = 20
-    seed: Annotated[int, Field(ge=0)] = 0
-    fresh: Annotated[int, Field(ge=0)] = 0   # plants that were not searched with
+    population: Annotated[Count, Field(ge=5)] = 30
+    generations: Count = 20
+    seed: Seed = 0
+    fresh: Annotated[int, Field(strict=True, ge=0)] = 0   # plants that were not searched with
 
     @model_validator(mode="after")
     def something_to_search(self) -> "TuneFile":

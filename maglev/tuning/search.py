@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,16 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
-from fmi_export.whole_file import whole_file
-from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
-from maglev.studies.dataset import Parts
+from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, signal_of
 from maglev.studies.flying.batches import batches_of, fly_all
 from maglev.studies.flying.cluster import connected
 from maglev.studies.flying.samples import Flown
+from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
 
 Array = NDArray[np.float64]
 Watcher = Callable[[int, int], None]   # flights done, flights in all
+Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class Search:
         self.parts = parts
         self.watch = watch
         self.flights = 0
+        self.failure: str | None = None   # why the last one that was not flown to its end was not
         tuning = planned.tuning
         self.all_flights = (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
                             + 2 * len(planned.fresh) * (tuning.fresh > 0))
@@ -70,27 +72,33 @@ class Search:
     def fly(self, candidates: Array, plants: Array) -> Array:
         """Metrics, shape (candidates, plants, columns), of candidates with their parameters."""
         values = self.planned.values(candidates, plants)
-        kept = self.parts.folder / f"flights-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
-        if kept.exists():
+        kept = f"flights-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
+        if kept in self.parts.files:
             self.flights += len(values)
-            return np.asarray(np.load(kept)).reshape(len(candidates), len(plants), -1)
+            rows = np.load(BytesIO(self.parts.read(kept)))
+            return np.asarray(rows).reshape(len(candidates), len(plants), -1)
         rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
 
         def store(_: int, flown: Flown) -> None:
             rows[flown.first:flown.first + len(flown.values)] = flown.values
+            self.failure = next(filter(None, flown.failures), self.failure)
             self.flights += len(flown.values)
             self.watch(min(self.flights, self.all_flights - 1), self.all_flights)
 
         fly_all(self.client, self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0),
                 values, store)
-        with whole_file(kept) as unfinished, unfinished.open("wb") as file:
-            np.save(file, rows)
+        content = BytesIO()
+        np.save(content, rows)
+        self.parts.write(kept, content.getvalue())
         return rows.reshape(len(candidates), len(plants), -1)
 
     def found(self) -> Found:
         """Search, and fly what was found on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
         before, = self.fly(planned.nominal[None, :], planned.plants)
+        if np.isnan(before[:, 0]).all():   # even `failed`
+            raise MaglevError(f"{tuning.name}: with the scenario's own values no flight comes to its end"
+                              + (f": {self.failure}" if self.failure else ""))
 
         def costs(numbers: Array, /) -> Any:
             candidates = np.array([planned.unknowns.parameters(column) for column in numbers.T])
@@ -111,28 +119,33 @@ class Search:
 
 
 def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
-           watch: Watcher) -> Found:
+           watch: Watcher, say: Say) -> Found:
     """Search on a cluster: the workers of a scheduler, or so many processes of this machine.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course
-    again, and flies what is not there.
+    again, and flies what is not there. `say` is told what is broken of it.
 
     Raises
     ------
     MaglevError
-        If something cannot be flown, or parts are there and `resume` is not asked for.
+        If something cannot be flown, another process is writing there, or parts are there and `resume` is not asked
+        for.
     Interrupted
         After Ctrl-C or SIGTERM; what is done is kept.
     """
-    parts.found()   # refuses those of another tuning
-    if parts.folder.exists() and not resume:
-        raise ScenarioError(f"{parts.folder}: a part is done, expected --resume to go on with it, or no such folder")
-    try:
-        with connected(scheduler, jobs) as client:
-            parts.begin()
-            found = Search(planned, client, parts, watch).found()
-    except KeyboardInterrupt as error:
-        raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, --resume goes on "
-                          "with them", signal_of(error)) from error
-    parts.remove()
+    with parts.alone():
+        others = parts.find()
+        if parts.folder.exists() and not resume:
+            raise ScenarioError(f"{parts.folder}: a part is done, expected --resume to go on with it, or no such "
+                                "folder")
+        if others:
+            say(f"{parts.folder}: not as it was written: {others} of the parts, flown again")
+        try:
+            with connected(scheduler, jobs) as client:
+                parts.begin()
+                found = Search(planned, client, parts, watch).found()
+        except KeyboardInterrupt as error:
+            raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, --resume goes "
+                              "on with them", signal_of(error)) from error
+        parts.remove()
     return found

@@ -3,7 +3,6 @@
 import importlib
 import re
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from types import ModuleType
 
 from fmi_export.errors import ExportError
 from fmi_export.native.build import layer_names
+from fmi_export.scratch import scratch
 from fmi_export.sources import carried_modules, defined_names
 from fmi_export.written.declaration import WrittenDefinition
 from fmi_export.written.trouble import OWN
@@ -114,15 +114,15 @@ def imported(module: str) -> ModuleType:
 @contextmanager
 def importable(texts: Mapping[str, str]) -> Iterator[Path]:
     """Folder with modules that can be imported in this block."""
-    with tempfile.TemporaryDirectory(prefix="maglev_own_") as name:
+    with scratch() as folder:
         for module, text in texts.items():
-            (Path(name) / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")
-        sys.path.insert(0, name)
+            (folder / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")
+        sys.path.insert(0, str(folder))
         importlib.invalidate_caches()
         try:
-            yield Path(name)
+            yield folder
         finally:
-            sys.path.remove(name)
+            sys.path.remove(str(folder))
             for module in (*texts, BLOCK):
                 sys.modules.pop(module, None)
 

@@ -1,23 +1,24 @@
 """A controller to begin with, as a file."""
 
-from importlib.resources import files
 from pathlib import Path
 
-from maglev.errors import ControllerError, nearest
+from maglev.errors import ControllerError, RigError
+from maglev.own_stage.adoption import rig_named
+from maglev.rig.template import template
+from pmlsm.rigs import EXAMPLE
 
-TEMPLATES = {"2dof": "controller_2dof.py", "3dof": "controller_3dof.py"}
-TEMPLATE_CLASS = "Controller"
 LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
 
 
-def new_controller(path: str | Path, stage: str = "3dof") -> Path:
+def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     """Write a controller that flies, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME.py; the class in it is named after it.
-    stage : "2dof" or "3dof"
+    stage : str
+        Name of a rig, or the description of a stage of yours, NAME.toml.
 
     Returns
     -------
@@ -36,17 +37,18 @@ def new_controller(path: str | Path, stage: str = "3dof") -> Path:
     'my_regulator.py'
     """
     file = Path(path)
-    if stage not in TEMPLATES:
-        raise ControllerError(f"--stage {stage}: expected one of {', '.join(TEMPLATES)}; nearest is "
-                              f"{nearest(stage, TEMPLATES)}")
+    try:
+        rig = rig_named(stage)
+    except RigError as error:
+        raise ControllerError(f"--stage {stage}: {error}") from None
     if file.suffix != ".py":
         raise ControllerError(f"{file}: expected a name that ends in .py, such as {file.stem or 'lqi'}.py")
     name = class_name(file.stem)
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
                               "class in it is named after it")
-    text = files("maglev.written.templates").joinpath(TEMPLATES[stage]).read_text(encoding="utf-8")
-    text = text.replace(f"class {TEMPLATE_CLASS}:", f"class {name}:").replace("FILE", file.name)
+    text = template(rig, name, file.name)
+    text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
     if not file.parent.is_dir():
         raise ControllerError(f"{file}: there is no folder {file.parent}, expected one")
     try:

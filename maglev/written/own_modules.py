@@ -62,7 +62,7 @@ def own_modules(file: Path) -> OwnModules:
     while waiting:
         name, path = waiting.pop(0)
         if own_name(name) not in modules:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")
             renamed = reader.renamed(name, path, text)
             modules[own_name(name)] = OwnModule(path, text, renamed)
             waiting += reader.found

@@ -14,7 +14,8 @@ from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.errors import ExportError
 from fmi_export.written.declaration import WrittenDefinition, definition_of
-from fmi_export.written.trouble import described
+from fmi_export.written.trouble import RAISED, described
+from maglev.copies import copied, original
 from maglev.errors import ControllerError, nearest, nearest_file
 from maglev.written.own_modules import OwnModules, own_modules
 
@@ -76,18 +77,23 @@ def file_of(path: Path) -> tuple[Path, str | None]:
 
 @contextmanager
 def folder_first(folder: Path) -> Iterator[None]:
-    """Import from a folder first, as a script in it does; its modules do not stay, for another folder may have such."""
+    """Import from a folder first, as a script in it does; its modules do not stay, for another folder may have such.
+
+    What a folder of copies lacks comes from the one that they are of.
+    """
     before = set(sys.modules)
     writes = sys.dont_write_bytecode
     sys.dont_write_bytecode = True   # a module that changes twice in a second looks like its compiled form
-    sys.path.insert(0, str(folder))
+    folders = list(dict.fromkeys((folder, original(folder))))
+    sys.path[:0] = map(str, folders)
     try:
         yield
     finally:
         sys.dont_write_bytecode = writes
-        sys.path.remove(str(folder))
+        for each in folders:
+            sys.path.remove(str(each))
         for name in set(sys.modules) - before:
-            if Path(getattr(sys.modules[name], "__file__", None) or ".").parent == folder:
+            if Path(getattr(sys.modules[name], "__file__", None) or ".").parent in folders:
                 del sys.modules[name]
 
 
@@ -101,14 +107,44 @@ def load(path: Path) -> Written:
     """
     if is_class(path):
         return load_class(path)
-    file, name = file_of(path)
-    if not file.is_file():
-        raise ControllerError(f"there is no file {file}{nearest_file(file)}; {HELP}")
+    file, name = existing(path), file_of(path)[1]
     modules = read(file)
     key = (path.absolute(), str(modules.sha256))
     if key not in LOADED:
         LOADED[key] = Written(defined(file, name, modules), file, modules.requires, modules.sha256)
     return LOADED[key]
+
+
+def digests(path: Path) -> tuple[tuple[str, str], ...]:
+    """Names and digests of the file that a path names and of the modules beside it, or of a class's text.
+
+    Nothing is executed; errors of the files as of `load`.
+    """
+    return load_class(path).sha256 if is_class(path) else read(existing(path)).sha256
+
+
+def existing(path: Path) -> Path:
+    """File that a path names; ControllerError if there is none."""
+    file = file_of(path)[0]
+    if not file.is_file():
+        raise ControllerError(f"there is no file {file}{nearest_file(file)}; {HELP}")
+    return file
+
+
+def copy_of(path: Path) -> Path:
+    """The same for copies of the file that a path names and of the modules beside it; errors as of `load`.
+
+    A class has no file, and stays as it is.
+    """
+    if is_class(path):
+        return path
+    file, name = existing(path), file_of(path)[1]
+    folder = file.absolute().parent
+    found = {module.file.absolute() for module in read(file).modules.values()}
+    packages = {parent / "__init__.py" for each in found for parent in each.parents if folder in parent.parents}
+    files = {str(each.relative_to(folder)): each.read_bytes() for each in {*found, *packages} if each.is_file()}
+    copy = copied(files, folder) / file.name
+    return copy if name is None else Path(f"{copy}:{name}")
 
 
 def chosen_file(path: Path) -> tuple[Path, WrittenDefinition]:
@@ -124,6 +160,8 @@ def read(file: Path) -> OwnModules:
         raise ControllerError(described(error)) from error
     except (UnicodeDecodeError, ValueError) as error:
         raise ControllerError(f"{file}: {error}, expected a Python file in UTF-8") from error
+    except (RecursionError, MemoryError):   # of the parser, for which a sum of 10 000 terms is too deep as well
+        raise ControllerError(f"{file}: an expression is nested too deeply, expected shorter ones") from None
 
 
 def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinition:
@@ -134,18 +172,19 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
     assert specification is not None
     assert specification.loader is not None
     module = module_from_spec(specification)
+    module.__file__ = str(original(file.absolute()))   # data may lie beside it
     sys.modules[unique] = module   # where pickle and dataclasses look for it
     with folder_first(folder):
         try:
             specification.loader.exec_module(module)
-        except Exception as error:
+        except RAISED as error:
             raise ControllerError(in_file(error, file)) from error
         classes = {each.__name__: each for each in vars(module).values()
                    if isinstance(each, type) and each.__module__ == unique}
         return declared(chosen(file, name, classes), file.name)
 
 
-def in_file(error: Exception, file: Path) -> str:
+def in_file(error: BaseException, file: Path) -> str:
     """Error of a file that was executed, with the line in it."""
     if isinstance(error, SyntaxError):
         return described(error)

@@ -1,4 +1,4 @@
-"""The study: fit both stages, judge all the evidence before and after, write what was found.
+"""The study: scale the friction, fit both stages, judge all the evidence before and after, write what was found.
 
     python -m studies.estimation [--anew] [--fmus FOLDER]
 
@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from pmlsm.rigs import RIGS
 from studies.estimation.evidence import Judged, residual
 from studies.estimation.fit import Array, Fit, fit
 from studies.estimation.flights import fly_all, judge, prepare
-from studies.estimation.page import page, write_between
-from studies.estimation.settings import FILE, Rig, Settings, read_settings
+from studies.estimation.page import ScaleRow, best_scale, page, scale_row, write_between
+from studies.estimation.settings import FILE, Defaults, Rig, Settings, read_settings, times
 
 FOUND = Path(__file__).with_name("found.json")
 DOCS = Path(__file__).parents[2] / "docs" / "estimation.md"
@@ -36,7 +37,8 @@ def fit_rig(rig: Rig, settings: Settings, fmus: Path) -> Fit:
     def evidence(u: Array) -> Array:
         nonlocal evaluations
         evaluations += 1
-        judged = judge(fly_all(experiments, rig.defaults(u), rig.following(u)), rig.training)
+        judged = judge(fly_all(experiments, {**settings.scale.assumed, **rig.defaults(u)},
+                               {**settings.scale.follows, **rig.following(u)}), rig.training)
         row = np.array([residual(each.result, settings.largest_residual) for each in judged])
         print(f"{rig.name}: {evaluations} evaluations, {time.monotonic() - started:.0f} s, misfit "
               f"{0.5 * float(np.sum(row ** 2)):.2f}", flush=True)
@@ -48,12 +50,23 @@ def fit_rig(rig: Rig, settings: Settings, fmus: Path) -> Fit:
 
 def judge_all(settings: Settings, fits: dict[str, Fit], fmus: Path) -> list[Judged]:
     """Verdicts on all the evidence, at what was found of the stages that have a fit, at what is assumed of others."""
-    defaults: dict[str, float] = {}
-    following: dict[str, float] = {}
+    defaults, following = {**settings.scale.assumed}, {**settings.scale.follows}
     for rig in [rig for rig in settings.rigs if rig.name in fits]:
         defaults |= rig.defaults(fits[rig.name].u)
         following |= rig.following(fits[rig.name].u)
     return judge(fly_all(prepare(None, fmus), defaults, following))
+
+
+def scale_rows(settings: Settings, fmus: Path) -> list[ScaleRow]:
+    """All the evidence at every scale of friction, and at the one that training chooses with slot ripple beside it."""
+    experiments, scale = prepare(None, fmus), settings.scale
+
+    def row(size: float, ripple: Defaults) -> ScaleRow:
+        judged = judge(fly_all(experiments, {**times(size, scale.assumed), **ripple}, times(size, scale.follows)))
+        return scale_row(settings, size, bool(ripple), judged)
+
+    rows = [row(size, {}) for size in scale.candidates]
+    return [*rows, row(best_scale(rows), scale.ripple)]
 
 
 def as_data(found: Fit) -> dict[str, Any]:
@@ -84,14 +97,25 @@ def rounded(found: Fit) -> Fit:
                float(four(found.cost_before)), four(found.profiles))
 
 
-def effects(rig: Rig, found: Fit) -> str:
-    """TOML with the estimates that are the plant's, for scenarios to extend."""
-    lines = [f"# The assumed effects of the {rig.name.upper().replace('DOF', '-DOF')} stage as estimated "
-             "(docs/estimation.md), not as assumed.", "# Made by `python -m studies.estimation`.", "",
-             "[fmus.plant.start]"]
-    for name, value in rig.defaults(found.u).items():
+def effects(rig: Rig, settings: Settings, found: Fit) -> str:
+    """TOML with the estimates that are the plant's, for scenarios to extend; what is not fitted is as assumed."""
+    return effects_file(rig, "The effects that are fitted to part of the evidence, which the plant does not have",
+                        {**settings.scale.assumed, **rig.defaults(found.u)})
+
+
+def as_assumed(rig: Rig, settings: Settings) -> str:
+    """TOML with what was assumed before one scale of it was estimated, for scenarios to extend."""
+    return effects_file(rig, "Coulomb friction as it was assumed, before one scale of it was estimated",
+                        settings.scale.assumed)
+
+
+def effects_file(rig: Rig, title: str, values: Defaults) -> str:
+    """TOML with start values of the plant of one stage."""
+    lines = [f"# {RIGS[rig.name].title}. {title} (docs/estimation.md).",
+             "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]
+    for name, value in values.items():
         model, _, variable = name.partition(".")
-        if model.startswith("Plant"):
+        if model == f"Plant{RIGS[rig.name].suffix}":
             lines.append(f'"{variable}" = {value:.4g}')
     return "\n".join(lines) + "\n"
 
@@ -113,9 +137,10 @@ def main() -> None:
             FOUND.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
     fits = {name: from_data(data) for name, data in known["fits"].items()}
     before, after = judge_all(settings, {}, fmus), judge_all(settings, fits, fmus)
-    write_between(DOCS, page(settings, fits, before, after))
+    write_between(DOCS, page(settings, scale_rows(settings, fmus), fits, before, after))
     for rig in settings.rigs:
-        (EFFECTS / f"{rig.name}-estimated.toml").write_text(effects(rig, fits[rig.name]), encoding="utf-8")
+        (EFFECTS / f"{rig.name}-as-assumed.toml").write_text(as_assumed(rig, settings), encoding="utf-8")
+        (EFFECTS / f"{rig.name}-estimated.toml").write_text(effects(rig, settings, fits[rig.name]), encoding="utf-8")
 
 
 if __name__ == "__main__":

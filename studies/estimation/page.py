@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+from pmlsm.rigs import RIGS
 from studies.estimation.evidence import Judged, better, changed, counts, residual
 from studies.estimation.fit import PROFILE, Fit
 from studies.estimation.settings import Rig, Settings
@@ -13,12 +15,52 @@ END = "<!-- end of estimation -->\n"
 SMALL = 0.6   # standard deviation afterwards over that before, below which the evidence says something
 
 
-def page(settings: Settings, fits: Mapping[str, Fit], before: Sequence[Judged], after: Sequence[Judged]) -> str:
-    """All tables: both counts on both sets, the estimates, their profiles, and every verdict that changed."""
-    parts = [count_table(settings, before, after)]
+@dataclass(frozen=True)
+class ScaleRow:
+    """What the evidence says of one scale of friction, with slot ripple beside it or without."""
+
+    scale: float
+    ripple: bool
+    training: Sequence[Judged]
+    held_out: Sequence[Judged]
+
+
+def scale_row(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> ScaleRow:
+    """The row of one scale, its evidence split."""
+    held_out = [each for each in judged if each.owner not in settings.training]
+    return ScaleRow(scale, ripple, [each for each in judged if each.owner in settings.training], held_out)
+
+
+def best_scale(rows: Sequence[ScaleRow]) -> float:
+    """The scale that reproduces most of the sentences for training; of equal ones the first."""
+    return max(rows, key=lambda row: counts(row.training).sentences[0]).scale
+
+
+def page(settings: Settings, scales: Sequence[ScaleRow], fits: Mapping[str, Fit], before: Sequence[Judged],
+         after: Sequence[Judged]) -> str:
+    """All tables: scales of friction, both counts on both sets, the estimates, their profiles, changed verdicts."""
+    parts = [scale_table(settings, scales), count_table(settings, before, after)]
     parts += [table for rig in settings.rigs for table in (estimate_table(rig, fits[rig.name]),
                                                            profile_table(rig, fits[rig.name]))]
     return "\n".join([*parts, change_table(settings, before, after)])
+
+
+def scale_table(settings: Settings, rows: Sequence[ScaleRow]) -> str:
+    """Verdicts and misfit at every scale of friction; the one that training chooses is bold."""
+    lines = ["| Coulomb friction | training: sentences | bounds | misfit | held out: sentences | bounds | misfit |",
+             "|---" * 7 + "|"]
+    best = best_scale([row for row in rows if not row.ripple])
+    for row in rows:
+        label = f"× {row.scale:g}" + (", slot ripple" if row.ripple else "")
+        cells = [cell for judged in (row.training, row.held_out)
+                 for cell in (*counts(judged).text, f"{misfit(settings, judged):.1f}")]
+        lines.append(f"| {f'**{label}**' if row.scale == best and not row.ripple else label} | {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
+def misfit(settings: Settings, judged: Sequence[Judged]) -> float:
+    """Half the sum of squares of the residuals."""
+    return 0.5 * sum(residual(each.result, settings.largest_residual) ** 2 for each in judged)
 
 
 def count_table(settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
@@ -40,8 +82,7 @@ def count_table(settings: Settings, before: Sequence[Judged], after: Sequence[Ju
 def count_row(label: str, settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
     """One row of the table of counts."""
     (old, old_bounds), (new, new_bounds) = counts(before).text, counts(after).text
-    old_misfit, new_misfit = (0.5 * sum(residual(each.result, settings.largest_residual) ** 2 for each in judged)
-                              for judged in (before, after))
+    old_misfit, new_misfit = misfit(settings, before), misfit(settings, after)
     return f"| {label} | {old} | {new} | {old_bounds} | {new_bounds} | {old_misfit:.1f} | {new_misfit:.1f} |"
 
 
@@ -84,7 +125,7 @@ def change_table(settings: Settings, before: Sequence[Judged], after: Sequence[J
 
 def stage_words(rig: str) -> str:
     """Such as "2-DOF stage"."""
-    return f"{rig.removesuffix('dof')}-DOF stage"
+    return RIGS[rig].title
 
 
 def write_between(path: Path, text: str) -> None:

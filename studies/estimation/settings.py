@@ -79,9 +79,36 @@ class Rig:
 
 
 @dataclass(frozen=True)
+class Scale:
+    """One scale of Coulomb friction on all axes.
+
+    Attributes
+    ----------
+    candidates : tuple of float
+    assumed : dict of str to float
+        What is scaled, SI by `model.variable`.
+    follows : dict of str to float
+        What is scaled along where a scenario gives it at all.
+    ripple : dict of str to float
+        What is tried beside the scale that is chosen.
+    """
+
+    candidates: tuple[float, ...]
+    assumed: Defaults
+    follows: Defaults
+    ripple: Defaults
+
+
+def times(scale: float, values: Defaults) -> dict[str, float]:
+    """Every value times a scale."""
+    return {name: scale * value for name, value in values.items()}
+
+
+@dataclass(frozen=True)
 class Settings:
     """The whole study; see `estimation.toml`."""
 
+    scale: Scale
     rigs: tuple[Rig, ...]
     largest_residual: float
     difference: float
@@ -98,7 +125,8 @@ def read_settings(path: Path = FILE) -> Settings:
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     rigs = tuple(Rig(rig["name"], tuple(rig["training"]), tuple(read_parameters(rig["parameters"])))
                  for rig in table["rigs"])
-    return Settings(rigs, table["largest_residual"], table["difference"], table["iterations"])
+    scale = Scale(**{**table["scale"], "candidates": tuple(table["scale"]["candidates"])})
+    return Settings(scale, rigs, table["largest_residual"], table["difference"], table["iterations"])
 
 
 def read_parameters(tables: Iterable[Mapping[str, Any]]) -> Iterable[Parameter]:

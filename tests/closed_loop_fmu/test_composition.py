@@ -13,7 +13,7 @@ from maglev.catalogue import DEFINITIONS, definition
 from maglev.cosim.fmu import Fmu
 
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
-AXES = {"2DOF": ("v", "h"), "3DOF": ("y", "x", "z")}
+AXES = {"2DOF": ("v", "h"), "3DOF": ("y", "x", "z"), "5DOF": ("y", "x", "z", "roll", "pitch")}
 
 Load = Callable[[str], Fmu]
 
@@ -28,9 +28,9 @@ def test_variables_are_those_of_the_parts(name: str) -> None:
     for part, model in zip(("controller", "plant"), loop.description.split()[3:6:2], strict=True):
         of_part = definition(model.strip(","))
         for v in of_part.variables:
-            own = found.pop(f"{part}.{v.name}", None)
+            own = found.pop(f"{part}.{v.place}", None)
             if own is None:
-                assert v.causality == "input" and v.name.endswith((".measured", "_cmd"))
+                assert v.causality == "input" and v.name.endswith(("measured", "_cmd"))
                 continue
             assert own.name == (v.name if v.causality == "input" else f"{part}.{v.name}")
             for what in ("causality", "unit", "minimum", "maximum", "nominal", "source", "boolean"):
@@ -38,8 +38,9 @@ def test_variables_are_those_of_the_parts(name: str) -> None:
             assert loop.start_value(own) == of_part.start_value(v), v.name
     assert not found
     inputs = {v.name: v.variability for v in loop.variables if v.causality == "input"}
-    assert inputs == {f"{axis}.{port}": "continuous" if port == "force" else "discrete" for axis in axes
-                      for port in ("reference", "reference_rate", "force")}
+    pushed = {f"{axis}.{'torque' if axis in ('roll', 'pitch') else 'force'}": "continuous" for axis in axes}
+    assert inputs == pushed | {f"{axis}.{port}": "discrete" for axis in axes
+                               for port in ("reference", "reference_rate")}
 
 
 @pytest.mark.parametrize("name", LOOPS)

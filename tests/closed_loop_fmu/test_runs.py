@@ -7,6 +7,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from command_line import run_script
 from fmpy.util import read_csv
 
 from maglev.catalogue import DEFINITIONS, definition
@@ -21,6 +22,7 @@ INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
          "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
+SCRIPTED = [name for name in LOOPS if name.endswith(("2DOF", "3DOF"))]   # those with a script and an input file
 
 
 def start_values(plan: RunPlan) -> dict[str, float | bool]:
@@ -89,6 +91,18 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
     columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}
     assert_same(Recording(result["time"], columns), expected, 1)
     assert max(np.ptp(result[axis.position]) for axis in plan.axes.values()) > 1e-3, "the step at 1 s is in it"
+
+
+@pytest.mark.parametrize("name", SCRIPTED)
+def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
+    """It ends where it is told to, and the references step at 1 s."""
+    rig = "2dof" if name.endswith("2DOF") else "3dof"
+    run_script(f"closed_loop_{rig}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
+    result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=float, deletechars="")
+    step = load_plan(FILES[f"{rig}-setpoints.csv"][1]).step
+    assert len(result) - 1 == round(1.005 / step)
+    error = result[f"controller.{'v' if rig == '2dof' else 'y'}.error"]
+    assert np.abs(error[:round(1.0 / step)]).max() < 3e-4 < 1.5e-3 < np.abs(error[round(1.0 / step) + 1])
 
 
 @pytest.mark.parametrize("file", FILES)

@@ -1,18 +1,17 @@
 """Commutation alone: the plant gets back what was asked for, limit, sampling, refusals, a parabola, the scripts."""
 
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import SCRIPTS, run_script
 from fmu_access import put, refusal
 from hypothesis import given
 from hypothesis import strategies as st
+from motor import MOTOR
 from reference_stage import shape_functions
 
 from controller_fmu.commutation_2dof import Commutation2DOF
@@ -29,7 +28,6 @@ Kind = type[Commutation2DOF] | type[Commutation3DOF]
 
 PAIRS = {Commutation2DOF: (("motor", "h"),), Commutation3DOF: (("alpha", "x"), ("beta", "z"))}
 BOTH = pytest.mark.parametrize("kind", PAIRS)
-SCRIPTS = Path(__file__).parents[2] / "scenarios" / "scripts"
 
 amperes = st.floats(-20.0, 20.0)
 metres = st.floats(-0.1, 0.1)
@@ -69,7 +67,8 @@ def test_the_plant_gets_back_what_is_asked_for(kind: Kind, wanted: list[tuple[fl
     assert block.start() == block.step(0.0, block.sample_time) == 0
     for (name, _), (i_d, i_q, displacement) in zip(PAIRS[kind], wanted, strict=False):
         motor = getattr(block, name)
-        assert park(*clarke(*phases(motor)), displacement) == pytest.approx((i_d, i_q), abs=1e-13)
+        angle = MOTOR.electrical_angle(displacement)
+        assert park(*clarke(*phases(motor)), angle) == pytest.approx((i_d, i_q), abs=1e-13)
         assert (motor.i_d_cmd, motor.i_q_cmd) == (i_d, i_q)
     assert not block.saturated
 
@@ -86,7 +85,7 @@ def test_limit(kind: Kind, wanted: list[tuple[float, float, float]], limit: floa
     for (name, _), (i_d, i_q, displacement) in zip(PAIRS[kind], wanted, strict=True):
         motor, limited = getattr(block, name), tuple(np.clip((i_d, i_q), -limit, limit))
         assert (motor.i_d_cmd, motor.i_q_cmd) == limited
-        assert park(*clarke(*phases(motor)), displacement) == pytest.approx(limited, abs=1e-13)
+        assert park(*clarke(*phases(motor)), MOTOR.electrical_angle(displacement)) == pytest.approx(limited, abs=1e-13)
     assert block.saturated == any(abs(i) > limit for each in wanted for i in each[:2])
 
 
@@ -185,9 +184,7 @@ def test_parabola(kind: Kind) -> None:
 def test_script(fmus: Path, tmp_path: Path, rig: str) -> None:
     """The command line gives the quadrature currents of its input file at the displacements of its input file."""
     out = tmp_path / "out.csv"
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    subprocess.run(["sh", str(SCRIPTS / f"commutation_{rig}.sh")], check=True, cwd=tmp_path,
-                   env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path})
+    run_script(f"commutation_{rig}.sh", fmus, out)
     result = np.genfromtxt(out, delimiter=",", names=True, dtype=float, deletechars="")
     given_inputs = np.genfromtxt(SCRIPTS / f"commutation_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
     kind = Commutation2DOF if rig == "2dof" else Commutation3DOF
@@ -196,5 +193,6 @@ def test_script(fmus: Path, tmp_path: Path, rig: str) -> None:
     for motor, axis in PAIRS[kind]:
         displacement = np.interp(time, given_inputs["time"], given_inputs[f"{axis}.measured"])
         for row, d in zip(result[1:], displacement, strict=True):
-            i_d, i_q = park(*clarke(*(row[f"{motor}.i_{phase}_cmd"] for phase in "abc")), float(d))
+            currents = clarke(*(row[f"{motor}.i_{phase}_cmd"] for phase in "abc"))
+            i_d, i_q = park(*currents, MOTOR.electrical_angle(float(d)))
             assert (i_d, i_q) == pytest.approx((0.0, given_inputs[f"{motor}.i_q_reference"][0]), abs=1e-9)

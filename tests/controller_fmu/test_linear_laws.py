@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
+from motor import MOTOR
 from reference_stage import shape_functions
 from scipy.differentiate import derivative
 from scipy.optimize import brentq
@@ -74,7 +75,7 @@ def test_polynomials_equal_the_nonlinear_ones(kind: type[Regulator], setpoint: f
 def test_slopes_of_the_shape_functions(gap: float) -> None:
     functions = [np.vectorize(lambda g, i=i: shape_functions(g)[i]) for i in (1, 2, 3)]
     expected = [float(derivative(f, gap, initial_step=1e-4 * 0.9).df) for f in functions]
-    assert gap_slopes(gap) == pytest.approx(expected, rel=1e-7)
+    assert gap_slopes(MOTOR, gap) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize(("gap", "setpoint"), [

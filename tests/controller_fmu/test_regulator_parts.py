@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from motor import MOTOR
 from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
@@ -144,12 +145,12 @@ def test_smaller_root(a: float, b: float, c: float) -> None:
 @given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-0.06, 0.06), st.floats(0.0, 8.0))
 def test_motor_command(i_d: float, i_q: float, displacement: float, limit: float) -> None:
     motor = MotorCommand()
-    motor.command(i_d, i_q, limit, displacement)
+    motor.command(i_d, i_q, limit, MOTOR.electrical_angle(displacement))
     bound = limit if limit > 0.0 else math.inf
     assert (motor.i_d_cmd, motor.i_q_cmd) == (min(max(i_d, -bound), bound), min(max(i_q, -bound), bound))
     assert motor.limited == (abs(i_d) > bound or abs(i_q) > bound)
     assert (motor.excess_d, motor.excess_q) == (motor.i_d_cmd - i_d, motor.i_q_cmd - i_q)
-    made = park(*clarke(motor.i_a_cmd, motor.i_b_cmd, motor.i_c_cmd), displacement)
+    made = park(*clarke(motor.i_a_cmd, motor.i_b_cmd, motor.i_c_cmd), MOTOR.electrical_angle(displacement))
     assert made == pytest.approx((motor.i_d_cmd, motor.i_q_cmd), abs=1e-13)
     motor.release()
     assert motor.i_a_cmd == motor.i_b_cmd == motor.i_c_cmd == motor.i_d_cmd == motor.i_q_cmd == 0.0

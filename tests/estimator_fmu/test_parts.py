@@ -9,14 +9,15 @@ from direct_loop import RIGS
 from estimator_run import TRUTH, new_estimator, run
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from motor import MOTOR
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from controller_fmu.symmetric3 import Symmetric3
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimator_2dof import STEP_MISFIT
 from estimator_fmu.matched_filter import MatchedFilter
-from estimator_fmu.symmetric3 import Symmetric3
 from estimator_fmu.velocity_model import two_states
 from pmlsm.gap_functions import gap_functions
 
@@ -132,7 +133,7 @@ class TestEstimator:
 
     def test_equilibrium_of_the_model_no_change(self, rig: int) -> None:
         gap = VERTICAL[rig][1]
-        _, f2, f3, f4 = gap_functions(gap)
+        _, f2, f3, f4 = gap_functions(MOTOR, gap)
         c2, c3, c4 = TRUTH[rig][-3:] * (1.0 if rig == 2 else 4.0)
         held = brentq(lambda i: 9.81 - c4 * f4 * i * i + c3 * f3 * i - c2 * f2, -5.0, 5.0, xtol=1e-15)
         estimates = run(rig, new_estimator(rig, TRUTH[rig]), self.still(rig, 500, gap, held))

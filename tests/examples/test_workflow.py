@@ -32,3 +32,18 @@ def test_the_commands_of_the_workflow(fmus: Path, tmp_path: Path, monkeypatch: p
     assert list(Path("results").glob("*.png"))
     shutil.copy(fmus / "LinearRegulator2DOF.fmu", "mine.fmu")
     assert maglev(*check).exit_code == 1
+
+
+@pytest.mark.usefixtures("slow")
+def test_the_commands_of_the_workflow_with_a_controller_of_ones_own(fmus: Path, tmp_path: Path,
+                                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of `maglev new controller` has no `tripped`, which the scenario watches."""
+    monkeypatch.chdir(tmp_path)
+    assert maglev("new", "controller", "mine.py", "--stage", "2dof").exit_code == 0
+    _, check, _ = commands()
+    baseline = re.search(r"maglev (check .* --update)", WORKFLOW.read_text(encoding="utf-8"))
+    assert baseline
+    for command in (shlex.split(baseline[1]), check):
+        own = [word.replace("mine.fmu", "mine.py") for word in command]
+        done = maglev(*own, "--fmus", str(fmus))
+        assert done.exit_code == 0, done.output

@@ -29,10 +29,10 @@ def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     def altered(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
         texts = original(entry, packages)
-        if "pmlsm.data_sheet" in texts:
-            changed = texts["pmlsm.data_sheet"].replace("GRAVITY = 9.81", "GRAVITY = 1.62")
-            assert changed != texts["pmlsm.data_sheet"]
-            texts["pmlsm.data_sheet"] = changed
+        if "pmlsm.velocity_rows" in texts:
+            changed = texts["pmlsm.velocity_rows"].replace("GRAVITY = 9.81", "GRAVITY = 1.62")
+            assert changed != texts["pmlsm.velocity_rows"]
+            texts["pmlsm.velocity_rows"] = changed
         return texts
 
     monkeypatch.setattr(fmi_export.build, "carried_modules", altered)
@@ -51,7 +51,7 @@ def test_two_versions_in_one_process(fmus: Path, tmp_path: Path, monkeypatch: py
 def test_host_packages_are_not_used(fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     undisturbed = falling(fmus / "Plant3DOF.fmu")
     # A host that has our packages imported, and broken.
-    monkeypatch.setattr(pmlsm.gap_functions, "magnet_field", None)
+    monkeypatch.setattr(pmlsm.gap_functions, "slot_permeance", None)
     monkeypatch.setattr("plant_fmu.stage_3dof.Stage3DOF.step", None)
     monkeypatch.setattr("pythonfmu.fmi2slave.Fmi2Slave.__init__", None)
     assert falling(fmus / "Plant3DOF.fmu") == undisturbed

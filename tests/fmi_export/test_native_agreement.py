@@ -123,7 +123,8 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
     pair = Pair(load(name), load_native(name))
     inputs = [v for v in variables(pair.both[0], "input") if v.type == "Real"]
     # They have no limit by default, and the PID asks for little.
-    limited = {"PID3DOF": "", "Commutation2DOF": "", "Commutation3DOF": "", "ClosedLoopPID3DOF": "controller."}
+    limited = {"PID3DOF": "", "PID5DOF": "", "Commutation2DOF": "", "Commutation3DOF": "", "Commutation5DOF": "",
+               "ClosedLoopPID3DOF": "controller.", "ClosedLoopPID5DOF": "controller."}
     limit = {f"{limited[name]}current_limit": 0.5} if name in limited else {}
     for component in pair.both:
         component.initialise(limit, 0.0, 10.0)

@@ -113,7 +113,7 @@ def test_mac_binary(everywhere: Path) -> None:
 @pytest.mark.parametrize("folder", ["linux64", "aarch64-linux", "win64", "darwin64"])
 def test_nothing_of_the_building_machine_is_in_it(everywhere: Path, folder: str) -> None:
     data, = (path.read_bytes() for path in everywhere.glob(f"binaries/{folder}/*"))
-    for text in (b"maglev_compiler_", str(Path.home()).encode() + b"/", b"site-packages"):
+    for text in (b"maglev_scratch_", str(Path.home()).encode() + b"/", b"site-packages"):
         assert text not in data, text
 
 

@@ -25,14 +25,14 @@ def started(load: Load, name: str) -> Fmu:
     return fmu
 
 
-def test_calls_outside_their_phase(load_native: Load) -> None:
-    """FMI 2.0.4, figure 11 and the table below it; pythonfmu's binary lets these through."""
-    fmu = load_native("Plant3DOF")
+def test_calls_outside_their_phase(load_either: Load) -> None:
+    """FMI 2.0.4, figure 11 and the table below it."""
+    fmu = load_either("Plant3DOF")
     instance = fmu.instance
     first = "before fmi2EnterInitializationMode"
     said = refusal(fmu, lambda: read(fmu, "y.position"))
-    assert said == f"fmi2GetReal {first}, expected in the initialization or after the initialization or after " \
-                   "fmi2Terminate or after an error"
+    assert f"fmi2GetReal {first}, expected in the initialization or after the initialization or after fmi2Terminate" \
+        in said
     assert first in refusal(fmu, instance.exitInitializationMode)
     assert first in refusal(fmu, instance.terminate)
     instance.enterInitializationMode()

@@ -5,6 +5,8 @@ import pytest
 from maglev.catalogue import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
+# With those that have other ports: a platform that tilts, whose gap and tilts are measured at its motors.
+CONTROLLED = {**STAGES, "5DOF": (("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
               "stop.upper", "stop.stiffness", "stop.damping", "ripple.amplitude", "ripple.period",
               "position_start", "locked")
@@ -16,7 +18,24 @@ def each(owners: tuple[str, ...], *names: str) -> set[str]:
 
 
 def ports(fmu: str, causality: str) -> set[str]:
-    return {v.name for v in definition(fmu).variables if v.causality == causality}
+    """Names of variables; the geometry of the motors, which all have, is not among them."""
+    return {v.name for v in definition(fmu).variables if v.causality == causality
+            and not v.name.startswith("geometry.")}
+
+
+def measured(stage: str) -> set[str]:
+    """Measurements of all axes."""
+    axes, motors, _ = CONTROLLED[stage]
+    return each(motors, "gap_measured") | {"x.measured", "z.measured"} if "roll" in axes else each(axes, "measured")
+
+
+def model(stage: str, inertias: bool) -> set[str]:
+    """Parameters of a controller's platform, if it tilts."""
+    axes, motors, _ = CONTROLLED[stage]
+    if "roll" not in axes:
+        return set()
+    of_axes = each(axes[:3], "mass") | each(axes[3:], "inertia") | {"trip_tilt"} if inertias else set()
+    return of_axes | each(motors, "x", "z") | {"height"}
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -32,11 +51,28 @@ def test_plant_ports(stage: str) -> None:
         | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag"))
 
 
+def test_ports_of_a_stage_that_tilts() -> None:
+    axes, motors, name = ("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), "Plant5DOF"
+    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes[:3], "force")
+                                    | each(axes[3:], "torque"))
+    assert ports(name, "output") == (
+        each(axes, "position", "velocity") | {"x.encoder", "z.encoder", "yaw_moment", "at_stop"}
+        | each(motors, "gap", "gap_encoder", "i_a", "i_b", "i_c", "i_d", "i_q", "saturated"))
+    of_stops = ("stop.lower", "stop.upper", "stop.stiffness", "stop.damping")
+    assert ports(name, "parameter") == (
+        {f"C{i}" for i in range(1, 6)} | {"attraction_modulation", "encoder.resolution", "height"}
+        | each(("payload",), "mass", "x", "z") | each(axes[3:], "inertia", "guide.stiffness", "guide.play")
+        | each(axes[:3], "mass") | each(axes, *(set(PLANT_AXIS) - {"mass", *of_stops})) | each(("x", "z"), *of_stops)
+        | each(motors, "x", "z", *of_stops)
+        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag"))
+
+
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS
                                   if not name.startswith(("Plant", "Estimator", "Commutation", "ClosedLoop"))])
 def test_controller_ports(name: str) -> None:
-    axes, motors, constants = STAGES[name[-4:]]
-    assert ports(name, "input") == each(axes, "reference", "reference_rate", "measured")
+    stage = name[-4:]
+    axes, motors, constants = CONTROLLED[stage]
+    assert ports(name, "input") == each(axes, "reference", "reference_rate") | measured(stage)
     assert ports(name, "output") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd", "i_d_cmd", "i_q_cmd")
                                      | each(axes, "error") | {"saturated", "feasible", "tripped"})
     of_all = ({f"C{i}" for i in range(1, constants + 1)} | {"sample_time", "current_limit", "antiwindup", "trip_error"}
@@ -46,37 +82,47 @@ def test_controller_ports(name: str) -> None:
     else:
         own = {"omega0"} | each(axes, "k1", "k2", "k3", "k4", "k5", "ec1", "ec2", "ec3", "friction_compensation")
         own |= {"setpoint", "bumpless"} if name.startswith("Linear") else set()
-    assert ports(name, "parameter") == of_all | own
+    assert ports(name, "parameter") == of_all | own | model(stage, True)
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("stage", CONTROLLED)
 def test_commutation_ports(stage: str) -> None:
-    axes, motors, _ = STAGES[stage]
+    axes, motors, _ = CONTROLLED[stage]
     name = f"Commutation{stage}"
-    assert ports(name, "input") == each(axes[1:], "measured") | each(motors, "i_d_reference", "i_q_reference")
+    assert ports(name, "input") == (measured(stage) - {f"{axes[0]}.measured"}
+                                    | each(motors, "i_d_reference", "i_q_reference"))
     assert ports(name, "output") == each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd", "i_d_cmd", "i_q_cmd") | {"saturated"}
-    assert ports(name, "parameter") == {"sample_time", "current_limit"}
+    assert ports(name, "parameter") == {"sample_time", "current_limit"} | model(stage, False)
 
 
-@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("stage", CONTROLLED)
 def test_estimator_ports(stage: str) -> None:
-    axes, motors, constants = STAGES[stage]
+    axes, motors, constants = CONTROLLED[stage]
     name, estimates = f"Estimator{stage}", tuple(f"C{i}" for i in range(1, constants + 1))
-    assert ports(name, "input") == each(axes, "measured") | each(motors, "i_d", "i_q")
+    assert ports(name, "input") == measured(stage) | each(motors, "i_d", "i_q")
     assert ports(name, "output") == ({*estimates} | {f"{c}_converged" for c in estimates}
-                                     | each(axes, "velocity", "residual"))
+                                     | each(axes[:3], "velocity", "residual"))
     assert ports(name, "parameter") == (
         {f"{c}_{what}" for c in estimates for what in ("start", "weight")}
         | {"epsilon", "gamma", "forgetting", "matched_filter", "sample_time"}
-        | each(("observer",), "time1", "time2") | each(("convergence",), "tolerance", "time"))
+        | each(("observer",), "time1", "time2") | each(("convergence",), "tolerance", "time")
+        | model(stage, False) - {"height"})
+
+
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("ClosedLoop")])
+def test_geometry_ports(name: str) -> None:
+    found = {v.name for v in definition(name).variables if v.name.startswith("geometry.")}
+    assert found == ({f"geometry.{length}" for length in ("slot_width", "slot_pitch", "pole_pitch", "magnet_height")}
+                     | {f"geometry.field.{value}" for value in ("lower", "upper", "centre", "scale")}
+                     | {f"geometry.field.B{k}" for k in range(13)} | {"geometry.recoil_permeability"})
 
 
 def test_inputs_start_at_mid_range() -> None:
     """An importer that sets nothing sees a quiet stage."""
     for name in DEFINITIONS:
-        gap, start = {"2DOF": ("v", 20e-3), "3DOF": ("y", 25e-3)}[name[-4:]]
+        gap, start = {"2DOF": ("v", 20e-3), "3DOF": ("y", 25e-3), "5DOF": ("y", 25e-3)}[name[-4:]]
         found = definition(name)
         for v in found.variables:
             if v.causality == "input":
-                at_gap = v.name in (f"{gap}.reference", f"{gap}.measured")
+                at_gap = v.name in (f"{gap}.reference", f"{gap}.measured") or v.name.endswith(".gap_measured")
                 assert found.start_value(v) == (start if at_gap else 0.0), v.name

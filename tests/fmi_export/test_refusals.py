@@ -84,6 +84,8 @@ def test_time_that_jumps(load: Load) -> None:
 @pytest.mark.parametrize(("name", "start", "expected"), [
     ("Plant2DOF", {"v.mass": -1.0}, "v.mass = -1.0 kg, expected a number from 0.001 to"),
     ("Plant3DOF", {"x.mass": 0.0}, "x.mass = 0.0 kg, expected a number from 0.001 to"),
+    ("Plant3DOF", {"beta.amplifier.peak": 0.0}, "beta.amplifier.peak = 0.0 A, expected a number from 0.001 to 1000.0 "
+                                                "A; 1000 A clamps nothing"),
     ("Plant3DOF", {"y.friction.coulomb": math.nan}, "y.friction.coulomb = nan N"),
     ("Plant2DOF", {"v.position_start": 0.03}, "v.position_start = 0.03 m, expected a place between the stops "
                                               "v.stop.lower = 0.008 m and v.stop.upper = 0.028 m"),

@@ -44,14 +44,24 @@ def test_middle_current_gives_the_exact_mean(dt: float) -> None:
     assert simpson == pytest.approx(-math.expm1(-dt / 0.3e-3) * 0.3e-3 / dt, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["lag", "thermal_time", "continuous", "peak"])
+@pytest.mark.parametrize("name", ["lag", "thermal_time", "continuous"])
 def test_effects_switched_off(name: str) -> None:
     rating = AmplifierRating(9.0, 7.0)
     setattr(rating, name, 0.0)
     amplifier, currents = amplify([0.0] + [50.0] * 40_000, rating)
-    assert currents[-1] == pytest.approx({"lag": 7.0, "thermal_time": 9.0, "continuous": 9.0, "peak": 50.0}[name])
-    assert amplifier.saturated is (name != "peak")
+    assert currents[-1] == pytest.approx({"lag": 7.0, "thermal_time": 9.0, "continuous": 9.0}[name])
+    assert amplifier.saturated
     assert (currents[1] == {"lag": 9.0}.get(name)) == (name == "lag")
+
+
+def test_a_peak_of_the_largest_command_clamps_nothing() -> None:
+    """How to fly without a clamp: inputs are within ±1000 A."""
+    rating = AmplifierRating(1000.0, 0.0)
+    rating.lag = 0.0
+    commands = [1000.0, -1000.0, 0.0, 9.1, -7.3]
+    amplifier, currents = amplify(commands, rating)
+    assert currents == commands
+    assert not amplifier.saturated
 
 
 def test_continuous_limit_against_its_equation() -> None:
@@ -152,10 +162,11 @@ def test_encoder_rounds(position: float, resolution: float) -> None:
 
 
 def test_attraction_repeats_with_the_slots() -> None:
-    assert attraction_factor(0.027, 0.0) == 1.0
-    assert attraction_factor(0.027, 19.05e-3 / 2) == pytest.approx(1.0 - 0.027)
-    assert attraction_factor(0.027, 19.05e-3 + 1e-3) == pytest.approx(attraction_factor(0.027, -1e-3))
-    assert attraction_factor(0.0, 0.3) == 1.0
+    assert attraction_factor(0.027, 0.0, 19.05e-3) == 1.0
+    assert attraction_factor(0.027, 19.05e-3 / 2, 19.05e-3) == pytest.approx(1.0 - 0.027)
+    assert attraction_factor(0.027, 19.05e-3 + 1e-3, 19.05e-3) == pytest.approx(
+        attraction_factor(0.027, -1e-3, 19.05e-3))
+    assert attraction_factor(0.0, 0.3, 19.05e-3) == 1.0
 
 
 @given(st.integers(1, 50), st.floats(-1e-12, 1e-12))

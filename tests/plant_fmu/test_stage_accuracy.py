@@ -35,7 +35,7 @@ def test_reference_is_accurate_itself() -> None:
 @pytest.mark.parametrize(("rig", "gap"), [(2, 0.017), (2, 0.020), (2, 0.023), (3, 0.021), (3, 0.024), (3, 0.027)])
 def test_communication_steps_agree(rig: int, gap: float) -> None:
     """Constant commands, no stop: the communication step is no matter, 1e-8 m over 0.1 s."""
-    held = np.array([phases(equilibrium_current(rig, gap) + 0.2, 0.7, 0.0)] * (rig - 1))
+    held = np.array([phases(equilibrium_current(rig, gap) + 0.15, 0.7, 0.0)] * (rig - 1))
     start = (gap, *(0.0,) * (rig - 1))
     ends = []
     for dt in (0.1e-3, 0.2e-3, 0.5e-3, 1e-3):

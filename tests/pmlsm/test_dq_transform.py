@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from motor import MOTOR
 
-from pmlsm.data_sheet import POLE_PITCH
 from pmlsm.dq_transform import clarke, park, phase_currents
+
+POLE_PITCH = 57.15e-3   # m, Tables 4.1 and 5.1
 
 amperes = st.floats(-20.0, 20.0)
 metres = st.floats(-0.1, 0.1)
@@ -16,12 +18,13 @@ metres = st.floats(-0.1, 0.1)
 
 def dq(i_a: float, i_b: float, i_c: float, displacement: float) -> tuple[float, float]:
     """Both halves of (2.1)."""
-    return park(*clarke(i_a, i_b, i_c), displacement)
+    return park(*clarke(i_a, i_b, i_c), MOTOR.electrical_angle(displacement))
 
 
 @given(amperes, amperes, metres)
 def test_inverse(i_d: float, i_q: float, displacement: float) -> None:
-    assert dq(*phase_currents(i_d, i_q, displacement), displacement) == pytest.approx((i_d, i_q), abs=1e-13)
+    phases = phase_currents(i_d, i_q, MOTOR.electrical_angle(displacement))
+    assert dq(*phases, displacement) == pytest.approx((i_d, i_q), abs=1e-13)
 
 
 @given(amperes, amperes, amperes, metres)
@@ -48,7 +51,7 @@ TABLE_C3 = [("North", "", "South"), ("North", "North", ""), ("", "North", "North
 
 def orientations(i_d: float, i_q: float, displacement: float) -> tuple[str, ...]:
     """Orientation of the phases u, w, v."""
-    i_w, i_u, i_v = phase_currents(i_d, i_q, displacement)
+    i_w, i_u, i_v = phase_currents(i_d, i_q, MOTOR.electrical_angle(displacement))
     return tuple("" if abs(i) < 1e-12 else "North" if i > 0 else "South" for i in (i_u, -i_w, i_v))
 
 
@@ -66,12 +69,12 @@ def test_orientations_of_appendix_c(row: int) -> None:
     (3, -0.5, 1.0, -0.5)])
 def test_currents_of_table_c2(row: int, i_u: float, i_w: float, i_v: float) -> None:
     """i_q = −1 A."""
-    a, b, c = phase_currents(0.0, -1.0, row * POLE_PITCH / 3)
+    a, b, c = phase_currents(0.0, -1.0, MOTOR.electrical_angle(row * POLE_PITCH / 3))
     assert (b, a, c) == pytest.approx((i_u, i_w, i_v), abs=1e-14)
 
 
 @pytest.mark.parametrize(("row", "i_u", "i_w", "i_v"), [(0, 1, 0, -1), (1, 1, -1, 0), (2, 0, -1, 1), (3, -1, 0, 1)])
 def test_currents_of_table_c3(row: int, i_u: float, i_w: float, i_v: float) -> None:
     """i_d = −1 A; the table is in units of √3/2 A."""
-    a, b, c = phase_currents(-1.0, 0.0, row * POLE_PITCH / 3)
+    a, b, c = phase_currents(-1.0, 0.0, MOTOR.electrical_angle(row * POLE_PITCH / 3))
     assert np.array((b, a, c)) / (math.sqrt(3) / 2) == pytest.approx((i_u, i_w, i_v), abs=1e-14)

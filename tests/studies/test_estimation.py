@@ -1,7 +1,9 @@
 """The estimation study: its fit against exact results, its residuals, its split, and that its files agree."""
 
 import json
+import re
 import tomllib
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 
@@ -15,12 +17,12 @@ from maglev.schema.loading import load_plan
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.rigs import RIGS
-from studies.estimation.__main__ import DOCS, EFFECTS, FOUND, effects, from_data
-from studies.estimation.evidence import residual
+from studies.estimation.__main__ import DOCS, EFFECTS, FOUND, as_assumed, effects, from_data
+from studies.estimation.evidence import Judged, residual
 from studies.estimation.fit import Objective, fit
 from studies.estimation.flights import with_defaults
-from studies.estimation.page import estimate_table, profile_table
-from studies.estimation.settings import FILE, read_settings
+from studies.estimation.page import best_scale, estimate_table, profile_table, scale_row, scale_table
+from studies.estimation.settings import FILE, read_settings, times
 
 pytestmark = pytest.mark.quick
 
@@ -111,10 +113,12 @@ def test_defaults_leave_what_a_scenario_gives():
     assert compensated.fmus["controller"].start["h.friction_compensation"].value == 0.157
 
 
-def test_what_is_assumed_is_what_the_plants_have():
+def test_what_is_assumed_is_what_the_plants_have_but_for_the_scale_of_friction():
     for parameter in (parameter for rig in SETTINGS.rigs for parameter in rig.parameters):
         for model, _, path in (variable.partition(".") for variable in parameter.variables):
-            if model in STAGES:
+            if model in STAGES and path.endswith(".coulomb"):
+                assert SETTINGS.scale.assumed[f"{model}.{path}"] == parameter.assumed
+            elif model in STAGES:
                 assert reduce(getattr, path.split("."), STAGES[model]()) == parameter.assumed, parameter.name
 
 
@@ -123,6 +127,41 @@ def test_the_compensator_follows_the_friction_over_the_mass():
     assert follows[1] == pytest.approx(1.0 / Stage2DOF().h.mass, rel=1e-6)
     given = load_plan("2dof-tracking-friction-compensation").fmus["controller"].start["h.friction_compensation"]
     assert follows[1] * Stage2DOF().h.friction.coulomb == pytest.approx(given.value, rel=2e-3)
+
+
+def test_plants_and_compensator_have_the_scale_that_training_chooses():
+    """The page's bold row is the one with most of the sentences for training, and what the plants have."""
+    text = DOCS.read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\*{0,2})× ([\d.]+)(, slot ripple)?\1 \| (\d+) /", text, re.MULTILINE)
+    plain = {float(scale): int(sentences) for _, scale, ripple, sentences in rows if not ripple}
+    assert tuple(plain) == SETTINGS.scale.candidates
+    chosen, = (float(scale) for bold, scale, *_ in rows if bold)
+    assert plain[chosen] == max(plain.values())
+    assert {float(scale) for _, scale, ripple, _ in rows if ripple} == {chosen}
+    for model, _, path in (name.partition(".") for name in SETTINGS.scale.assumed):
+        value = reduce(getattr, path.split("."), STAGES[model]())
+        assert value == chosen * SETTINGS.scale.assumed[f"{model}.{path}"], path
+    given = load_plan("2dof-tracking-friction-compensation").fmus["controller"].start
+    for name, value in times(chosen, SETTINGS.scale.follows).items():
+        assert given[name.partition(".")[2]].value == value
+    assert set(SETTINGS.scale.assumed) == {f"Plant{name.upper()}.{axis.name}.friction.coulomb"
+                                           for name, rig in RIGS.items() for axis in rig.axes}
+
+
+def judged_sentence(owner: str, value: float) -> Judged:
+    return Judged(owner, judge(claim(relation="<", target="1 mm"), [MeasuredValue(value)]))
+
+
+def test_the_scale_is_chosen_by_the_sentences_for_training_alone():
+    """Held out, 0.5 is the better one; of equals the first is taken, and a row splits the evidence."""
+    training = "2dof-setpoints"
+    rows = [scale_row(SETTINGS, scale, False, [judged_sentence(training, value), judged_sentence("3dof-step-1", other)])
+            for scale, value, other in ((0.5, 2.0, 0.5e-3), (1.0, 0.5e-3, 2.0), (2.0, 0.5e-3, 2.0))]
+    assert [[len(row.training), len(row.held_out)] for row in rows] == [[1, 1]] * 3
+    assert best_scale(rows) == 1.0
+    table = scale_table(SETTINGS, [*rows, replace(rows[1], ripple=True)])
+    assert "| **× 1** | 1 / 0 / 0 | 0 of 0 | 0.0 | 0 / 0 / 1 |" in table
+    assert "| × 1, slot ripple | 1 / 0 / 0 |" in table and "| × 0.5 | 0 / 0 / 1 |" in table
 
 
 def test_the_split_is_by_runs_that_exist_and_leaves_most_of_the_evidence_held_out():
@@ -139,19 +178,22 @@ def test_the_files_of_the_study_agree():
         fitted = from_data(found["fits"][rig.name])
         assert estimate_table(rig, fitted) in text
         assert profile_table(rig, fitted) in text
-        assert (EFFECTS / f"{rig.name}-estimated.toml").read_text(encoding="utf-8") == effects(rig, fitted)
+        assert (EFFECTS / f"{rig.name}-estimated.toml").read_text(encoding="utf-8") == effects(rig, SETTINGS, fitted)
+        assert (EFFECTS / f"{rig.name}-as-assumed.toml").read_text(encoding="utf-8") == as_assumed(rig, SETTINGS)
         assert fitted.cost < fitted.cost_before
         assert RIGS[rig.name]
 
 
+@pytest.mark.parametrize("kind", ["estimated", "as-assumed"])
 @pytest.mark.parametrize("rig", SETTINGS.rigs, ids=lambda rig: rig.name)
-def test_a_scenario_flies_with_the_estimated_effects_by_extending_them(rig, tmp_path: Path):
+def test_a_scenario_flies_with_other_effects_by_extending_them(rig, kind: str, tmp_path: Path):
     fitted = from_data(json.loads(FOUND.read_text(encoding="utf-8"))["fits"][rig.name])
+    given = SETTINGS.scale.assumed | (rig.defaults(fitted.u) if kind == "estimated" else {})
     (tmp_path / "a.toml").write_text(
-        f'extends = ["{EFFECTS.parent}/loops/{rig.name}.toml", "{EFFECTS}/{rig.name}-estimated.toml"]\n'
+        f'extends = ["{EFFECTS.parent}/loops/{rig.name}.toml", "{EFFECTS}/{rig.name}-{kind}.toml"]\n'
         'name = "a"\ntitle = "A"\ndescription = "A."\nstop_time = "1 s"\n', encoding="utf-8")
     start = load_plan(tmp_path / "a.toml").fmus["plant"].start
-    values = {name: value for name, value in rig.defaults(fitted.u).items() if name.startswith("Plant")}
+    values = {name: value for name, value in given.items() if name.startswith(f"Plant{rig.name.upper()}")}
     assert {f"Plant{rig.name.upper()}.{name}" for name in start} == set(values)
     for name, value in values.items():
         assert start[name.partition(".")[2]].value == pytest.approx(value, rel=1e-3)

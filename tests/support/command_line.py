@@ -1,10 +1,16 @@
 """The command line as a user types it."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 from typer.testing import CliRunner, Result
 
 from maglev.cli.app import app
+from maglev.schema.layers import PACKAGED
+
+SCRIPTS = PACKAGED / "scripts"
 
 
 def maglev(*arguments: str | Path) -> Result:
@@ -19,3 +25,11 @@ def error_line(result: Result) -> str:
     assert len(lines) == 1, result.stderr
     assert lines[0].startswith("maglev: ")
     return lines[0]
+
+
+def run_script(name: str, fmus: Path, out: Path, **settings: str) -> None:
+    """Run a command line of the folder scripts, the result to a file; fails the test on a warning."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(["sh", str(SCRIPTS / name)], cwd=out.parent, capture_output=True, text=True, check=True,
+                          env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path, **settings})
+    assert done.stdout + done.stderr == "", name

@@ -48,4 +48,5 @@ def idealise(rig: int, stage: Any, controller: Any) -> None:
         axis.stop.stiffness = axis.stop.damping = 0.0
     for name in motors:
         amplifier = getattr(stage, name).amplifier
-        amplifier.lag = amplifier.peak = amplifier.continuous = 0.0
+        amplifier.lag = amplifier.continuous = 0.0
+        amplifier.peak = 1000.0   # the largest command

@@ -1,6 +1,7 @@
 """FMUs in C that do what no FMU should: the PD controller of the examples, with a fault in it."""
 
 import shutil
+import zipfile
 from pathlib import Path
 
 from example_builds import EXAMPLES, require_compiler, script
@@ -27,6 +28,7 @@ FAULTS = {
     "negative": [(STEP, f"{NOW} return (fmi2Status)-1;\n")],
     "crash when freed": [(FREE, f"{FREE}*(volatile int *)0 = 1; ")],
     "exit when freed": [(FREE, f"{FREE}exit(0); ")],
+    "fatal": [(STEP, f"{NOW} return fmi2Fatal;\n"), (FREE, f"{FREE}*(volatile int *)0 = 1; ")],
     "crash when loaded": [(LOG, f"{LOG} *(volatile int *)0 = 1;")],
     "warn": [(LOG, "(void)resources; remembered = *callbacks; strncpy(remembered_name, name, 99);"),
              ("static void control", "static fmi2CallbackFunctions remembered;\nstatic char remembered_name[100];\n"
@@ -48,6 +50,19 @@ def faulty(fault: str, folder: Path) -> Path:
     source.write_text(text)
     built: Path = script(copy / "build.py").build(folder)
     return built
+
+
+def claiming(fmu: Path) -> Path:
+    """An FMU beside another one, the same but for the tool that it says it is of: this project's. Returns its path."""
+    claims = fmu.with_name(f"claiming_{fmu.name}")
+    with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(claims, "w") as changed:
+        for entry in archive.namelist():
+            data = archive.read(entry)
+            if entry == "modelDescription.xml":
+                assert b'"by hand"' in data, "the example has changed"
+                data = data.replace(b'"by hand"', b'"Maglev FMUs 0.1.0"')
+            changed.writestr(entry, data)
+    return claims
 
 
 def faulty_run(fmu: Path, fmus: Path, stop_time: float = 0.3, timeout: float = 60.0) -> Experiment:

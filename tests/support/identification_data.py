@@ -108,6 +108,9 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
     if ideal:
         idealise(rig, stage, pid)
         stage.encoder.resolution = resolution
+    else:
+        for name in axes:   # as it was assumed: enough for what it does to the constants to be told
+            getattr(stage, name).friction.coulomb *= 2.0
     assert pid.start() == stage.start() == 0
     with one_integration_step(rig, dt):
         return fly(rig, stage, pid, round(seconds / dt), dt, change)

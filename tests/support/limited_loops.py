@@ -3,6 +3,7 @@
 from math import pi
 
 import numpy as np
+from motor import MOTOR
 
 from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.stability.axis_loop import AxisLoop
@@ -14,7 +15,7 @@ K = (-463.0, -35.0, -15121.0, -997.0, -2548.0)   # Kx (5.14)
 
 def five_states(limit: float = 4.0) -> AxisLoop:
     """The x-axis at 25 mm as the thesis writes it, in continuous time: e'' = −2 C1 f1 sat(i_q), ξ' = φ ξ + N e."""
-    thrust = 2.0 * Regulator3DOF().C1 * gap_functions(0.025)[0]
+    thrust = 2.0 * Regulator3DOF().C1 * gap_functions(MOTOR, 0.025)[0]
     demand = np.array([K[0], K[1], K[2] + 1.0, K[3], K[4]])
     a = np.zeros((5, 5))
     a[0, 1], a[2, 3], a[3, 4], a[4, 3], a[4, 0] = 1.0, 1.0, 1.0, -(1.5 * pi)**2, 1.0

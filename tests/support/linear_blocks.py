@@ -5,8 +5,10 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
+from motor import MOTOR
 
-from maglev.linear.equilibrium import Equilibrium
+from maglev.linear.loop import Loop
+from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import DEFINITIONS
 from pmlsm.dq_transform import phase_currents
 
@@ -46,7 +48,8 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     for k, motor in enumerate(motors):
         i_d, i_q = (float(i) for i in state[2 * n + 2 * k:2 * n + 2 * k + 2])
         supply = getattr(stage, motor)
-        for phase, value in zip("abc", phase_currents(i_d, i_q, float(state[1 + k])), strict=True):
+        angle = MOTOR.electrical_angle(float(state[1 + k]))
+        for phase, value in zip("abc", phase_currents(i_d, i_q, angle), strict=True):
             amplifier = getattr(supply, f"phase_{phase}")
             amplifier.current, amplifier.started = value, True
 
@@ -69,6 +72,37 @@ def set_all(block: Any, names: Sequence[str], values: Sequence[float]) -> None:
 def read_all(block: Any, names: Sequence[str]) -> list[float]:
     """Values of attribute paths of a block."""
     return [attrgetter(name)(block) for name in names]
+
+
+def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
+    """State of the blocks at rest: the controller's integrators are moved until it holds the plant."""
+    positions = list(loop.plant.equilibrium.positions.values())
+    plant_at(plant, stage, positions, loop.plant.equilibrium)
+    for axis, position in loop.plant.equilibrium.positions.items():
+        part = getattr(controller, axis)
+        part.reference = part.measured = position
+    assert controller.step(0.0, controller.sample_time) == 0
+    held = np.array(list(loop.plant.equilibrium.currents.values()))
+    integrators = [k for k, name in enumerate(loop.controller.states) if name.endswith((".xi1", ".integral"))]
+    for _ in range(20):
+        missing = held - read_all(controller, loop.controller.outputs)
+        if np.abs(missing).max() < 1e-11:
+            break
+        change = np.linalg.lstsq(loop.controller.C[:, integrators], missing, rcond=None)[0]
+        names = [loop.controller.states[k] for k in integrators]
+        set_all(controller, names, np.array(read_all(controller, names)) + change)
+        assert controller.step(0.0, controller.sample_time) == 0
+    state = read_all(controller, loop.controller.states)
+    return np.array([*positions, *np.zeros(len(positions)), *held, *state])
+
+
+def step_both(name: str, controller: Any, stage: Any) -> None:
+    """Step a controller, which has its measurements, and a stage under its currents."""
+    assert controller.step(0.0, controller.sample_time) == 0
+    for motor in MOTORS[name]:
+        for phase in "abc":
+            setattr(getattr(stage, motor), f"i_{phase}_cmd", getattr(getattr(controller, motor), f"i_{phase}_cmd"))
+    assert stage.step(0.0, controller.sample_time) == 0
 
 
 def jacobian(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, steps: np.ndarray) -> np.ndarray:

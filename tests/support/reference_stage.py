@@ -148,13 +148,13 @@ class ReferenceStage:
 def reference_2dof() -> ReferenceStage:
     """The 2-DOF stage: axes v, h."""
     return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027,
-                          [ReferenceAxis(4.350, 0.2, 4.0, 0.3e-3, 2.0, 8e-3, 28e-3),
-                           ReferenceAxis(1.594, 0.1, 0.5, 0.3e-3, 1.0, -70e-3, 70e-3)], 9.0)
+                          [ReferenceAxis(4.350, 0.2, 2.0, 0.3e-3, 2.0, 8e-3, 28e-3),
+                           ReferenceAxis(1.594, 0.1, 0.25, 0.3e-3, 1.0, -70e-3, 70e-3)], 9.0)
 
 
 def reference_3dof() -> ReferenceStage:
     """The 3-DOF stage: axes y, x, z."""
     return ReferenceStage((0.6135, 0.8224, 334.52, 8.71, 0.0045), 0.0135,
-                          [ReferenceAxis(6.9, 0.1, 2.0, 0.5e-3, 2.0, 18.5e-3, 32e-3, 0.15, 5e-3),
-                           ReferenceAxis(10.6, 0.05, 2.4, 0.5e-3, 2.0, -62e-3, 62e-3),
-                           ReferenceAxis(8.6, 0.05, 2.2, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0)
+                          [ReferenceAxis(6.9, 0.1, 1.0, 0.5e-3, 2.0, 18.5e-3, 32e-3, 0.15, 5e-3),
+                           ReferenceAxis(10.6, 0.05, 1.2, 0.5e-3, 2.0, -62e-3, 62e-3),
+                           ReferenceAxis(8.6, 0.05, 1.1, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0)

@@ -1,14 +1,17 @@
 """Results of runs that nobody simulated, and what a parser finds in the report of them."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 
+from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import OF_BOUNDS, ClaimResult
+from maglev.judging.verdicts import MET_OR_NOT, ClaimResult
 from maglev.procedures.judging import judge_procedure
 from maglev.report.page import report_page
 from maglev.report.plots.data import NOTHING
@@ -36,12 +39,17 @@ def recorded(plan: RunPlan, stop_time: float = 0.5, noise: float = 0.0, **metric
     for motor in plan.motors.values():
         for k, name in enumerate([*motor.commands, *motor.currents]):
             columns[name] = np.sin(2.0 * np.pi * (time + k / 3.0)) + noise * random.standard_normal(len(time))
-    return RunResult(plan, time, columns, replace(MEASURED, **metrics))
+    return RunResult(plan, Recording(time, columns), replace(MEASURED, **metrics))
+
+
+def with_columns(result: RunResult, columns: Mapping[str, np.ndarray], **others: Any) -> RunResult:
+    """The same run with other columns."""
+    return replace(result, recording=Recording(result.time, columns), **others)
 
 
 def failed(plan: RunPlan, message: str) -> RunResult:
     """A run that did not complete."""
-    return RunResult(plan, np.zeros(0), failure=message)
+    return RunResult(plan, failure=message)
 
 
 def packaged(name: str) -> RunPlan:
@@ -77,7 +85,7 @@ def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str 
     """A claim with a verdict."""
     if verdict == "not testable":
         return ClaimResult(RunClaim(text=text, source=source, not_testable=reason or "no data"), None, verdict)
-    if verdict in OF_BOUNDS:
+    if verdict in MET_OR_NOT:
         return ClaimResult(bound(), 0.0225, verdict)
     claim = RunClaim(text=text, source=source, metric="overshoot", relation="<", target=0.3, reason=reason)
     return ClaimResult(claim, None if verdict == "not run" else 0.25, verdict)

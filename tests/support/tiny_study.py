@@ -1,6 +1,10 @@
 """A scenario of a fifth of a second, and studies of it."""
 
+from contextlib import AbstractContextManager
 from pathlib import Path
+
+import dask
+from distributed.security import Security
 
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
@@ -54,3 +58,10 @@ def experiment(folder: Path, fmus: Path) -> Experiment:
 def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
     """A study made ready."""
     return plan_study(tiny(**table), experiment(folder, fmus), "study.toml", folder, ["maglev", "run", "tiny.toml"])
+
+
+def trusted(security: Security) -> AbstractContextManager[object]:
+    """Make the certificate of a cluster that of this process, as in Dask's configuration: its address is enough."""
+    return dask.config.set({"distributed.comm.tls.ca-file": security.tls_ca_file,
+                            "distributed.comm.tls.client.cert": security.tls_client_cert,
+                            "distributed.comm.tls.client.key": security.tls_client_key})

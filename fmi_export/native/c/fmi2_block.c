@@ -39,7 +39,7 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-static void construct(struct Instance *instance)
+static void renew(struct Instance *instance)
 {
     memset(instance->block, 0, MODEL.block_size);   /* padding too, so that equal states are equal bytes */
     MODEL.construct(instance->block);
@@ -85,7 +85,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     instance->name = strcpy(kept_name, name);
     instance->logging = loggingOn != fmi2False;
     instance->block = block;
-    construct(instance);
+    renew(instance);
     return instance;
 }
 
@@ -174,9 +174,9 @@ static fmi2Status check_ranges(struct Instance *instance)
     if (wrong) {
         char value[NUMBER_LENGTH], minimum[NUMBER_LENGTH], maximum[NUMBER_LENGTH];
         const char *space = *wrong->unit ? " " : "";
-        return refuse(instance, "%s = %s%s%s, expected a number from %s to %s%s%s", wrong->name,
+        return refuse(instance, "%s = %s%s%s, expected a number from %s to %s%s%s%s", wrong->name,
                       number(*real_at(instance, wrong), value), space, wrong->unit, number(wrong->minimum, minimum),
-                      number(wrong->maximum, maximum), space, wrong->unit);
+                      number(wrong->maximum, maximum), space, wrong->unit, wrong->hint);
     }
     instance->progress.suspect = false;
     return fmi2OK;
@@ -271,6 +271,6 @@ fmi2Status fmi2Reset(fmi2Component c)
     if (!c) {
         return fmi2Error;
     }
-    construct(c);
+    renew(c);
     return fmi2OK;
 }

@@ -20,6 +20,7 @@ struct Variable {
     bool fixed;                  /* a parameter that cannot change once the initialization has ended */
     enum Causality causality;
     double minimum, maximum;     /* of inputs and parameters */
+    const char *hint;            /* end of the message about a value that is out of range */
 };
 
 /* What a status of the block means; names of variables, time and step stand in braces. */

@@ -16,20 +16,31 @@ from typing import Any
 from maglev.errors import MaglevError
 
 PATIENCE = 10.0   # s, for a process that is asked to end
+POLL = 0.05       # s, between two looks at a process
 
 
-def start(target: Callable[..., None], *arguments: Any) -> SpawnProcess:
+def start(target: Callable[..., None], *arguments: Any, name: str | None = None) -> SpawnProcess:
     """Start a process that calls a function of a module; the function calls `end_with_parent` first.
 
-    A fork would share the FMUs' libraries, and threads that are in the middle of something.
+    A fork would share the FMUs' libraries, and threads that are in the middle of something. The arguments are short:
+    where they fill the pipe to a process that has died, multiprocessing waits for ever.
     """
     if multiprocessing.current_process().daemon:
         raise MaglevError("this is a daemonic process, expected one that may start others: "
                           "concurrent.futures.ProcessPoolExecutor in place of multiprocessing.Pool")
-    process = multiprocessing.get_context("spawn").Process(target=target, args=arguments)
+    process = multiprocessing.get_context("spawn").Process(target=target, args=arguments, name=name)
+    track_resources()
     with interrupts_blocked(), without_script():
         process.start()
     return process
+
+
+def track_resources() -> None:
+    """Start multiprocessing's tracker, which unblocks SIGINT: in the middle of a start, that would let it through."""
+    if hasattr(signal, "pthread_sigmask"):
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()
 
 
 @contextmanager

@@ -2,10 +2,9 @@
 
 import mmap
 import os
-import shutil
+import pickle
 import tempfile
 import traceback
-from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from maglev.cosim.apart.child import end_with_parent
+from maglev.cosim.apart.helper import TEMPORARY
 from maglev.cosim.apart.reports import (
     COUNTER,
     ENDING,
+    JOB,
     TRACK,
     Failed,
     Finished,
@@ -33,7 +33,7 @@ from maglev.errors import FAILURES
 
 
 class Reporter(Observer):
-    """The observer in the other process: sends reports, allocates in files, and counts calls."""
+    """The observer in the other process: sends reports, allocates and counts calls in files."""
 
     def __init__(self, folder: Path, reports: Connection):
         self.folder = folder
@@ -59,27 +59,14 @@ class Reporter(Observer):
         self.arrays.append(np.memmap(path, kind, "r+", shape=shape))
         return self.arrays[-1]
 
-    def wired(self, wiring: Wiring) -> Wiring:
+    def wired(self, wiring: Wiring) -> None:
         self.reports.send(Wired([named(call) for call in wiring.initial],
                                 [[named(call) for call in phase] for phase in wiring.phases],
                                 [track.names for track in sorted(wiring.tracks, key=self.number)]))
-        return wiring._replace(initial=[self.counted(call) for call in wiring.initial],
-                               phases=[[self.counted(call) for call in phase] for phase in wiring.phases])
 
     def number(self, track: Track) -> int:
         """Number of the file of a track."""
         return next(i for i, array in enumerate(self.arrays) if array is track.array)
-
-    def counted(self, call: Call) -> Call:
-        """A call that counts itself before it is made."""
-        counter, function = self.counter, call.function
-
-        def counted(*arguments: Any) -> int:
-            counter[0] += 1
-            status: int = function(*arguments)
-            return status
-
-        return call._replace(function=counted)
 
 
 def named(call: Call) -> Named:
@@ -88,12 +75,13 @@ def named(call: Call) -> Named:
     return Named(fmu.name, what)
 
 
-def fly(job: Job, reports: Connection) -> None:
-    """Run in this process, and send reports."""
-    end_with_parent(partial(shutil.rmtree, job.folder, ignore_errors=True))
-    tempfile.tempdir = str(job.folder)   # what is unpacked goes with it, however this process ends
+def fly(folder: Path, reports: Connection) -> bool:
+    """Run in this process what lies in a folder, and send reports."""
+    TEMPORARY.append(folder)
+    tempfile.tempdir = str(folder)   # what is unpacked goes with it, however this process ends
     try:
-        observer = Reporter(job.folder, reports)
+        job: Job = pickle.loads((folder / JOB).read_bytes())
+        observer = Reporter(folder, reports)
         with Master(job.setups, job.connections, job.step, job.order, observer) as master:
             master.require_memory(job.stop_time)
             recording = master.run(job.stop_time, job.drives, lambda *steps: reports.send(Stepped(*steps)))
@@ -103,8 +91,10 @@ def fly(job: Job, reports: Connection) -> None:
                 fmu.close()
         reports.send(ENDING)
     except RunFailed as error:
-        reports.send(Failed(str(error), len(error.recording.time)))
+        reports.send(Failed(str(error), len(error.recording.time), traceback.format_exc()))
     except FAILURES as error:
+        error.add_note(traceback.format_exc())
         reports.send(Refused(error))
     except Exception:
         reports.send(Refused(None, traceback.format_exc()))
+    return False   # what was loaded stays in this process

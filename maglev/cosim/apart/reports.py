@@ -1,19 +1,19 @@
 """What is said between the two processes of a co-simulation apart."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.order import Order
 from maglev.cosim.wiring import Drives
 
+JOB = "job"         # file of the run, pickled
 COUNTER = "calls"   # file with the number of calls that were begun
 TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
 
 
 class Job(NamedTuple):
-    """A run, as of `Master`, and the folder in which everything of it lies."""
+    """A run, as of `Master`."""
 
     setups: Sequence[FmuSetup]
     connections: Sequence[tuple[str, str]]
@@ -21,7 +21,6 @@ class Job(NamedTuple):
     order: Order
     stop_time: float
     drives: Drives
-    folder: Path
 
 
 class Stage(NamedTuple):
@@ -64,10 +63,11 @@ class Finished(NamedTuple):
 
 
 class Failed(NamedTuple):
-    """Report: an FMU refused a call, after so many rows."""
+    """Report: an FMU refused a call, after so many rows; with the traceback of that."""
 
     message: str
     rows: int
+    traceback: str
 
 
 class Refused(NamedTuple):

@@ -4,20 +4,22 @@ The process records into files that both map into memory, and counts its calls o
 this side has the recording until then, and knows which call was the last.
 """
 
-import shutil
+import pickle
 from collections.abc import Callable, Sequence
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from maglev.cosim.apart.child import end, how_it_ended, start
+from fmi_export.scratch import remove_scratch
+from maglev.cosim.apart.child import POLL, end, how_it_ended
 from maglev.cosim.apart.flight import fly
+from maglev.cosim.apart.helper import Helper, helper
 from maglev.cosim.apart.reports import (
     COUNTER,
     ENDING,
+    JOB,
     STARTING,
     TRACK,
     Failed,
@@ -37,7 +39,6 @@ from maglev.cosim.wiring import Drives
 from maglev.errors import FmuError
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
-POLL = 0.05      # s, between two looks at the process
 
 
 def run_apart(setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float, order: Order,
@@ -58,32 +59,30 @@ def run_apart(setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]]
     with held_interrupts() as let_through:
         folder = unpacking_folder()
         try:
-            ours, theirs = Pipe(duplex=False)
-            job = Job(setups, connections, step, order, stop_time, drives, folder)
-            with (folder / COUNTER).open("wb") as file:
-                file.write(bytes(8))
-            process = start(fly, job, theirs)
-            theirs.close()
+            job = Job(setups, connections, step, order, stop_time, drives)
+            (folder / JOB).write_bytes(pickle.dumps(job))
+            (folder / COUNTER).write_bytes(bytes(8))
+            found = helper()
             try:
-                return Follower(job, process, ours, timeout).follow(progress, let_through)
+                found.ask(partial(fly, folder))
+                return Follower(job, folder, found, timeout).follow(progress, let_through)
             finally:
-                end(process)
-                ours.close()
+                found.end()
         finally:
-            shutil.rmtree(folder, ignore_errors=True)
+            remove_scratch(folder)
 
 
 class Follower:
     """What is known here about a run in another process."""
 
-    def __init__(self, job: Job, process: BaseProcess, reports: Connection, timeout: float):
+    def __init__(self, job: Job, folder: Path, flying: Helper, timeout: float):
         self.job = job
-        self.process = process
-        self.reports = reports
+        self.folder = folder
+        self.process, self.reports = flying
         self.timeout = timeout
         self.stage = STARTING
         self.wired: Wired | None = None
-        self.counter = np.memmap(job.folder / COUNTER, np.int64, "r")
+        self.counter = np.memmap(folder / COUNTER, np.int64, "r")
 
     def follow(self, progress: Progress | None, let_through: Callable[[], None]) -> Recording:
         """Recording of the run at its end."""
@@ -103,7 +102,9 @@ class Follower:
             elif isinstance(report, Stepped) and progress is not None:
                 progress(*report)
             elif isinstance(report, Failed):
-                raise RunFailed(report.message, self.recording(report.rows))
+                failure = RunFailed(report.message, self.recording(report.rows))
+                failure.add_note(report.traceback)
+                raise failure
             elif isinstance(report, Refused):
                 raise report.error or RuntimeError(report.bug)
             elif isinstance(report, Finished):
@@ -175,7 +176,7 @@ class Follower:
         assert self.wired is not None
         columns = {}
         for number, names in enumerate(self.wired.columns):
-            path = next(self.job.folder.glob(f"{TRACK}{number}.*"))
+            path = next(self.folder.glob(f"{TRACK}{number}.*"))
             table = np.array(np.memmap(path, path.suffix[1:], "r").reshape(-1, len(names))[:rows])
             columns.update({name: table[:, i] for i, name in enumerate(names)})
         return Recording(self.job.step * np.arange(rows, dtype=np.float64), columns, notes)

@@ -12,6 +12,7 @@ from maglev.report.plots.figures import (
     AXIS_PANELS,
     MOTOR_PANELS,
     MOVING,
+    OWN_PANELS,
     Shown,
     error_of,
     needed_tolerances,
@@ -23,10 +24,12 @@ from maglev.report.plots.limits import limits
 from maglev.report.plots.marks import figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
+from maglev.schema.quantities import PRINTED_UNITS
+from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal
-FEWEST_ROWS = 1000           # of a signal, however large the page
-LARGEST_DATA = 8_900_000     # bytes of all signals; the rest is less than 2 million
+FEWEST_ROWS = 600            # of a signal, however large the page
+LARGEST_DATA = 8_500_000     # bytes of all signals; the rest is less than 2 million
 
 
 class Frictionless(NamedTuple):
@@ -45,7 +48,7 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
     most = MOST_ROWS
     while True:
         runs = {name: run_data(result, shown, most, kinds) for result, name, kinds in (
-            *((result, result.plan.name, AXIS_PANELS + MOTOR_PANELS) for result in results),
+            *((result, result.plan.name, AXIS_PANELS + MOTOR_PANELS + OWN_PANELS) for result in results),
             # What claims blame friction for is seen in the motion.
             *((result, again_name(result), AXIS_PANELS) for result in frictionless))
             if len(result.time) and is_drawn(result, shown)}
@@ -68,15 +71,18 @@ def again_name(result: RunResult) -> str:
 def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str]) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
     plan = result.plan
+    motor = plan.rig.motor() if plan.rig else MotorGeometry()
     packed = pack(result.time, recorded_columns(result), plan.output_interval,
                   needed_tolerances(result, shown, kinds), most)
     return {
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical} for name, axis in plan.axes.items()},
+                        "error": error_of(axis), "vertical": axis.vertical, "unit": PRINTED_UNITS[axis.unit],
+                        "bands": plan.metrics.bands_of(axis)} for name, axis in plan.axes.items()},
+        "sheet": {name: 1e3 * getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch")},   # mm
+        "drives": {motor.name: motor.drives for motor in plan.rig.motors} if plan.rig else {},
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
                    for name, motor in plan.motors.items()},
-        "bands": plan.metrics.bands,
         "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
         "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
         **packed,

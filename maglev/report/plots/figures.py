@@ -3,20 +3,28 @@
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.report.plots.series import tolerances
+from maglev.report.status import shown_until
 from maglev.schema.run_plan import Axis, Motor, RunPlan
 from maglev.schema.toml_table import Seconds, Table
+from pmlsm.rigs import RIGS
 
 AXIS_PANELS = ("position", "speed", "error")
 MOTOR_PANELS = ("commands", "currents")
+OWN_PANELS = ("own",)   # of an output that no FMU of this project has, by its column
 EVERY = "*"
+
+OWN = 1e-4   # of the largest value, tolerance of such an output
 
 # The main runs, those that are also shown as a moving picture.
 MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",
@@ -24,7 +32,7 @@ MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-trac
 
 
 class Panel(NamedTuple):
-    """One panel: its kind, and the axis or motor it shows, "*" for all."""
+    """One panel: its kind, and the axis, the motor ("*" for all) or the output of a user's own that it shows."""
 
     kind: str
     of: str
@@ -61,9 +69,9 @@ class Figure(Table):
         """Refuse a panel of an unknown kind."""
         for text in panels:
             kind, _, of = text.partition(" ")
-            if kind not in AXIS_PANELS + MOTOR_PANELS or not of:
-                raise ValueError(f"{text!r} is no panel, expected {', '.join(AXIS_PANELS + MOTOR_PANELS)} "
-                                 "and an axis, a motor or *")
+            if kind not in AXIS_PANELS + MOTOR_PANELS + OWN_PANELS or not of:
+                raise ValueError(f"{text!r} is no panel, expected {', '.join(AXIS_PANELS + MOTOR_PANELS + OWN_PANELS)} "
+                                 "and an axis, a motor, a column or *")
         return panels
 
     @property
@@ -122,20 +130,22 @@ def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> li
 
     Runs of a procedure, many and short, get none of their own: the procedure has its charts.
     """
-    shown = list(with_data(figures, results))
+    own = [f"{kind} {EVERY}" for kind in OWN_PANELS]
+    shown = list(with_data(figures, results, own))
     every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
-    others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel)
+    others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel,
+                     until=shown_until([(result.metrics, float(result.time[-1]) if len(result.time) else 0.0)]))
               for result in results
               if result.plan.procedure is None and not any(each.has(result.plan.name) for each in shown)]
-    return shown + list(with_data(others, results))
+    return shown + list(with_data(others, results, own))
 
 
-def with_data(figures: Iterable[Figure], results: Sequence[RunResult]) -> Iterator[Shown]:
-    """Figures that have something to draw."""
+def with_data(figures: Iterable[Figure], results: Sequence[RunResult], more: Sequence[str] = ()) -> Iterator[Shown]:
+    """Figures that have something to draw, in their panels and in more of them."""
     by_name = {result.plan.name: result for result in results}
     for figure in figures:
         runs = [by_name[run] for run in figure.runs if run in by_name]
-        panels = list(dict.fromkeys(panel for text in figure.panels for panel in expand(text, runs)))
+        panels = list(dict.fromkeys(panel for text in [*figure.panels, *more] for panel in expand(text, runs)))
         if panels:
             yield Shown(figure, runs, panels)
 
@@ -146,17 +156,32 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
     for result in runs:
         plan = result.plan
         recorded = recorded_columns(result)
+        if kind in OWN_PANELS:
+            yield from (Panel(kind, name) for name in own_outputs(plan, result.columns) if of in (name, EVERY))
+            continue
         names: Mapping[str, Axis | Motor] = plan.axes if kind in AXIS_PANELS else plan.motors
         for name in names:
             if of in (name, EVERY) and any(column in recorded for column in needed_columns(plan, kind, name)):
                 yield Panel(kind, name)
 
 
-def rig_of(name: str, plan: RunPlan | None = None) -> str:
-    """Which stage a run or a procedure is about, by its name or its models: "2-DOF", "3-DOF", or empty."""
-    models = [fmu.model or "" for fmu in plan.fmus.values()] if plan else []
-    found = re.search(r"([23])dof", " ".join([name, *models]), re.IGNORECASE)
-    return f"{found[1]}-DOF" if found else ""
+@cache
+def known_variables() -> frozenset[str]:
+    """Variables of the FMUs of this project."""
+    return frozenset(variable.name for name in DEFINITIONS for variable in definition(name).variables)
+
+
+def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]:
+    """Columns of numbers that no FMU of this project has: what a user's FMU puts out beside what the run needs."""
+    driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
+    return [name for name, values in columns.items()
+            if name.partition(".")[2] not in known_variables() and name not in driven and values.dtype == np.float64]
+
+
+def rig_name(name: str, plan: RunPlan | None = None) -> str:
+    """Name of the rig that a run, or a procedure by its name, is about; empty if none."""
+    rig = plan.rig if plan else next((rig for rig in RIGS.values() if rig.name in name.lower()), None)
+    return rig.name if rig else ""
 
 
 def anchor(*parts: str) -> str:
@@ -194,6 +219,8 @@ def shown_commands(motor: Motor) -> list[str]:
 
 def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     """Names of the columns that a panel draws."""
+    if kind in OWN_PANELS:
+        return [of]
     if kind == "commands":
         return shown_commands(plan.motors[of])
     if kind == "currents":
@@ -203,7 +230,7 @@ def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
 
 
 def needed_tolerances(result: RunResult, shown: Iterable[Shown],
-                      kinds: Sequence[str] = AXIS_PANELS + MOTOR_PANELS) -> dict[str, float]:
+                      kinds: Sequence[str] = AXIS_PANELS + MOTOR_PANELS + OWN_PANELS) -> dict[str, float]:
     """Tolerances by name of the columns that panels of some kinds and the moving picture draw of a run."""
     plan = result.plan
     panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
@@ -212,6 +239,8 @@ def needed_tolerances(result: RunResult, shown: Iterable[Shown],
         panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in plan.motors}
     needed: dict[str, list[str]] = {"position": [], "error": [], "speed": [], "current": []}
     for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
-        if of in (plan.axes if kind in AXIS_PANELS else plan.motors):
+        if kind not in OWN_PANELS and of in (plan.axes if kind in AXIS_PANELS else plan.motors):
             needed["current" if kind in MOTOR_PANELS else kind] += needed_columns(plan, kind, of)
-    return tolerances(needed["position"], needed["error"], needed["speed"], needed["current"])
+    own = {of: OWN * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
+           for kind, of in panels if kind in OWN_PANELS and kind in kinds and of in result.columns}
+    return own | tolerances(needed["position"], needed["error"], needed["speed"], needed["current"])

@@ -1,37 +1,29 @@
 """Picture of a run: positions with their references, absolute errors, commands and phase currents."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
-from maglev.judging.metrics import Metrics
-from maglev.report.plots.figures import shown_commands
+from maglev.experiment.execution import RunResult
+from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
-from maglev.report.status import events
-from maglev.schema.run_plan import RunPlan
+from maglev.report.status import events, shown_until
+from maglev.schema.quantities import PRINTED_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SMALLEST_ERROR = 1e-3   # mm, lower end of the logarithmic error axis
+SMALLEST_ERROR = 1e-3   # mm or mrad, lower end of the logarithmic error axis
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
 FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
-
-
-class Drawn(NamedTuple):
-    """A run to draw: its plan and columns, the parameters (SI) that it started with, and what was measured."""
-
-    plan: RunPlan
-    recording: Recording
-    parameters: Mapping[str, float] = {}
-    metrics: Metrics | None = None
 
 
 def require_matplotlib() -> None:
@@ -46,29 +38,19 @@ def write_figure(path: Path, figure: "Figure") -> None:
         figure.savefig(unfinished, dpi=110, format="png")
 
 
-def figure_of(plan: RunPlan, recording: Recording, parameters: Mapping[str, float] | None = None,
-              metrics: Metrics | None = None) -> "Figure":
-    """Draw a recording: a row for each axis and each motor.
-
-    Parameters
-    ----------
-    plan : RunPlan
-        Names the columns of axes and motors, and the settling bands.
-    recording : Recording
-    parameters : mapping of str to float, optional
-        What the run started with, SI: end stops and limits of currents are marked.
-    metrics : Metrics, optional
-        When a stop was touched, or the controller tripped, is marked.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Bound to no window: save it, or show it in a notebook.
-    """
-    return overlay(f"{plan.name}: {plan.title}", {"": Drawn(plan, recording, parameters or {}, metrics)})
+def figure_of(run: RunResult) -> "Figure":
+    """Draw a run, a row for each axis and each motor: a matplotlib figure bound to no window, to save or to show."""
+    return overlay(f"{run.plan.name}: {run.plan.title}", {"": run})
 
 
-def overlay(title: str, runs: Mapping[str, Drawn]) -> "Figure":
+def before(run: RunResult, until: float) -> RunResult:
+    """The run to a time (s)."""
+    rows = run.time <= until
+    columns = {name: values[rows] for name, values in run.columns.items()}
+    return replace(run, recording=Recording(run.time[rows], columns))
+
+
+def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
     """Draw runs with the same axes over each other, by label; of a motor each run in a colour of its own.
 
     A run alone has a colour for each of its currents, and no label. End stops and limits of currents are marked, and
@@ -80,14 +62,25 @@ def overlay(title: str, runs: Mapping[str, Drawn]) -> "Figure":
     rows = len(first.axes) + len(first.motors)
     figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
     figure.suptitle(title)
+    until = shown_until((run.metrics, float(run.time[-1])) for run in runs.values())
+    if until is not None:
+        end = max(run.time[-1] for run in runs.values())
+        figure.suptitle(f"{title}\nthe first {until:.2g} s of {end:g} s")
+        runs = {label: before(run, until) for label, run in runs.items()}
     if not rows:
         figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
         return figure
+    own = {name: None for run in runs.values() for name in own_outputs(run.plan, run.columns)}
+    if own:
+        rows += 1
+        figure.set_figheight(2.3 * rows)
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for name, row in zip(first.axes, panels, strict=False):
         draw_axis(name, row, runs)
-    for name, row in zip(first.motors, panels[len(first.axes):], strict=True):
+    for name, row in zip(first.motors, panels[len(first.axes):], strict=False):
         draw_motor(name, row, runs)
+    if own:
+        draw_own(list(own), panels[-1], runs)
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
     mark_limits(figure, [*first.axes, *first.motors], runs.values())
@@ -95,7 +88,7 @@ def overlay(title: str, runs: Mapping[str, Drawn]) -> "Figure":
     return figure
 
 
-def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[Drawn]) -> None:
+def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]) -> None:
     """Mark end stops and limits of currents, each once, of whichever runs have it."""
     marked: set[tuple[str, str, float]] = set()
     drawn = [panel.get_ylim() for panel in figure.axes]   # of the signals alone: a mark widens its panel
@@ -113,7 +106,7 @@ def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[Drawn]) ->
         panel.legend(**BESIDE)
 
 
-def mark_events(figure: "Figure", runs: Mapping[str, Drawn]) -> None:
+def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
     """Mark when a stop was touched or the controller tripped; of several runs in their colours."""
     for number, (label, run) in enumerate(runs.items()):
         for event in events(run.metrics):
@@ -123,35 +116,49 @@ def mark_events(figure: "Figure", runs: Mapping[str, Drawn]) -> None:
                 panel.axvline(event.time, color=f"C{number}" if label else "C3", linewidth=1.0, linestyle="--")
 
 
-def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, Drawn]) -> None:
+def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
     """Positions of an axis with the reference on the left, absolute errors on the right."""
     left, right = row
-    for number, (label, (plan, recording, _, _)) in enumerate(runs.items()):
-        axis = plan.axes[name]
-        position, reference = 1e3 * recording.columns[axis.position], 1e3 * recording.columns[axis.reference]
+    for number, (label, run) in enumerate(runs.items()):
+        axis = run.plan.axes[name]
+        position, reference = 1e3 * run.columns[axis.position], 1e3 * run.columns[axis.reference]
         if number == 0:
-            left.plot(recording.time, reference, **FAINT, label="reference")
-            for band in plan.metrics.bands:
+            left.plot(run.time, reference, **FAINT, label="reference")
+            for band in run.plan.metrics.bands_of(axis):
                 right.axhline(1e3 * band, **FAINT, linestyle="--")
-        left.plot(recording.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
-        right.semilogy(recording.time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8,
+        left.plot(run.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
+        right.semilogy(run.time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8,
                        color=f"C{number}")
-    left.set_ylabel(f"{name} (mm)")
+    unit = PRINTED_UNITS[axis.unit]
+    left.set_ylabel(f"{name} ({unit})")
     left.legend(**BESIDE)
-    right.set_ylabel(f"|error| of {name} (mm)")
+    right.set_ylabel(f"|error| of {name} ({unit})")
 
 
-def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, Drawn]) -> None:
+def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
+    """Outputs of a user's own, as they come: the first half on the left, the others on the right."""
+    half = (len(names) + 1) // 2
+    for panel, shown in zip(row, (names[:half], names[half:]), strict=True):
+        for label, run in runs.items():
+            for name in (each for each in shown if each in run.columns):
+                panel.plot(run.time, run.columns[name], linewidth=0.8,
+                           label=f"{label} {name}".strip())
+        panel.set_ylabel("own outputs")
+        if panel.lines:
+            panel.legend(**BESIDE)
+
+
+def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
     """Commands of a motor on the left, currents of its phases, as delivered, on the right."""
     # Of the commands the direct and the quadrature current, where there are some.
     for panel, what in zip(row, ("commands", "phase currents"), strict=True):
-        for number, (label, (plan, recording, _, _)) in enumerate(runs.items()):
-            motor = plan.motors[name]
+        for number, (label, run) in enumerate(runs.items()):
+            motor = run.plan.motors[name]
             shown = shown_commands(motor) if what == "commands" else motor.currents
             for variable in shown:
                 own = {"color": f"C{number}", "label": label if variable == shown[0] else None} if label else {
                     "label": variable.rpartition(".")[2]}
-                panel.plot(recording.time, recording.columns[variable], linewidth=0.8, **own)
+                panel.plot(run.time, run.columns[variable], linewidth=0.8, **own)
         panel.set_ylabel(f"{name} {what} (A)")
         if panel.lines:
             panel.legend(**BESIDE)

@@ -3,16 +3,16 @@
 const KINDS = {
   position: { unit: "mm", scale: 1e3, digits: 4 }, speed: { unit: "mm/s", scale: 1e3, digits: 2 },
   error: { unit: "mm", scale: 1e3, digits: 4 }, commands: { unit: "A", scale: 1, digits: 3 },
-  currents: { unit: "A", scale: 1, digits: 3 },
+  currents: { unit: "A", scale: 1, digits: 3 }, own: { unit: "", scale: 1, digits: 6 },
 };
-const SMALLEST_ERROR = 1e-4;   // mm, lower end of logarithmic axes
+const SMALLEST_ERROR = 1e-4;   // mm or mrad, lower end of logarithmic axes
 const RUN_DASHES = ["solid", "dash", "dot", "dashdot"];
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same
 const frictionless = new Set();   // ids of the figures that show their runs without friction, too
 let kept = false;     // while all are drawn, for paper, none is released
 
-/** Points of |error| in mm; between rows that differ by much, further points of the straight line. */
+/** Points of |error| in mm or mrad; between rows that differ by much, further points of the straight line. */
 function logarithmicPoints({ times, values }) {
   const x = [];
   const y = [];
@@ -60,7 +60,7 @@ function panelLines(figure, runs, { kind, of }) {
       });
       return;
     }
-    const signal = run.axes[of]?.[kind];
+    const signal = kind === "own" ? of : run.axes[of]?.[kind];
     if (signal) lines.push({ run: name, signal, name: label, css: `run-${r % 5}`, dash });
   });
   if (kind === "position") {
@@ -73,8 +73,8 @@ function panelLines(figure, runs, { kind, of }) {
   return lines.filter(({ run, signal }) => ready[run][signal]);
 }
 
-function drawnLine(line, kind) {
-  const { scale, unit } = KINDS[kind];
+function drawnLine(line, kind, unit) {
+  const { scale } = KINDS[kind];
   const signal = ready[line.run][line.signal];
   const points = kind === "error" ? logarithmicPoints(signal)
     : { x: signal.times, y: signal.values.map((value) => scale * value) };
@@ -85,9 +85,9 @@ function drawnLine(line, kind) {
 function panelLevels(figure, { kind, of }) {
   const levels = [];
   for (const { name, label } of figure.runs) {
-    const { bands, limits } = report.runs[name];
+    const { axes, limits } = report.runs[name];
     if (kind === "error") {
-      for (const band of bands) levels.push({ value: 1e3 * band, name: "bands of settling", css: "reference", dash: "dot" });
+      for (const band of axes[of]?.bands ?? []) levels.push({ value: 1e3 * band, name: "bands of settling", css: "reference", dash: "dot" });
     }
     const whose = figure.runs.length > 1 ? ` (${label})` : "";
     for (const { of: what, kind: shown, text, values } of limits) {
@@ -120,10 +120,17 @@ function panelMarks(figure, p, end) {
   }));
 }
 
-function panelTitle({ kind, of }) {
+/** Unit of what a panel shows, of axes in rad with mrad for mm, which is as many SI units. */
+function panelUnit(figure, { kind, of }) {
+  const axis = figure.runs.map(({ name }) => report.runs[name].axes[of]).find(Boolean);
+  return axis ? KINDS[kind].unit.replace("mm", axis.unit) : KINDS[kind].unit;
+}
+
+function panelTitle(figure, panel) {
+  const { kind, of } = panel;
   const what = { position: of, speed: `speed of ${of}`, error: `|error| of ${of}`, commands: `${of} commands`,
-    currents: `${of} currents` }[kind];
-  return kind === "error" ? what : `${what} (${KINDS[kind].unit})`;
+    currents: `${of} currents`, own: of }[kind];
+  return kind === "error" || kind === "own" ? what : `${what} (${panelUnit(figure, panel)})`;
 }
 
 function figurePanels(id) {
@@ -134,9 +141,9 @@ function figurePanels(id) {
     x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
   return figure.panels.map((panel, p) => ({
-    title: panelTitle(panel), xTitle: "time (s)", low: 0, high: Math.max(...ends), logarithmic: panel.kind === "error",
+    title: panelTitle(figure, panel), xTitle: "time (s)", low: 0, high: Math.max(...ends), logarithmic: panel.kind === "error" && panelUnit(figure, panel),
     format: (value) => `${numberText(value, KINDS[panel.kind].digits)}`,
-    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel.kind)),
+    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel.kind, panelUnit(figure, panel))),
     levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants,
     marks: panelMarks(figure, p, Math.max(...ends)),
   }));

@@ -29,7 +29,7 @@ function linearTicks(low, high, most) {
   return ticks;
 }
 
-/** A scale from values to px; a logarithmic one is of lengths in mm. */
+/** A scale from values to px; a logarithmic one says of what unit it is, "mm" or "mrad". */
 function scaleOf(low, high, start, end, logarithmic) {
   const of = logarithmic ? Math.log10 : (value) => value;
   const [from, to] = [of(low), of(high)];
@@ -39,6 +39,7 @@ function scaleOf(low, high, start, end, logarithmic) {
     return logarithmic ? 10 ** at : at;
   };
   const ticks = (most) => (logarithmic ? LENGTHS.filter(([mm]) => mm >= low * 0.999 && mm <= high * 1.001)
+    .map(([mm, text]) => [mm, text.replace(/m$/, logarithmic.slice(1))])
     : linearTicks(low, high, most));
   return { low, high, place, value, ticks };
 }

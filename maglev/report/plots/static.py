@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.report.plots.charts import ShownChart
-from maglev.report.plots.figures import AXIS_PANELS, Panel, Shown, needed_columns, recorded_columns
+from maglev.report.plots.figures import AXIS_PANELS, MOTOR_PANELS, Panel, Shown, needed_columns, recorded_columns
 from maglev.report.plots.series import thin
+from maglev.schema.quantities import PRINTED_UNITS
 
 Array = NDArray[np.float64]
 
@@ -19,10 +20,11 @@ LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, time
 MOST_POINTS = 80                 # of a line; twice as many of an error, whose peaks are steep
 FINEST = 1.0                     # px, tolerance of a line
 COLOURS = 5                      # of runs
-SMALLEST_ERROR = 1e-3            # mm
+SMALLEST_ERROR = 1e-3            # mm or mrad
 # Titles with the unit, and how many of it are one SI unit.
-KINDS = {"position": ("{} (mm)", 1e3), "speed": ("speed of {} (mm/s)", 1e3), "error": ("|error| of {} (mm)", 1e3),
-         "commands": ("{} commands (A)", 1.0), "currents": ("{} currents (A)", 1.0)}
+KINDS = {"position": ("{} ({})", 1e3), "speed": ("speed of {} ({}/s)", 1e3), "error": ("|error| of {} ({})", 1e3),
+         "commands": ("{} commands (A)", 1.0), "currents": ("{} currents (A)", 1.0),
+         "own": ("{}", 1.0)}
 PHASES = ("phase-0", "phase-1", "phase-2")
 
 
@@ -44,16 +46,22 @@ def static_picture(shown: Shown | ShownChart) -> str:
                  curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)], False)
             for panel in shown.chart.panels]
     else:
-        panels = [(KINDS[panel.kind][0].format(panel.of), "time (s)", list(panel_lines(shown, panel)),
-                   panel.kind == "error") for panel in shown.panels]
+        panels = [(KINDS[panel.kind][0].format(panel.of, axis_unit(shown, panel)), "time (s)",
+                   list(panel_lines(shown, panel)), panel.kind == "error") for panel in shown.panels]
     return "\n".join(panel_picture(*panel) for panel in panels)
+
+
+def axis_unit(shown: Shown, panel: Panel) -> str:
+    """Unit of the axis that a panel shows, mm or mrad."""
+    return next((PRINTED_UNITS[run.plan.axes[panel.of].unit] for run in shown.runs if panel.of in run.plan.axes), "")
 
 
 def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
     """Lines of a panel: of each run, and of a position the reference of the run that was recorded longest."""
     factor = KINDS[panel.kind][1]
     runs = [run for run in shown.recorded if panel.of in (run.plan.axes if panel.kind in AXIS_PANELS
-                                                          else run.plan.motors)]
+                                                          else run.plan.motors if panel.kind in MOTOR_PANELS
+                                                          else run.columns)]
     if panel.kind == "position":
         longest = max(runs, key=lambda run: run.time[-1])
         reference = longest.columns.get(longest.plan.axes[panel.of].reference)
@@ -68,8 +76,9 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
             short = name.rpartition(".")[2].replace("_cmd", "")
             colour = {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(
                 panel.kind, f"run-{number % COLOURS}")
-            yield Line(label if panel.kind in AXIS_PANELS else short if len(runs) == 1 else f"{short} {label}", colour,
-                       run.time, factor * columns[name])
+            if panel.kind in MOTOR_PANELS:
+                label = short if len(runs) == 1 else f"{short} {shown.figure.runs[run.plan.name]}"
+            yield Line(label, colour, run.time, factor * columns[name])
 
 
 def panel_picture(title: str, x_title: str, lines: Sequence[Line], logarithmic: bool) -> str:

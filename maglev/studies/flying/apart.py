@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmi_export.scratch import remove_scratch
 from maglev.cosim.apart.child import PATIENCE, interrupts_blocked, named_end
 from maglev.cosim.fmu import unpacking_folder
 from maglev.errors import MaglevError
@@ -93,7 +94,7 @@ class Beside:
         assert self.process.stdin is not None
         with suppress(BrokenPipeError):
             self.process.stdin.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        remove_scratch(self.folder)
 
     def receive(self) -> None:
         """Pass on what the process sends, and at last that it has ended."""

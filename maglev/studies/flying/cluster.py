@@ -2,7 +2,6 @@
 
 import logging
 import signal
-import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,13 +9,18 @@ from typing import Any
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.security import Security
 
+from fmi_export.scratch import scratch
 from maglev.cosim.apart.child import interrupts_blocked, without_script
 from maglev.errors import ScenarioError, in_one_line
 from maglev.studies.flying.batch import code_of_package
 
-# What Dask looks at beside the work: a batch is one call, of which a profile of its lines says nothing.
-UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.system-monitor.interval": "5s",
+LOOPBACK = "127.0.0.1"
+
+# What Dask looks at and shows beside the work: a batch is one call, of which a profile of its lines says nothing.
+UNWATCHED = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": [],
+             "distributed.worker.profile.enabled": False, "distributed.admin.system-monitor.interval": "5s",
              "distributed.admin.tick.interval": "500ms",
              # And memory that a sample needs stays with the process for the next one: Dask would have it given back.
              "distributed.nanny.pre-spawn-environ": {
@@ -38,19 +42,24 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
     """
     if scheduler is None:
         # Dask starts processes now, and when one has died; what they have on the disk goes with the folder.
-        with scratch() as folder, quiet(), without_script(), dask.config.set(UNWATCHED | {SCRATCH: folder}):
+        with scratch() as folder, quiet(), without_script(), dask.config.set(UNWATCHED | {SCRATCH: str(folder)}):
             with interrupts_blocked():   # and the thread that starts them stays as this one is now
                 # A worker's memory is that of one flight; Dask would pause one for ever that is over its share of a
                 # small machine.
-                cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=":0",
-                                       memory_limit=None, silence_logs=logging.CRITICAL)
+                # Whoever connects to a cluster can have it run code: this one takes its own processes alone, by a
+                # certificate that is made for it. There are no pages, but without an address for them Dask would try
+                # port 8787.
+                cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, host=LOOPBACK,
+                                       security=Security.temporary(), dashboard_address=f"{LOOPBACK}:0",
+                                       scheduler_kwargs={"dashboard": False}, memory_limit=None,
+                                       silence_logs=logging.CRITICAL)
             with cluster, Client(cluster) as client:
                 client.run(ignore_interrupts)   # asyncio has let them through again
                 yield client
         return
     try:
         client = Client(scheduler, timeout=REACHED_WITHIN)
-    except (OSError, ValueError, TypeError) as error:   # an address that none answers at, or that is none
+    except (OSError, ValueError, TypeError, RuntimeError) as error:   # one that none answers at, or is none, or TLS
         raise ScenarioError(f"--scheduler {scheduler}: cannot be reached within {REACHED_WITHIN:g} s "
                             f"({in_one_line(error)[:80]}), expected the address of a Dask scheduler, such as "
                             "tcp://host:8786") from None
@@ -62,11 +71,6 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
                                 "more") from None
         require_same_package(client, scheduler)
         yield client
-
-
-def scratch() -> tempfile.TemporaryDirectory[str]:
-    """Folder for a cluster; a process that is just being ended may still write into it."""
-    return tempfile.TemporaryDirectory(prefix="maglev_dask_", ignore_cleanup_errors=True)
 
 
 def ignore_interrupts() -> None:

@@ -31,7 +31,7 @@ class Flight:
         self.descriptions = experiment.check()
         self.steps = whole_steps(experiment.plan.stop_time, experiment.step)
         self.time = experiment.step * np.arange(self.steps + 1, dtype=np.float64)
-        self.resettable = not any(is_foreign(name, path) for name, path in experiment.files.items())
+        self.resettable = not any(map(is_foreign, experiment.files.values()))
         self.drives = experiment.drives(self.descriptions)
         self.recorded: dict[str, NDArray[np.float64]] = {}
         self.master: Master | None = None

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from maglev.catalogue import DEFINITIONS, definition
 from maglev.live.content import flies_live
 from maglev.live.link import live_address
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.studies.page.again import values_of

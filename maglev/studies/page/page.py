@@ -26,7 +26,7 @@ OWN_SCRIPTS = ("look.js", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 # Units that plots have instead of SI: name, and how many are one.
-UNITS = {"m": ("mm", 1e3), "": ("%", 1e2)}
+UNITS = {"m": ("mm", 1e3), "rad": ("mrad", 1e3), "": ("%", 1e2)}
 
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:

@@ -33,6 +33,10 @@ def test_each_is_the_run_with_that_controller(comparison: maglev.Comparison, fas
     assert comparison.runs["PID2DOF"].result.modified
 
 
+def test_its_repr_is_a_line(comparison: maglev.Comparison) -> None:
+    assert repr(comparison) == "<Comparison 2dof-smooth-nonlinear: Regulator2DOF held, PID2DOF held>"
+
+
 def test_the_best_has_the_least_error(comparison: maglev.Comparison) -> None:
     row = next(row for row in comparison.rows if (row.quantity, row.of) == ("rms error", "v"))
     measured = {}
@@ -69,7 +73,7 @@ def test_a_controller_that_is_not_there_is_refused_before_any_flies(fastest_fmus
 
 
 def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
-    with pytest.raises(maglev.UnknownName, match=r"controller PID9: .* nearest is 'PID[23]DOF'"):
+    with pytest.raises(maglev.UnknownName, match=r"controller PID9: .* nearest is 'PID[235]DOF'"):
         maglev.compare(NAME, ["Regulator2DOF", "PID9"], fmus=fastest_fmus)
     Path(tmp_path / "mine.fmu").touch()
     with pytest.raises(maglev.FmuError, match=r"there is no file .*min\.fmu, nearest is 'mine\.fmu'"):

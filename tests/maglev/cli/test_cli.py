@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import error_line, maglev
+from command_line import SCRIPTS, error_line, maglev, run_script
 
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
-
-SCRIPTS = Path(__file__).parents[3] / "scenarios" / "scripts"
 
 SHORT = """
 extends = "{loop}"
@@ -178,13 +176,6 @@ def test_help_teaches() -> None:
         result = maglev(command, "--help")
         assert result.exit_code == 0
         assert f"maglev {command}" in result.output
-
-
-def run_script(name: str, fmus: Path, out: Path) -> None:
-    """Run a command line of the folder scripts, the result to a file."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    subprocess.run(["sh", str(SCRIPTS / name)], check=True, cwd=out.parent,
-                   env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path})
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof"])

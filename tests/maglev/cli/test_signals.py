@@ -49,6 +49,21 @@ class Command:
         return self.process.returncode, errors.splitlines()
 
 
+# Ctrl-C when the command line imports its first library.
+IMPORTING = """
+import os, runpy, signal, sys
+
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+sys.argv = ["maglev", "list"]
+runpy.run_module("maglev", run_name="__main__")
+"""
+
+
 def scenario(folder: Path, name: str, seconds: float) -> Path:
     path = folder / f"{name}.toml"
     path.write_text(LONG.format(base=load_plan("2dof-setpoints").path, name=name, seconds=seconds))
@@ -59,6 +74,11 @@ def scenario(folder: Path, name: str, seconds: float) -> Path:
 def long(tmp_path: Path) -> Callable[[str], Path]:
     """Function that makes a scenario of a quarter of an hour."""
     return lambda name: scenario(tmp_path, name, 900)
+
+
+def test_while_the_command_itself_is_imported() -> None:
+    done = subprocess.run([sys.executable, "-c", IMPORTING], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "maglev: interrupted\n")
 
 
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
@@ -110,6 +130,19 @@ def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code:
     assert lines[-1] == (f"maglev: at t = 0.1 s: {word}; what was recorded until then is in "
                          f"{Path('results') / '2dof-step-1-nonlinear.partial.csv'}")
     assert not [line for line in lines if not line.startswith("maglev: ")]
+
+
+@pytest.mark.parametrize("delay", [0.02 * number for number in range(12)])
+def test_while_a_foreign_fmu_starts(fmus: Path, tmp_path: Path, delay: float) -> None:
+    """Ctrl-C to all processes, when the other one has just been started, or does not yet ignore it."""
+    ports = faulty("hang", tmp_path).with_name("sources") / "ports.toml"
+    command = Command(tmp_path, "run", "2dof-step-1-nonlinear", "--controller", "pd_controller.fmu", "--map", ports,
+                      "--fmus", fmus)
+    command.wait_until(lambda: list(command.unpacked.glob("*/calls")))
+    time.sleep(delay)   # wherever the start is then
+    found, lines = command.ended(signal.SIGINT)
+    assert found == 130
+    assert lines[-1] == "maglev: interrupted" or lines[-1].startswith("maglev: at t = "), lines
 
 
 @pytest.mark.parametrize(("number", "code", "word"), CODES)

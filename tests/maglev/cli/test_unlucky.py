@@ -1,8 +1,10 @@
 """Two commands at once, a full disk, a report that cannot be written: whole files, and messages that name them."""
 
 import errno
+import os
 import subprocess
 import sys
+import threading
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -99,3 +101,43 @@ def test_junit_that_cannot_be_written_hides_no_results(fmus: Path, tmp_path: Pat
     result = maglev("check", "2dof-smooth-nonlinear", "--fmus", fmus, "--junit", tmp_path)
     assert "2dof-smooth-nonlinear: passed" in result.stdout
     assert str(tmp_path) in error_line(result)
+
+
+def test_junit_without_a_name_is_refused_before_anything_flies(tmp_path: Path) -> None:
+    result = maglev("check", "2dof-smooth-nonlinear", "--fmus", tmp_path, "--junit", "")
+    assert error_line(result) == "maglev: --junit .: expected the name of a file"
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    """The file that it leads to is the new one; also where there is none yet."""
+    (tmp_path / "elsewhere").mkdir()
+    link, file = tmp_path / "check.xml", tmp_path / "elsewhere" / "of_mine.xml"
+    link.symlink_to(file)
+    for text in ("first", "second"):
+        write_whole(link, text)
+        assert link.is_symlink()
+        assert file.read_text() == text
+    assert {path.name for path in tmp_path.rglob("*")} == {"check.xml", "elsewhere", "of_mine.xml"}
+
+
+def test_a_pipe_is_written_into(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    written = threading.Thread(target=write_whole, args=(pipe, "all of it"))
+    written.start()
+    assert pipe.read_text() == "all of it"
+    written.join()
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+@pytest.mark.parametrize("file", [False, True])
+def test_standard_output_as_a_file(tmp_path: Path, file: bool) -> None:
+    """A pipe, or the file that a shell has opened for it: what was printed before stays."""
+    (tmp_path / "printed").write_text("before\n")
+    command = [sys.executable, "-c", "from fmi_export.whole_file import write_whole; from pathlib import Path; "
+               "print('here', flush=True); write_whole(Path('/dev/fd/1'), 'text')"]
+    with (tmp_path / "printed").open("a") as opened:
+        done = subprocess.run(command, stdout=opened if file else subprocess.PIPE, text=True, check=True)
+    printed = (tmp_path / "printed").read_text()
+    assert (printed if file else printed + done.stdout) == "before\nhere\ntext"

@@ -44,8 +44,8 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Whether each run took the loop in C."""
     found: list[bool] = []
 
-    def compiled(phases: Sequence[Sequence[Call]], folders: Sequence[Path]) -> Any:
-        loop = original(phases, folders)
+    def compiled(phases: Sequence[Sequence[Call]], folders: Sequence[Path], counter: memoryview) -> Any:
+        loop = original(phases, folders, counter)
         found.append(loop is not None)
         return loop
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motor import MOTOR
 
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError, ScenarioError
@@ -53,7 +54,7 @@ def accelerations(plan: RunPlan, fmus: Path) -> np.ndarray:
 def test_thrust_changes_with_the_constant_at_that_time(either_kind: Path, tmp_path: Path) -> None:
     """h'' = −C1 f1 i_q, (4.3)."""
     plan = drive(tmp_path, STEP.format(name="C1", times="[0, 0.01, 0.015]", values="[14.2, 11.36, 28.4]"))
-    expected = -np.repeat([14.2, 11.36, 28.4], [20, 10, 10]) * gap_functions(GAP)[0] * -2.0
+    expected = -np.repeat([14.2, 11.36, 28.4], [20, 10, 10]) * gap_functions(MOTOR, GAP)[0] * -2.0
     # Between two samples the mover leaves the place that the currents are commutated for: 0.3 m/s for 0.5 ms are
     # 0.01 rad of a pole pitch, and the cosine of that is 1 to 5e-5.
     assert accelerations(plan, either_kind) == pytest.approx(expected, rel=1e-4)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from motor import MOTOR
 from scipy.optimize import brentq
 
 from controller_fmu.feedback_linearisation import equilibrium_current
@@ -21,8 +22,8 @@ from maglev.identification.predictions import (
 from maglev.identification.rigs import RIGS, accelerations
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
-from pmlsm.data_sheet import GRAVITY
 from pmlsm.gap_functions import gap_functions
+from pmlsm.velocity_rows import GRAVITY
 
 STAGES: dict[str, Any] = {"2dof": Stage2DOF, "3dof": Stage3DOF}
 both_rigs = pytest.mark.parametrize("name", ["2dof", "3dof"])
@@ -45,7 +46,7 @@ def cases(draw: st.DrawFn) -> tuple[str, np.ndarray, dict[str, float]]:
 
 def discriminant(name: str, gap: float, constants: dict[str, float]) -> tuple[float, float]:
     """Discriminant of the vertical row at an air gap (m), by hand from (4.10), and its larger term."""
-    _, f2, f3, f4 = gap_functions(gap)
+    _, f2, f3, f4 = gap_functions(MOTOR, gap)
     c2, c3, c4 = ((constants["C2"], constants["C3"], constants["C4"]) if name == "2dof"
                   else (4 * constants["C3"], 4 * constants["C4"], 4 * constants["C5"]))
     terms = (c3 * f3) ** 2, 4.0 * c4 * f4 * (c2 * f2 - GRAVITY)
@@ -66,7 +67,7 @@ def test_equilibrium_currents_hold_the_mover(case: tuple[str, np.ndarray, dict[s
             positions = np.array([[gap, *([0.0] * (len(rig.axes) - 1))]])
             i_d = np.full((1, len(rig.motors)), current)
             vertical = accelerations(rig, positions, i_d, np.zeros_like(i_d), constants)[0, 0]
-            _, f2, f3, _ = gap_functions(gap)
+            _, f2, f3, _ = gap_functions(MOTOR, gap)
             assert abs(vertical) < 1e-9 * (GRAVITY + abs(current) * 4 * max(constants.values()) * f3)
         elif left < -1e-9 * scale:
             assert np.isnan(current)
@@ -86,11 +87,11 @@ def test_where_no_current_holds_the_mover_there_is_none() -> None:
 def test_the_smaller_root_is_that_of_the_controllers(gap: float) -> None:
     """Of both rigs; the 3-DOF one has four motors, one direct current in both pairs."""
     constants = constants_of("2dof")
-    expected, found = equilibrium_current(constants["C2"], constants["C3"], constants["C4"], gap)
+    expected, found = equilibrium_current(MOTOR, constants["C2"], constants["C3"], constants["C4"], gap)
     assert found
     assert equilibrium_currents(RIGS["2dof"], np.array([gap]), constants)[0] == pytest.approx(expected, abs=1e-9)
     constants = constants_of("3dof")
-    expected, found = equilibrium_current(*(4 * constants[name] for name in ("C3", "C4", "C5")), gap)
+    expected, found = equilibrium_current(MOTOR, *(4 * constants[name] for name in ("C3", "C4", "C5")), gap)
     assert found
     assert equilibrium_currents(RIGS["3dof"], np.array([gap]), constants)[0] == pytest.approx(expected, abs=1e-9)
 
@@ -155,8 +156,8 @@ def test_row_of_an_axis(rig: Any) -> None:
 
 @given(gaps=st.lists(st.floats(0.008, 0.04), min_size=1, max_size=5))
 def test_shapes_over_the_air_gap(gaps: list[float]) -> None:
-    expected = np.array([gap_functions(gap) for gap in gaps])
-    assert np.array_equal(thrust_shape(np.array(gaps)), expected[:, 0])
+    expected = np.array([gap_functions(MOTOR, gap) for gap in gaps])
+    assert np.array_equal(thrust_shape(RIGS["2dof"], np.array(gaps)), expected[:, 0])
     for rig in RIGS.values():
         force = attraction_force(rig, np.array(gaps), 21.01, 7.5)
         assert force == pytest.approx(7.5 * 21.01 * expected[:, 1], rel=1e-12)

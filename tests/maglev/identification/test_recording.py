@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motor import MOTOR
 
 from maglev.csv_table import read_csv
 from maglev.errors import MaglevError
@@ -46,7 +47,8 @@ def test_plain_columns(tmp_path: Path) -> None:
 
 def test_three_phases_are_transformed_at_the_measured_displacement(tmp_path: Path) -> None:
     table = good()
-    phases = np.array([phase_currents(d, q, h) for d, q, h in zip(table["i_d"], table["i_q"], table["h"], strict=True)])
+    phases = np.array([phase_currents(d, q, MOTOR.electrical_angle(h))
+                       for d, q, h in zip(table["i_d"], table["i_q"], table["h"], strict=True)])
     renamed = {"time": table["time"], "v": table["v"], "h": table["h"],
                **{f"i_{phase}": phases[:, k] + 0.3 for k, phase in enumerate("abc")}}   # a common part makes no force
     found = read_recording(write(tmp_path / "a.csv", renamed))
@@ -135,8 +137,8 @@ def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: s
     (b"0.0,0.02,0.0,1.0,0.0\n", "row 1 is numbers, expected the names of the columns"),
     (b"time,v,h,i_d,i_q\n", "has a header only, expected rows of numbers"),
     (b"time,v,v,i_d,i_q\n0,1,2,3,4\n", "row 1 has the column 'v' 2 times, expected it once"),
-    (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2-DOF) or y, x, z (3-DOF); its columns are"),
-    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of both rigs, expected --rig 2dof or --rig 3dof")])
+    (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2dof) or y, x, z (3dof); its columns are"),
+    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected --rig 2dof or --rig 3dof")])
 def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "mine.csv"
     path.write_bytes(content)

@@ -6,6 +6,7 @@ from direct_loop import idealise
 from hypothesis import given
 from hypothesis import strategies as st
 from identification_data import new_blocks
+from motor import MOTOR
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.identification.rigs import RIGS, accelerations, regressors, shape_functions
@@ -41,7 +42,7 @@ def test_constants_are_in_one_row_each() -> None:
 
 def test_shape_functions_are_pmlsm_bit_for_bit() -> None:
     gaps = np.random.default_rng(1).uniform(5e-3, 45e-3, 500)
-    assert shape_functions(gaps).T.tolist() == [list(gap_functions(gap)) for gap in gaps.tolist()]
+    assert shape_functions(MOTOR, gaps).T.tolist() == [list(gap_functions(MOTOR, gap)) for gap in gaps.tolist()]
 
 
 def test_observer_is_the_controllers() -> None:

@@ -7,16 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
+from maglev.judging.measures import measures
 from maglev.judging.metrics import evaluate, settling_time, step_samples
+from maglev.schema.run_plan import Axis, MetricSettings
 
 TIME = np.arange(0, 10001) * 1e-3
 
 
 def plan(**changes):
     return SimpleNamespace(**{
-        "axes": {"y": SimpleNamespace(position="plant.y.position", reference="controller.y.reference")},
+        "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
         "motors": {}, "stop_flag": None, "trip_flag": None,
-        "metrics": SimpleNamespace(bands=[1e-4, 1e-5], tracking_from=None, fail_error=1e-3), **changes})
+        "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
 
 def step_at_1_s(start, target):
@@ -66,7 +68,7 @@ def test_settling_time_of_the_last_sample_outside_is_infinite():
 
 
 def test_window_ends_at_the_next_step_of_any_axis():
-    axes = {axis: SimpleNamespace(position=f"{axis}.p", reference=f"{axis}.r") for axis in ("y", "x")}
+    axes = {axis: Axis(position=f"{axis}.p", reference=f"{axis}.r") for axis in ("y", "x")}
     columns = {"y.r": np.where(TIME >= 1.0, 2e-3, 0.0), "x.r": np.where(TIME >= 4.0, 3e-3, 0.0)}
     columns["y.p"] = np.where((TIME >= 2.0) & (TIME < 4.0), 2e-3, 0.0)   # leaves its reference when x steps
     columns["x.p"] = np.where(TIME >= 5.0, 3e-3, 0.0)
@@ -75,6 +77,21 @@ def test_window_ends_at_the_next_step_of_any_axis():
     assert y.settling[1e-4] == pytest.approx(0.999)
     assert y.steady_state_error == 0.0
     assert x.settling[1e-4] == pytest.approx(0.999)
+
+
+def test_a_rotation_has_bands_and_a_limit_of_its_own():
+    axes = {"y": Axis(position="y.p", reference="y.r"), "roll": Axis(position="p", reference="r", rotation=True)}
+    columns = {"y.r": step_at_1_s(0.0, 1e-3), "y.p": np.where(TIME >= 2.0, 1e-3, 0.0),
+               "r": step_at_1_s(0.0, 10e-3), "p": np.where(TIME >= 3.0, 6e-3, 0.0)}
+    settings = MetricSettings(bands=["0.1 mm"], tilt_bands=["5 mrad", "1 mrad"], fail_tilt="3.9 mrad")
+    tilted = plan(axes=axes, metrics=settings)
+    metrics = evaluate(tilted, TIME, columns)
+    assert [dict(step.settling) for step in metrics.steps] == [
+        {1e-4: pytest.approx(0.999)}, {5e-3: pytest.approx(1.999), 1e-3: math.inf}]
+    assert metrics.failed and metrics.lost == (1.0,)
+    assert not evaluate(plan(axes=axes, metrics=MetricSettings(fail_tilt="4.1 mrad")), TIME, columns).failed
+    assert {(each.quantity, each.of, each.unit) for each in measures(tilted, metrics)} >= {
+        ("settling to 5000 µrad", "roll", "s"), ("settling to 100 µm", "y", "s"), ("error at the end", "roll", "rad")}
 
 
 def test_a_moving_reference_has_no_steps():
@@ -87,7 +104,7 @@ def test_a_moving_reference_has_no_steps():
 def test_tracking():
     reference = np.sin(TIME)
     error = np.where(TIME < 3.0, 0.5, 0.0) + 0.1 * np.sign(np.sin(20.0 * TIME))
-    settings = SimpleNamespace(bands=[], tracking_from=5.0, fail_error=1.0)
+    settings = MetricSettings(tracking_from=5.0, fail_error=1.0)
     (tracking,) = evaluate(plan(metrics=settings), TIME, {
         "plant.y.position": reference + error, "controller.y.reference": reference}).tracking
     assert tracking.mean == pytest.approx(0.1, rel=1e-2)
@@ -96,7 +113,7 @@ def test_tracking():
 
 
 def test_tracking_from_beyond_the_end_is_refused():
-    settings = SimpleNamespace(bands=[], tracking_from=11.0, fail_error=1.0)
+    settings = MetricSettings(tracking_from=11.0, fail_error=1.0)
     with pytest.raises(MeasurementError, match=r"ends at 10.0 s.*tracking_from = 11.0 s"):
         evaluate(plan(metrics=settings), TIME, hold())
 
@@ -126,6 +143,23 @@ def test_failure():
     assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
     lost = evaluate(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
     assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
+
+
+@pytest.mark.parametrize(("fallen", "lost"), [
+    # Steps at 2, 4, 6 and 8 s; where the stage is on a stop.
+    ([(3.0, 10.0)], (2.0,)),              # one fall, and it stays down
+    ([(3.0, 3.5)], (2.0,)),               # it comes back before the next step
+    ([(3.0, 5.0)], (2.0,)),               # it comes back during the next step, which found it fallen
+    ([(3.0, 5.0), (6.5, 10.0)], (2.0, 6.0)),
+    ([(2.5, 2.6), (4.5, 4.6)], (2.0, 4.0)),
+    ([], ())])
+def test_a_fall_counts_as_one_failure(fallen, lost):
+    reference = 1e-3 * np.floor(TIME / 2.0 + 1e-9).clip(max=4)
+    down = np.any([(start <= TIME) & (end >= TIME) for start, end in fallen] or [np.zeros_like(TIME)], axis=0)
+    columns = hold(**{"plant.y.position": np.where(down, -0.01, reference), "controller.y.reference": reference})
+    assert evaluate(plan(stop_flag="at_stop"), TIME, {**columns, "at_stop": down}).lost == lost
+    assert evaluate(plan(), TIME, columns).lost == tuple(
+        step for step in lost if any(start <= step + 2.0 - 1e-3 <= end for start, end in fallen)), "by its error alone"
 
 
 @pytest.mark.parametrize(("columns", "words"), [

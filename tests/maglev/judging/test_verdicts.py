@@ -12,10 +12,14 @@ from maglev.judging.verdicts import (
     ClaimResult,
     MeasuredValue,
     bounds,
+    bounds_in_words,
     bounds_met,
     count_verdicts,
     judge,
+    met_of,
+    of_modified_runs,
     sentences,
+    specification,
 )
 from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
 
@@ -114,3 +118,25 @@ def test_bounds_are_counted_apart() -> None:
     assert sentences(results) == results[:1]
     assert bounds(results) == results[1:]
     assert (bounds_met(results), bounds_met(results[:1])) == ("1 of 2", "")
+    assert bounds_in_words(results) == "1 of 2 bounds by the axes of figures are met"
+    assert bounds_in_words(results[:1]) == ""
+
+
+def test_bounds_by_figures_that_chose_something_are_no_independent_evidence() -> None:
+    bound = {"figure": "4.9", "value": "thrust", "target": [1, 2]}
+    plain, chose = (ProcedureClaim.model_validate({**bound, **more}) for more in ({}, {"chose": "the stops"}))
+    results = [judge(claim, values(value)) for claim, value in ((plain, 1.5), (chose, 1.5), (chose, 3.0))]
+    assert bounds_in_words(results) == ("2 of 3 bounds by the axes of figures are met, 1 of them by figures after "
+                                        "which something in the runs was chosen")
+    assert results[1].note == "no independent evidence: by this figure was chosen the stops"
+    assert results[0].note == ""
+
+
+def test_a_users_own_claims_are_counted_apart() -> None:
+    mine = about_a_run(relation="<", target=1.0, own=True)
+    bound = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [1, 2], "own": True})
+    results = [judge(mine, values(0.5)), judge(mine, values(1.0)), judge(bound, values(1.5)), judge(mine, None)]
+    assert [result.verdict for result in results] == ["met", "not met", "met", "not run"]
+    assert (specification(results), sentences(results), bounds(results)) == (results, [], [])
+    assert met_of(results) == "2 of 3"
+    assert of_modified_runs(results) == results, "whichever controller flies"

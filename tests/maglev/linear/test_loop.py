@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear_blocks import AXES, MOTORS, jacobian, plant_at, plant_state, read_all, read_plant, set_all, smooth_stage
+from linear_blocks import AXES, jacobian, plant_state, read_all, read_plant, rest, set_all, smooth_stage, step_both
 
 from maglev.errors import LinearModelError
 from maglev.linear.linearise import linearise
@@ -18,28 +18,6 @@ CASES = [("Plant2DOF", "Regulator2DOF", {"v": 20e-3}), ("Plant2DOF", "LinearRegu
          ("Plant3DOF", "ScheduledRegulator3DOF", {"y": 21e-3, "x": -20e-3}), ("Plant3DOF", "PID3DOF", {"y": 25e-3})]
 
 
-def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
-    """State of the blocks at rest: the controller's integrators are moved until it holds the plant."""
-    positions = list(loop.plant.equilibrium.positions.values())
-    plant_at(plant, stage, positions, loop.plant.equilibrium)
-    for axis, position in loop.plant.equilibrium.positions.items():
-        part = getattr(controller, axis)
-        part.reference = part.measured = position
-    assert controller.step(0.0, controller.sample_time) == 0
-    held = np.array(list(loop.plant.equilibrium.currents.values()))
-    integrators = [k for k, name in enumerate(loop.controller.states) if name.endswith((".xi1", ".integral"))]
-    for _ in range(20):
-        missing = held - read_all(controller, loop.controller.outputs)
-        if np.abs(missing).max() < 1e-11:
-            break
-        change = np.linalg.lstsq(loop.controller.C[:, integrators], missing, rcond=None)[0]
-        names = [loop.controller.states[k] for k in integrators]
-        set_all(controller, names, np.array(read_all(controller, names)) + change)
-        assert controller.step(0.0, controller.sample_time) == 0
-    state = read_all(controller, loop.controller.states)
-    return np.array([*positions, *np.zeros(len(positions)), *held, *state])
-
-
 def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.ndarray) -> np.ndarray:
     """State of both blocks after one sample."""
     n = len(loop.plant.states)
@@ -47,11 +25,7 @@ def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.n
     set_all(controller, loop.controller.states, state[n:].tolist())
     for axis in AXES[plant]:
         getattr(controller, axis).measured = getattr(stage, axis).position
-    assert controller.step(0.0, controller.sample_time) == 0
-    for motor in MOTORS[plant]:
-        for phase in "abc":
-            setattr(getattr(stage, motor), f"i_{phase}_cmd", getattr(getattr(controller, motor), f"i_{phase}_cmd"))
-    assert stage.step(0.0, controller.sample_time) == 0
+    step_both(plant, controller, stage)
     return np.array([*read_plant(plant, stage), *read_all(controller, loop.controller.states)])
 
 

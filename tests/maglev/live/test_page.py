@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from motor import MOTOR
 
 from maglev.errors import FmuError
 from maglev.live.content import CONTROLLERS, FLOWN, PLANTS, flies_live, gap_table, live_runs, page_data
@@ -105,9 +106,10 @@ def test_descriptions_are_those_of_the_model_description(data: Any) -> None:
 
 
 def test_forces_are_drawn_from_the_shape_functions() -> None:
-    table = gap_table()
+    table = gap_table(MOTOR)
     for k in (0, 17, len(table["values"]) - 1):
-        np.testing.assert_allclose(table["values"][k], gap_functions(table["first"] + k * table["step"]), rtol=1e-5)
+        expected = gap_functions(MOTOR, table["first"] + k * table["step"])
+        np.testing.assert_allclose(table["values"][k], expected, rtol=1e-5)
 
 
 def test_a_missing_module_is_refused(tmp_path: Path) -> None:

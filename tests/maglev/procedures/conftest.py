@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from motor import MOTOR
 
 from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.catalogue import definition
+from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
@@ -55,8 +57,8 @@ def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
     drives = {signal.to: np.array([signal.value(t) for t in time.tolist()]) for signal in plan.signals}
     arrays = {column: np.broadcast_to(np.asarray(values, dtype=float), time.shape)
               for column, values in {**full, **drives}.items()}
-    return RunResult(plan, time, arrays, ends={column: float(values[-1]) for column, values in arrays.items()},
-                     parameters=dict(parameters(name)))
+    ends = {column: float(values[-1]) for column, values in arrays.items()}
+    return RunResult(plan, Recording(time, arrays), ends=ends, parameters=dict(parameters(name)))
 
 
 def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -> RunResult:
@@ -70,7 +72,7 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     asked = np.array([signal.value(t) for t in time.tolist()])
     constants = list(CONSTANTS[rig].values())[-3:]
     motors = 1.0 if rig == "2dof" else 4.0
-    held = {gap: equilibrium_current(*(motors * value for value in constants), gap + gap_error)[0]
+    held = {gap: equilibrium_current(MOTOR, *(motors * value for value in constants), gap + gap_error)[0]
             for gap in set(asked.tolist())}
     currents = np.array([held[gap] for gap in asked.tolist()])
     moving = (time % 3.0 < 1.95) & (time < time[-1])
@@ -96,7 +98,7 @@ def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunRe
         columns[f"{axis}.encoder"] = start - 0.5 * motors * thrust * i_q * time**2 if thrust else np.zeros(rows)
         columns[f"{motor}.i_q"] = i_q if thrust else 0.0
         columns[f"{motor}.i_d"] = 0.0
-        estimates[constant] = thrust / gap_functions(gap)[0] if thrust else 0.1
+        estimates[constant] = thrust / gap_functions(MOTOR, gap)[0] if thrust else 0.1
     return result_of(name, time, columns, dict.fromkeys(estimators_of(plan), estimates))
 
 

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from identification_data import Data, record
+from motor import MOTOR
+from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate
@@ -84,7 +86,7 @@ def test_a_constant_offset_counts(flown: Flown, flight: Data, rig: RunResult) ->
     """Of a millimetre, beside the standard deviation of the rig's motion."""
     model = model_of(flown, flight, 3000, {})
     position = np.array(model.columns["plant.v.position"])
-    moved = replace(model, columns={**model.columns, "plant.v.position": position + 1e-3})
+    moved = with_columns(model, {**model.columns, "plant.v.position": position + 1e-3})
     assert deviations(outcome_of(rig, moved))["v.position"] == pytest.approx(1e-3 / position.std())
 
 
@@ -113,16 +115,17 @@ def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, flight: Data) 
 
 def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, staircase: Flown, drive: Flown,
                                                              constants: Constants) -> None:
-    parabolas = [drive(f"2dof-parabolas-{gap}mm", {"h": 14.0 * gap_functions(1e-3 * gap)[0]}) for gap in (15, 20)]
+    parabolas = [drive(f"2dof-parabolas-{gap}mm", {"h": 14.0 * gap_functions(MOTOR, 1e-3 * gap)[0]})
+                 for gap in (15, 20)]
     charts = {chart.number: chart for chart in outcome_of(rig, staircase("2dof"), *parabolas).charts}
     assert set(charts) == {"4.13", "4.14", None}
     at_once, by_parabola, held = charts["4.13"].panels[0].curves
     assert list(at_once.x) == pytest.approx(np.linspace(14.0, 25.0, 31).tolist())
     c1 = constants["2dof"]["C1"]
-    assert list(at_once.y) == pytest.approx([c1 * gap_functions(1e-3 * gap)[0] for gap in at_once.x])
+    assert list(at_once.y) == pytest.approx([c1 * gap_functions(MOTOR, 1e-3 * gap)[0] for gap in at_once.x])
     for curve in (by_parabola, held):
         assert list(curve.x) == pytest.approx([15.0, 20.0])
-        assert list(curve.y) == pytest.approx([14.0 * gap_functions(1e-3 * gap)[0] for gap in (15, 20)])
+        assert list(curve.y) == pytest.approx([14.0 * gap_functions(MOTOR, 1e-3 * gap)[0] for gap in (15, 20)])
     measured, predicted = charts["4.14"].panels[0].curves
     assert measured.y == pytest.approx(predicted.y, abs=1e-9)
     assert [panel.y_title for panel in charts[None].panels] == ["C1", "C2", "C3", "C4"]
@@ -138,7 +141,7 @@ def test_bands_are_twice_the_scatter_of_what_uncertain_constants_predict(rig: Ru
     charts = {chart.number: chart for chart in outcome_of(rig, staircase("2dof")).charts}
     found = identify(flight.recording)
     c1, thrust = found.standard_error["C1"], charts["4.13"].panels[0].curves[0]
-    assert thrust.margin == pytest.approx([2.0 * c1 * gap_functions(1e-3 * gap)[0] for gap in thrust.x])
+    assert thrust.margin == pytest.approx([2.0 * c1 * gap_functions(MOTOR, 1e-3 * gap)[0] for gap in thrust.x])
     measured, predicted = charts["4.14"].panels[0].curves
     assert measured.margin is None
     gaps = 1e-3 * np.array(predicted.x)

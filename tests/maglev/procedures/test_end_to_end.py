@@ -87,7 +87,7 @@ def test_the_model_starts_from_these_constants_and_follows(results: dict[str, Ru
     assert set(deviations) == {(name, axis) for name in ("position_deviation", "speed_deviation") for axis in "vh"}
     assert 0.0 < max(deviations.values()) < 0.05
     (claim,) = judge_procedure(outcome)
-    assert claim.verdict == "reproduced"
+    assert claim.verdict == "met", "it is a claim of a scenario that is not the package's"
 
 
 def test_estimators_offline_agree_with_those_in_the_loop(results: dict[str, RunResult], outcome: Outcome) -> None:

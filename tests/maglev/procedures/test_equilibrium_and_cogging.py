@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from motor import MOTOR
 
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Outcome
-from pmlsm.data_sheet import MASS_V
 from pmlsm.gap_functions import gap_functions
+from pmlsm.rigs import RIG_2DOF
 
 Flown = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]
@@ -74,8 +75,8 @@ def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, flow
                                                                      2.0 * value, printed[2]))
 
 
-@pytest.mark.parametrize(("rig", "constant", "mass", "low", "high"), [("2dof", "C2", MASS_V, 10.0, 25.0),
-                                                                      ("3dof", "C3", None, 17.0, 30.0)])
+@pytest.mark.parametrize(("rig", "constant", "mass", "low", "high"), [
+    ("2dof", "C2", RIG_2DOF.vertical.mass, 10.0, 25.0), ("3dof", "C3", None, 17.0, 30.0)])
 def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low: float, high: float, flown: Flown,
                                staircase: Flown, constants: Constants) -> None:
     """ξ(g) = M (C − Ĉ) f2."""
@@ -86,7 +87,7 @@ def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low:
     mass = offset.parameters["plant.y.mass"] if mass is None else mass
     force = {float(each.gap or 0.0): each.value for each in found.values if each.name == "cogging_force"}
     assert list(force) == pytest.approx((1e-3 * np.arange(low, high + 0.25, 0.5)).tolist())
-    assert force == pytest.approx({gap: mass * 21.0 * gap_functions(gap)[1] for gap in force}, rel=1e-9)
+    assert force == pytest.approx({gap: mass * 21.0 * gap_functions(MOTOR, gap)[1] for gap in force}, rel=1e-9)
     (between,) = (each for each in found.values if each.name == "constant")
     assert (between.constant, between.value, between.epsilon) == (constant, at_zero - 21.0, 0.01)
     curves = {curve.label: curve for curve in found.charts[1].panels[0].curves}

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_data import record
+from motor import MOTOR
+from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
@@ -61,7 +63,7 @@ def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str,
     made = {EXCITATION: flown(f"{rig}-{EXCITATION}", TIME, {}), CURRENTS: staircase(rig),
             OFFSET: flown(f"{rig}-{OFFSET}", TIME, {}), RIG: flown(f"{rig}-{RIG}", recording.time, columns),
             MODEL: flown(f"{rig}-{MODEL}", recording.time, columns)}
-    thrust = gap_functions(0.02)[0]
+    thrust = gap_functions(MOTOR, 0.02)[0]
     if rig == "2dof":
         made[ALONE[rig]] = drive(f"2dof-{ALONE[rig]}", {"h": 14.0 * thrust})
         made["forgetting"] = flown("2dof-forgetting", 0.01 * np.arange(4001), {})
@@ -72,7 +74,7 @@ def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str,
 
 
 def failed(result: RunResult) -> RunResult:
-    return RunResult(result.plan, np.zeros(0), failure="it fell")
+    return RunResult(result.plan, failure="it fell")
 
 
 def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
@@ -119,7 +121,7 @@ def test_nothing_comes_of_failed_runs_alone_or_of_none(results: dict[str, RunRes
 
 
 def test_runs_of_no_procedure_have_no_outcome() -> None:
-    assert evaluate_all([RunResult(load_plan("2dof-setpoints"), np.zeros(0))]) == []
+    assert evaluate_all([RunResult(load_plan("2dof-setpoints"))]) == []
 
 
 def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, results: dict[str, RunResult]) -> None:
@@ -151,7 +153,7 @@ def test_runs_from_which_nothing_can_be_found_are_a_note(rig: str, results: dict
     if not change:
         del parameters["estimator_10ms.epsilon"]
     others = [other for name, other in flown.items() if name != part and "parabolas" not in name]
-    (outcome,) = evaluate_all([replace(run, columns=columns, parameters=parameters), *others], {part})
+    (outcome,) = evaluate_all([with_columns(run, columns, parameters=parameters), *others], {part})
     assert outcome.values == ()
     assert words in outcome.notes[0]
     assert {judged.verdict for judged in judge_procedure(outcome)} == {"not run"}

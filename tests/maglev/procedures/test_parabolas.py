@@ -1,10 +1,11 @@
 """Procedure 1 on exact parabolas: their thrust comes back, whatever happens behind the stroke."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from motor import MOTOR
+from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
@@ -30,13 +31,13 @@ def values(outcome: Outcome, name: str, **place: object) -> dict[float, float]:
 
 
 def thrust_at(gap: float, constant: float) -> float:
-    return constant * gap_functions(1e-3 * gap)[0]
+    return constant * gap_functions(MOTOR, 1e-3 * gap)[0]
 
 
 def with_estimate(result: RunResult, estimator: str, constant: str, share: float) -> RunResult:
     """The same with another estimate."""
     name = f"{estimator}.{constant}"
-    return replace(result, columns={**result.columns, name: share * result.columns[name]})
+    return with_columns(result, {**result.columns, name: share * result.columns[name]})
 
 
 def behind_the_stroke(result: RunResult, axis: str, end: float) -> RunResult:
@@ -49,7 +50,7 @@ def behind_the_stroke(result: RunResult, axis: str, end: float) -> RunResult:
     for name, column in columns.items():
         if name.startswith("estimator") or name.endswith(".i_q"):
             column[beyond] *= 3.0
-    return replace(result, columns=columns)
+    return with_columns(result, columns)
 
 
 def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
@@ -122,8 +123,8 @@ def test_the_axis_that_is_there_first_ends_the_stroke_of_both(drive: Flown) -> N
     end = int(np.flatnonzero(clean.columns["plant.z.encoder"] >= 0.06)[0]) + 1
     assert clean.columns["plant.x.encoder"][end] < 0.05
     later = np.arange(4000) >= end
-    spoiled = replace(clean, columns={name: np.where(later, 3.0 * values, values) if name.startswith("estimator")
-                                      else values for name, values in clean.columns.items()})
+    spoiled = with_columns(clean, {name: np.where(later, 3.0 * values, values) if name.startswith("estimator")
+                                   else values for name, values in clean.columns.items()})
     alone = drive("3dof-parabolas-x-20mm", {"x": 0.2}, rows=4000)
     found = outcome_of([alone, spoiled])
     assert values(found, "simultaneous_deviation", axis="x") == pytest.approx({20.0: 0.0}, abs=1e-12)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import BaselineError
 from maglev.experiment.preparation import Experiment
+from maglev.experiment.replacement import Replacement
 from maglev.regression.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
 from maglev.regression.check import check_run
 from maglev.regression.deviation import Deviation, first_deviation, worst
@@ -20,6 +21,7 @@ from maglev.regression.outcome import CheckResult, describe, exit_code
 from maglev.regression.update import update_run
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
+from maglev.written.new import new_controller
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
 SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),
@@ -191,7 +193,7 @@ def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None
     error(check_run(short(), nowhere, {}, [], nowhere, {}), "2dof-setpoints_ref.csv: there is no such file")
     error(check_run(short(), nowhere, {}, [], baselines, {}), "there is no file")
     error(check_run(short(), fmus, {}, ["plant.C9=1"], baselines, {}), "C9")
-    error(check_run(short(), fmus, {"plnt": nowhere}, [], baselines, {}), "nearest is 'plant'")
+    error(check_run(short(), fmus, {"plnt": Replacement(nowhere)}, [], baselines, {}), "nearest is 'plant'")
     error(check_run(short(step=0.00025), nowhere, {}, [], baselines, {}), "StepSize = 0.0005: expected the")
     error(check_run(short(stop_time=1.0), nowhere, {}, [], baselines, {}), "StopTime = 1.5: expected at most")
     more = CheckSettings(signals={"plant.motor.i_q": SignalTolerance()})
@@ -261,6 +263,20 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
     assert "nearest is 'v.position'" in describe(result)
     assert exit_code([result]) == 2
     assert samples.read_text() == intact
+
+
+def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path) -> None:
+    """Its baseline lacks what it lacks, and holds it to the rest; one of `new_controller` has no flags at all."""
+    mine = {"controller": Replacement(new_controller(tmp_path / "mine.py", "2dof"))}
+    result = update_run(short(), fmus, mine, [], tmp_path, {})
+    assert result.status == "new", result.message
+    assert {*read_baseline(tmp_path, "2dof-setpoints").columns} == {"plant.v.position", "plant.h.position"}
+    passed = check_run(short(), fmus, mine, [], tmp_path, {})
+    assert passed.status == "passed", passed.message
+    assert passed.message.endswith("not compared, for the FMU has no such signals: controller.saturated")
+    assert check_run(short(), fmus, mine, ["plant.C1=14.3"], tmp_path, {}).status == "deviated"
+    # This project's controller has what that baseline lacks.
+    error(check_run(short(), fmus, {}, [], tmp_path, {}), "there is no column controller.saturated")
 
 
 def test_exit_code() -> None:

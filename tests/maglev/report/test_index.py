@@ -59,12 +59,16 @@ def test_search_finds_figures_by_number_and_by_every_word(tab):
 def test_one_stage_alone(tab):
     everything = tab.page.locator(FIGURES).count()
     counts = {}
-    for rig in ("2-DOF", "3-DOF"):
+    rigs = [value for value in tab.page.locator("#index-rig option").evaluate_all("all => all.map(one => one.value)")
+            if value]
+    for rig in rigs:
         tab.page.select_option("#index-rig", rig)
         counts[rig] = tab.page.locator(FIGURES).count()
         runs = tab.page.locator("table.claims tbody:visible strong").all_text_contents()
         assert runs
-        assert all(name.startswith(rig.replace("-", "").lower()) for name in runs)
+        # Of the 3-DOF rig are also runs of its law on the plant of the 5-DOF stage, whose tilt guides hold, or nobody.
+        own = (rig, "5dof-") if rig == "3dof" else (rig,)
+        assert not [name for name in runs if not name.startswith(own)]
     assert sum(counts.values()) == everything
     assert min(counts.values()) > 0
 

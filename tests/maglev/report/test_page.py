@@ -1,5 +1,4 @@
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from report_runs import (
     page_of,
     recorded,
     renamed,
+    with_columns,
     without_anything,
 )
 
@@ -100,8 +100,8 @@ def test_values_that_are_not_finite_are_left_out():
     position = result.columns["plant.v.position"].copy()
     position[100:200] = np.nan
     position[300] = np.inf
-    result = replace(result, columns={**result.columns, "plant.v.position": position,
-                                      "plant.motor.i_a": np.full(len(position), np.nan)})
+    result = with_columns(result, {**result.columns, "plant.v.position": position,
+                                   "plant.motor.i_a": np.full(len(position), np.nan)})
     run = page_of([result]).data["runs"]["2dof-setpoints"]
     time, values = unpack(run)["plant.v.position"]
     assert np.isfinite(values).all()

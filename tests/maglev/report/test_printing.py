@@ -9,12 +9,14 @@ import pytest
 from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
 from report_runs import failed, judged, packaged, recorded, without_anything
 from rich.console import Console
+from rich.text import Text
 
-from maglev.cosim.master import Recording
+from maglev.cli.terminal import report_console
+from maglev.judging.metrics import StepResponse
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plots.picture import Drawn, figure_of, overlay, write_figure
+from maglev.report.plots.picture import figure_of, overlay, write_figure
 from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))
@@ -51,6 +53,19 @@ def test_texts_are_no_markup():
     printed = text_of(RUN, [claim])
     for words in ("[bold]a[/]", "[/red]", "not reproduced: [b]"):
         assert words in printed
+
+
+def test_texts_are_neither_control_sequences_nor_html(capsys: pytest.CaptureFixture[str]):
+    """Of a scenario file of others, or by an FMU: no colours, no clearing of the screen, no letters that turn round."""
+    hostile = "\x1b[2Jgone \x9b31m \u202edetrever <script>alert(1)</script> <img src=x> <!-- 1 < 2"
+    claim = judged("not reproduced", text=hostile, source=hostile, reason=hostile)
+    report_console().print(Text(hostile))
+    for printed in (text_of(RUN, [claim]), capsys.readouterr().out):
+        assert "\\x1b[2Jgone" in printed
+        assert not set("\x1b\x9b\u202e") & set(printed)
+    markdown = claims_markdown([RUN], {RUN.plan.name: [claim]})
+    assert markdown.count("\\x1b[2Jgone \\x9b31m \\u202edetrever &lt;script>alert(1)&lt;/script> &lt;img src=x> "
+                          "&lt;!-- 1 < 2") == 3
 
 
 def test_curves_are_written_in_long_form():
@@ -113,13 +128,13 @@ def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
     plan = packaged("2dof-setpoints").model_copy(update={"axes": {}})
     for name, each in (("a.png", plan), ("b.png", without_anything("mine"))):
         result = recorded(each)
-        write_figure(tmp_path / name, figure_of(each, Recording(result.time, result.columns)))
+        write_figure(tmp_path / name, figure_of(result))
         assert (tmp_path / name).stat().st_size > 0
 
 
 def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     pytest.importorskip("matplotlib")
-    panels = figure_of(RUN.plan, Recording(RUN.time, RUN.columns)).axes
+    panels = figure_of(RUN).axes
     assert [panel.get_ylabel() for panel in panels] == [
         "v (mm)", "|error| of v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)", "motor phase currents (A)"]
     reference, position = panels[0].get_lines()
@@ -132,7 +147,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
     parameters = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.1, "plant.motor.amplifier.peak": 2.5,
                   "controller.current_limit": 0.0}
     result = recorded(packaged("2dof-setpoints"), stop_contact=0.125)
-    figure = figure_of(result.plan, Recording(result.time, result.columns), parameters, result.metrics)
+    figure = figure_of(replace(result, parameters=parameters))
     levels, instants = {}, []
     for panel in figure.axes:
         lines = [line.get_xydata() for line in panel.get_lines() if len(line.get_xdata()) == 2]
@@ -159,6 +174,18 @@ def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):
     assert short_outcome(result) == cell
 
 
+def test_rotations_are_printed_in_mrad():
+    plan = packaged("2dof-setpoints")
+    plan = plan.model_copy(update={
+        "axes": {**plan.axes, "h": plan.axes["h"].model_copy(update={"rotation": True})},
+        "metrics": plan.metrics.model_copy(update={"tilt_bands": [0.5e-3]})})
+    steps = (StepResponse("v", 1.0, 0.02, 0.022, dict.fromkeys(plan.metrics.bands, 0.5), 0.1, 2e-6),
+             StepResponse("h", 1.0, 0.0, 0.01, {0.5e-3: 0.25}, 0.2, 3e-6))
+    text = text_of(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
+    assert "step (mrad)" in text and "settled to 0.5 mrad" in text and "3 µrad" in text and "2 µm" in text
+    assert text.splitlines()[-1] == "held: largest error at the end 2 µm on v, largest error at the end 2 mrad on h"
+
+
 def test_a_run_that_did_not_complete_is_told_with_its_reason():
     result = failed(packaged("2dof-setpoints"), "[b] no step")
     assert text_of(result, []).splitlines()[1] == short_outcome(result) == "did not complete: [b] no step"
@@ -174,9 +201,8 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
     pytest.importorskip("matplotlib")
     result = recorded(RUN.plan, stop_contact=0.125)
     parameters = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031}
-    recording = Recording(result.time, result.columns)
-    figure = overlay("both", {"calm": Drawn(RUN.plan, recording, parameters),
-                              "wild": Drawn(RUN.plan, recording, parameters, result.metrics)})
+    wild = replace(result, parameters=parameters)
+    figure = overlay("both", {"calm": replace(wild, metrics=None), "wild": wild})
     position = figure.axes[0]
     assert [text.get_text() for text in position.get_legend().get_texts()] == ["reference", "calm", "wild", "end stops"]
     assert [line.get_ydata()[0] for line in position.lines if line.get_linestyle() == "-."] == [18.0, 31.0]   # mm
@@ -188,10 +214,9 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
 
 def test_a_far_limit_stays_out_whatever_other_marks_widen():
     pytest.importorskip("matplotlib")
-    recording = Recording(RUN.time, RUN.columns)
-    low, high = overlay("bare", {"one": Drawn(RUN.plan, recording, {})}).axes[0].get_ylim()
+    low, high = figure_of(RUN).axes[0].get_ylim()
     near, far = low - 0.9 * (high - low), high + 1.2 * (high - low)   # mm
-    drawn = Drawn(RUN.plan, recording, {"plant.v.stop.lower": 1e-3 * near, "plant.v.stop.upper": 1e-3 * far})
+    drawn = replace(RUN, parameters={"plant.v.stop.lower": 1e-3 * near, "plant.v.stop.upper": 1e-3 * far})
     panel = overlay("both", {"one": drawn, "other": drawn}).axes[0]
     assert [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "-."] == [pytest.approx(near)]
 

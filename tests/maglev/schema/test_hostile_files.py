@@ -115,3 +115,23 @@ def test_a_field_that_is_too_long(tmp_path: Path) -> None:
     path.write_text(f"time,h\n0,{200_000 * 'x'}\n", encoding="utf-8")
     with pytest.raises(CsvError, match="expected a"):
         read_csv(path).column("h")
+
+
+def test_keys_in_keys_in_keys(tmp_path: Path) -> None:
+    """Python cannot write such a value as text."""
+    message = refused(tmp_path / "deep.toml", HEAD + f"[{'.'.join(3000 * ['a'])}]\nb = 1\n")
+    assert message.endswith("nested too deeply, expected some levels")
+
+
+@pytest.mark.parametrize("line", ['title = "\\u001B[2J"', 'description = "a\\u009Bb"', '"\\u202E" = 1',
+                                  'figures = ["4.1", "\\u0007"]'])
+def test_control_characters(tmp_path: Path, line: str) -> None:
+    message = refused(tmp_path / "mine.toml", f"{line}\n{HEAD.replace('title', '# title')}")
+    assert message.endswith("expected text without control characters")
+    assert message.isprintable()
+
+
+def test_lines_and_tabs_are_no_control_characters(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_bytes(b'description = """\r\n\tone\r\ntwo\xc2\xa0\xe2\x80\x89mm"""\r\n' + HEAD.encode())
+    assert load_plan(path).description == "\tone\ntwo\N{NO-BREAK SPACE}\N{THIN SPACE}mm"

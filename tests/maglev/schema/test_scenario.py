@@ -210,3 +210,34 @@ def test_start_value_with_a_unit_is_refused_where_the_fmu_is_not_si(write, descr
     descriptions["plant"]["y.position_start"].unit = "mm"
     with pytest.raises(ScenarioError, match="the FMU uses mm, expected a plain number of mm"):
         check(write(), descriptions)
+
+
+ROLL = ('reference = "controller.y.reference"\n', """reference = "controller.y.reference"
+[axes.roll]
+position = "plant.roll.position"
+reference = "controller.roll.reference"
+rotation = true
+""")
+TILT_BANDS = ('bands = ["0.1 mm", "10 um"]', 'bands = ["0.1 mm", "10 um"]\ntilt_bands = ["0.1 mrad"]')
+
+
+def test_claims_about_rotations_are_in_rad(write):
+    about_roll = ('axis = "y"\nband = "10 um"', 'axis = "roll"\nband = "0.1 mrad"')
+    plan = load_plan(write(ROLL, TILT_BANDS, about_roll))
+    assert plan.claims[0].criterion == "settling time of roll to 0.1 mrad < 5 s"
+    of_error = ('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
+                'metric = "steady_state_error"\naxis = "roll"\nrelation = "<"\ntarget = "50 urad"')
+    claim = load_plan(write(ROLL, of_error)).claims[0]
+    assert (claim.target, claim.criterion) == (50e-6, "steady-state error of roll < 0.05 mrad")
+
+
+@pytest.mark.parametrize(("changes", "expected"), [
+    ([('axis = "y"\nband = "10 um"', 'band = "10 um"')], ["claims[0].axes", "roll is in rad", "axes in m alone"]),
+    ([('axis = "y"', 'axis = "roll"')], ["claims[0].axes", "roll is in rad"]),
+    ([('"10 um"\nrelation', '"0.1 mrad"\nrelation')], ["claims[0].axes", "y is in m", "in rad alone"]),
+    ([('axis = "y"\nband = "10 um"', 'axis = "roll"\nband = "1 mrad"')],
+     ["claims[0].band = 0.001", "metrics.tilt_bands"]),
+])
+def test_a_claim_that_mixes_lengths_and_angles_is_refused(write, changes, expected):
+    message = refusal(write(ROLL, TILT_BANDS, *changes))
+    assert all(part in message for part in expected), message

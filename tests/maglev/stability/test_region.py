@@ -1,6 +1,7 @@
 """Regions from Python and from the command line: contents, flights, pictures, and what is refused."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from command_line import error_line, maglev
 import maglev as tool
 from maglev.errors import MaglevError, StabilityError
 from maglev.stability import certificate
-from maglev.stability.analysis import Region, region
+from maglev.stability.analysis import region
 from maglev.stability.axis_loop import axis_loop
 from maglev.stability.flight import Flights
+from maglev.stability.result import Region
 
 SMOOTH = {f"plant.{axis}.{effect}": 0.0 for axis in "yxz" for effect in ("bias", "friction.coulomb",
                                                                         "friction.viscous")}
@@ -21,7 +23,7 @@ SMOOTH = {f"plant.{axis}.{effect}": 0.0 for axis in "yxz" for effect in ("bias",
 
 @pytest.fixture(scope="module")
 def found() -> Region:
-    return region("3dof", "x", "25 mm", synthesise=True, step="20 mm")
+    return region("3dof", "x", "25 mm", synthesise=True, step="20 mm", fly=False)
 
 
 def test_a_region_has_what_was_asked_for(found: Region) -> None:
@@ -40,7 +42,8 @@ def test_a_region_has_what_was_asked_for(found: Region) -> None:
 def test_pictures_text_and_data(found: Region, tmp_path: Path) -> None:
     found.plot().savefig(tmp_path / "region.png")
     assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
-    assert "17.3" in str(found) and "14.4" in str(found)
+    assert [line.split()[-6:-3] for line in str(found).splitlines()[-3:-1]] == [["17.3", "not", "flown"],
+                                                                               ["14.4", "not", "flown"]]
     data = json.loads(json.dumps(found.as_data(), allow_nan=False))
     candidate = data["candidates"]["as set"]
     start = candidate["certified_step"] * found.loop.at_step
@@ -70,7 +73,7 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     ({"decay": 100.0, "synthesise": True}, "x of Plant3DOF with Regulator3DOF at y = 25 mm: "),
     ({"step": "0 mm"}, "step = 0 m, expected one above 0 m"),
     ({"step": "3 s"}, "step: '3 s' is in s, expected a quantity in m"),
-    ({"fly": True, "fmus": "nowhere"}, "there is no file nowhere/Regulator3DOF.fmu, expected an FMU"),
+    ({"fmus": "nowhere"}, "there is no file nowhere/Regulator3DOF.fmu, expected an FMU"),
 ])
 def test_refusals(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(MaglevError) as caught:
@@ -87,7 +90,7 @@ def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_command_line(tmp_path: Path) -> None:
     done = maglev("region", "3dof", "z", "--gap", "25mm", "--set", "controller.z.ec1=2e-4", "--json",
-                  tmp_path / "z.json", "--plot", "--out", tmp_path)
+                  tmp_path / "z.json", "--plot", "--out", tmp_path, "--no-fly")
     assert done.exit_code == 0, done.output
     assert "z of Plant3DOF with Regulator3DOF at y = 25 mm: 0.2 ms" in done.stdout
     assert json.loads((tmp_path / "z.json").read_text())["candidates"]["as set"]["Ec"] == [2e-4, 1.25e-4, 1.25e-4]
@@ -98,7 +101,7 @@ def test_command_line(tmp_path: Path) -> None:
 
 def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
-    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH)
+    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, fly=False)
     settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
     flights = Flights("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True)
     for each in flown.candidates:
@@ -109,18 +112,60 @@ def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) ->
         assert response.overshoot == pytest.approx(each.response.overshoot, abs=1e-3)
 
 
-def test_flown_steps_reach_beyond_the_certified_ones(fastest_fmus: Path) -> None:
+def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path) -> None:
+    """At 25 mm the stage holds more, at 29 mm, where it falls first, less than is certified of its linear loop."""
     flown = region("3dof", "x", "25 mm", fly=True, fmus=fastest_fmus)
     for each in flown.candidates:
         assert each.flown is not None and each.flown.held and each.flown.largest_locked is not None
         assert each.certificate.step < each.flown.largest < each.flown.largest_locked
     assert "gap locked (mm)" in str(flown)
+    done = maglev("region", "3dof", "x", "--gap", "29mm", "--json", tmp_path / "x.json", "--fmus", fastest_fmus)
+    assert done.exit_code == 0, done.output
+    titles, cells = (next(line for line in done.stdout.splitlines() if line.startswith(begin))
+                     for begin in ("antiwindup", "as set"))
+    assert "certified (mm)  flown (mm)" in titles
+    certified, held = (float(cell) for cell in cells.split()[5:7])
+    assert held < certified
+    found = json.loads((tmp_path / "x.json").read_text())["candidates"]["as set"]
+    assert (found["certified_step"], found["flown"]["largest_step"]) == pytest.approx((1e-3 * certified, 1e-3 * held),
+                                                                                     abs=0.05e-3)
+    assert region("3dof", "x", "29 mm", fmus=fastest_fmus)["as set"].title == (
+        f"as set: {certified} mm certified, {held} mm flown")
+
+
+def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:
+    """At 20 mm the gap can step by 1 mm from a start off the lower stop: no more is flown, whatever is certified."""
+    found = region("3dof", "y", "20 mm", fmus=fastest_fmus)["as set"]
+    assert found.flown is not None
+    assert found.flown.largest == found.flown.room == pytest.approx(1e-3)
+    assert found.largest == ("4.4", "≥ 1.0")
+    assert found.response.step == found.flown.room
+
+
+def page_rows(begin: str) -> list[list[str]]:
+    """Cells of the rows of the page that begin so."""
+    text = (Path(__file__).parents[3] / "docs" / "region.md").read_text(encoding="utf-8")
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
+            if re.match(begin, line)]
+
+
+def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
+    """Steps somewhat smaller are held in both directions; larger ones, where there is room, are lost in one."""
+    rows = page_rows(r"\| \d\d mm \|")
+    assert len(rows) == 5
+    for gap, *steps in rows:
+        for axis, (certified, flown) in zip("xzy", (steps[0:2], steps[3:5], steps[6:8]), strict=True):
+            loop = axis_loop("3dof", axis, gap)
+            assert certificate.certify(loop, loop.gains).step == pytest.approx(1e-3 * float(certified), abs=0.06e-3)
+            flights = Flights("3dof", axis, gap, "Regulator3DOF", {}, {}, fastest_fmus)
+            step = 1e-3 * float(flown.removeprefix("≥ "))
+            assert all(flights.fly(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
+            if not flown.startswith("≥"):
+                assert not all(flights.fly(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
 
 
 def test_the_page_has_what_is_certified() -> None:
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in
-            (Path(__file__).parents[3] / "docs" / "region.md").read_text(encoding="utf-8").splitlines()
-            if line.startswith(("| x |", "| y |", "| z |"))]
+    rows = page_rows(r"\| [xyz] \|")
     assert len(rows) == 9
     for axis, name, printed, certified, *_ in rows:
         loop = axis_loop("3dof", axis, "25 mm")

@@ -74,6 +74,32 @@ def test_a_sample_that_hangs_costs_none_of_the_others(fmus: Path, tmp_path: Path
         assert run.metrics.rms_errors["v"] == row["rms error of v"]
 
 
+@pytest.mark.parametrize(("values", "code"), [("0.7 ms,0.9 ms", 2), ("0.5 ms,0.7 ms", 0)])
+def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fastest_fmus: Path,
+                                                     tmp_path: Path) -> None:
+    """It says so in its last line and in its exit code; its results are there."""
+    result = command("sweep", flight(tmp_path), f"controller.sample_time={values}", "--fmus", fastest_fmus, "--out",
+                     tmp_path, "--jobs", "1")
+    assert result.exit_code == code, result.output
+    assert ("flight.sweep: none of 2 samples was flown to its end; of the first: " in result.stderr) == (code == 2)
+    assert maglev.Study(tmp_path / "flight.sweep.parquet").to_arrow().num_rows == 2
+
+
+def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus: Path, tmp_path: Path) -> None:
+    """Without being asked for a limit; where all samples end so, the exit code says it."""
+    exits = ("        w = self.bandwidth\n", "        if self.bandwidth > 65.0:\n            os._exit(0)\n"
+                                              "        w = self.bandwidth\n")
+    path = controller(tmp_path, exits, ("from math import", "import os\nfrom math import"))
+    found = []
+    for values in ("60,70", "70"):
+        result = command("sweep", flight(tmp_path), f"controller.bandwidth={values}", "--controller", path, "--fmus",
+                         fmus, "--out", tmp_path, "--jobs", "1")
+        rows = maglev.Study(tmp_path / "flight.sweep.parquet").to_arrow().to_pylist()
+        found.append((result.exit_code, [row["failure"] for row in rows]))
+    ended = "the process that flew it ended (exit code 0)"
+    assert found == [(0, [None, ended]), (2, [ended])]
+
+
 WORKER = """
 import sys
 sys.path[:] = {path!r}

@@ -89,6 +89,7 @@ def test_saltelli_changes_one_column_at_a_time(varied: int, power: int) -> None:
     ({"design": {"kind": "halton"}}, "design.samples: required key is missing"),
     ({"design": {"samples": 3}}, "design.samples = 3: expected none"),
     ({"limits": {"overshoot": {}}}, "required key is missing: expected max or min"),
+    ({"limits": {"overshoot": {"min": 0.3, "max": "20 %"}}}, "max = '20 %': expected at least min = 0.3"),
     ({"colour": "red"}, "colour = 'red': unknown key")])
 def test_bad_files_are_refused_in_one_line(table: dict[str, object], words: str) -> None:
     with pytest.raises(ScenarioError) as refusal:

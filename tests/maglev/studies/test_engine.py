@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from distributed import Client
 from faulty_fmus import faulty, faulty_run
-from tiny_study import planned, scenario, tiny
+from tiny_study import planned, scenario, tiny, trusted
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
@@ -25,7 +25,7 @@ from maglev.studies.running import run_study
 
 @pytest.fixture(scope="module")
 def client(slow: None) -> Iterator[Client]:
-    with cluster.connected(None, 2) as client:
+    with cluster.connected(None, 2) as client, trusted(client.security):
         yield client
 
 
@@ -35,7 +35,7 @@ def in_this_process(study: PlannedStudy) -> Flown:
 
 def flown(client: Client, study: PlannedStudy, out: Path, **options: Any) -> bytes:
     """Bytes of the dataset."""
-    options = {"resume": False, "watch": lambda _done, _all: None, **options}
+    options = {"resume": False, "watch": lambda _done, _all: None, "say": print, **options}
     address: str = client.scheduler.address
     return run_study(study, out, 2, address, **options).read_bytes()
 
@@ -109,7 +109,7 @@ def test_a_sample_that_fails_is_a_row_that_says_why(client: Client, fastest_fmus
 def test_workers_of_another_version_are_refused(client: Client, fastest_fmus: Path, tmp_path: Path,
                                                 monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "code_of_package", lambda: "0.0 (other)")
-    with pytest.raises(ScenarioError, match=r"worker tcp://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
+    with pytest.raises(ScenarioError, match=r"worker tls://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
         flown(client, planned(tmp_path, fastest_fmus), tmp_path)
     assert not (tmp_path / "study.parts").exists()
 

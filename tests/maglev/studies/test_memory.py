@@ -46,7 +46,7 @@ def most_memory(folder: Path, fmus: Path, samples: int) -> float:
     try:
         study = planned(folder, fmus, keep=["plant.v.position", "plant.h.position"], keep_interval="5 ms", vary=[
             {"set": "plant.v.mass", "kind": "grid", "from": 4.0, "to": 5.0, "number": samples}])
-        path = running.run_study(study, folder, 1, None, False, lambda _done, _all: None)
+        path = running.run_study(study, folder, 1, None, False, lambda _done, _all: None, print)
         python = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -64,7 +64,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         {"set": "reference.h.end", "name": "horizontal step", "kind": "list", "values": [0.0]},
         {"set": "plant.C1", "name": "constants", "mode": "factor", "kind": "list", "values": [0.95, 1.0]}],
         metrics=["error at the end"], keep=["controller.motor.i_d_cmd", "controller.motor.i_q_cmd"])
-    path = run_study(study, tmp_path, 1, None, False, lambda _done, _all: None)
+    path = run_study(study, tmp_path, 1, None, False, lambda _done, _all: None, print)
     found = read_map(path)
     assert found.outcomes.shape == (3, 2, 1, 2)
     table = pq.read_table(path).to_pylist()

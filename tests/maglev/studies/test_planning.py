@@ -5,15 +5,23 @@ from collections import namedtuple
 from pathlib import Path
 
 import pytest
-from tiny_study import planned
+from tiny_study import planned, scenario, tiny
 
+import maglev
 from maglev.errors import ScenarioError
+from maglev.studies.targets import require_free
 
 Usage = namedtuple("Usage", "total used free")
 
 
 def varied(**keys: object) -> dict[str, object]:
     return {"vary": [{"kind": "list", "values": [1.0], **keys}]}
+
+
+def sampled(**design: object) -> dict[str, object]:
+    """A Latin hypercube of masses."""
+    return {"vary": [{"set": "plant.v.mass", "kind": "uniform", "low": 4.0, "high": 5.0}],
+            "design": {"kind": "latin hypercube", **design}}
 
 
 @pytest.mark.parametrize(("table", "words"), [
@@ -29,7 +37,23 @@ def varied(**keys: object) -> dict[str, object]:
      "plant.v.mass: 2 of 3 samples are out of range, the first is -1, expected 0.001 to 1e+06 kg"),
     ({"metrics": ["overshot of v"]}, "there is no metric 'overshot of v'; nearest is 'overshoot of v'"),
     ({"limits": {"overshoot of v": {"max": "2 s"}}}, "'2 s' is in s, expected a quantity in 1"),
-    ({"keep": ["plant.v.positio"]}, "nearest is 'plant.v.position'")])
+    ({"keep": ["plant.v.positio"]}, "nearest is 'plant.v.position'"),
+    ({"keep": ["plant.v.position", "plant.h.position", "plant.v.position"]},
+     "keep[2] = 'plant.v.position': is listed twice"),
+    ({"keep_interval": "0.7 ms"}, "keep_interval = 0.0007 s: expected a whole number of communication steps of 0.0005"),
+    ({"keep_interval": "0.1 ms"}, "keep_interval = 0.0001 s: expected a whole number"),
+    ({"keep_interval": 1e308}, "keep_interval = 1e+308 s: expected a whole number"),
+    ({"keep_interval": "1 s"}, "up to the stop time = 0.2 s"),
+    ({"sample_timeout": 1e300}, "sample_timeout = 1e+300 s: expected at most 1e+06 s"),
+    ({"limits": {"overshoot": {"min": "50 %", "max": "20 %"}}},
+     "limits.overshoot.max = '20 %': expected at least min = 50 %"),
+    ({"limits": {"overshoot": {"min": "50 %"}, "overshoot of h": {"max": 0.1}}},
+     "limits.overshoot of h: overshoot of h would have to be 0.5 at least and 0.1 at most"),
+    (sampled(samples=True), "design.samples = True: expected a valid integer"),
+    (sampled(samples="3"), "design.samples = '3': expected a valid integer"),
+    (sampled(samples=3, seed="1"), "design.seed = '1': expected a valid integer"),
+    ({"vary": [{"set": "plant.v.mass", "kind": "grid", "from": 4, "to": 5, "number": True}]},
+     "vary[0].number = True: expected a valid integer")])
 def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as refusal:
         planned(tmp_path, fastest_fmus, **table)
@@ -63,3 +87,15 @@ def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_p
                                       2 * plain["plant.h.friction.coulomb"]]]
     assert study.layout.schema().names[:4] == [
         "sample", "payload", "factor of plant.h.friction.coulomb", "plant.v.mass"]
+
+
+@pytest.mark.parametrize("given", [{"plant.v.mass": 4.5}, {"plant.h.mass": "4 kg"}])
+def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_path: Path) -> None:
+    """Each flight would overwrite it; what a factor is of can be set."""
+    name, = given
+    both = {"set": ["plant.v.mass", "plant.h.mass"], "kind": "list", "values": [1.0]}
+    with pytest.raises(ScenarioError, match=rf"{name}=.*: {name} varies, expected to be set, or to vary"):
+        maglev.study(tiny(vary=[both], set=given), fmus=tmp_path)
+    with pytest.raises(ScenarioError, match=f"{name} varies"):
+        maglev.sweep(scenario(tmp_path), {name: [4.0]}, set=given, fmus=tmp_path)
+    require_free([f"{name}=1"], tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")

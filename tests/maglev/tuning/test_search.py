@@ -61,6 +61,10 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
     ({"search": [START], "fresh": 3}, "expected [[vary]] with a [design]"),
     ({"search": [START], "minimise": ["rms eror of h"]}, "nearest is 'rms error of h'"),
     ({"search": [START], "times_before": {"overshot": 1}}, "there is no metric 'overshot'"),
+    ({"search": [START], "population": "30"}, "population = '30': expected a valid integer"),
+    ({"search": [START], "population": True}, "population = True: expected a valid integer"),
+    ({"search": [START], "population": 4}, "expected greater than or equal to 5"),
+    ({"search": [START], "times_before": {"overshoot of h": "2"}}, "\"overshoot of h\" = '2': expected a valid number"),
     ({"poles": [{**POLES, "of": ["plant.h"]}]}, "'plant.h': expected an axis of an output regulator"),
     ({"poles": [{**POLES, "of": ["controller.g"]}]}, "controller has no parameter 'g.k1'"),
     ({"poles": [{**POLES, "rate": {"low": 5, "high": 5}}]}, "expected more than low = 5"),
@@ -154,3 +158,35 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
     assert tuning.name == path.stem
     scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else tuning.scenario
     plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, []), path.name)
+
+
+def test_a_broken_generation_is_flown_again(fastest_fmus: Path, tmp_path: Path) -> None:
+    tiny_scenario(tmp_path)
+    path = tmp_path / "tuning.toml"
+    path.write_text(FILE.replace("generations = 8", "generations = 2"), encoding="utf-8")
+    options: Any = {"fmus": fastest_fmus, "jobs": 1}
+    whole = maglev.tune(path, out=tmp_path / "whole", **options)
+
+    def interrupted(done: int, _all: int) -> None:
+        if done >= 40:
+            raise KeyboardInterrupt
+
+    out = tmp_path / "parts"
+    with pytest.raises(Interrupted):
+        maglev.tune(path, out=out, watch=lambda _: nullcontext(lambda _name, *steps: interrupted(*steps)), **options)
+    _, first, second = sorted((out / "tuned.parts").glob("flights-*.npy"), key=lambda path: path.stat().st_mtime_ns)
+    first.write_bytes(second.read_bytes())   # of the right shape
+    said: list[str] = []
+    resumed = maglev.tune(path, out=out, resume=True, say=said.append, **options)
+    assert resumed.path.read_bytes() == whole.path.read_bytes()
+    assert said == [f"{out / 'tuned.parts'}: not as it was written: 1 of the parts, flown again"]
+
+
+def test_a_tuning_whose_flights_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:
+    tiny_scenario(tmp_path)
+    path = tmp_path / "tuning.toml"
+    path.write_text('set = { "controller.sample_time" = "0.7 ms" }\n' + FILE, encoding="utf-8")
+    line = error_line(command("tune", path, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1"))
+    assert "tuned: with the scenario's own values no flight comes to its end: " in line
+    assert "sample_time" in line
+    assert not (tmp_path / "tuned.toml").exists()

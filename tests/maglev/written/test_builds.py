@@ -11,12 +11,13 @@ from written_controllers import controller, flight, line_of
 
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
-from maglev.written.new import TEMPLATES, new_controller
+from maglev.written.new import new_controller
+from pmlsm.rigs import RIGS
 
 RUNS = {"2dof": "2dof-step-1-nonlinear", "3dof": "3dof-smooth-nonlinear"}
 
 
-@pytest.mark.parametrize("stage", TEMPLATES)
+@pytest.mark.parametrize("stage", RIGS)
 def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""
     require_native_tools()
@@ -155,6 +156,8 @@ MISFITS = {
                         "an attribute of the class"),
     "name": (("\n\nclass Rate:", "\n\nBlock = 1.0\n\n\ndef allocate() -> float:\n    return 0.0\n\n\nclass Rate:"),
              "def allocate", "allocate is also defined in the C around it"),
+    "name in a file": (("\n\nclass Rate:", "\n\ndef checksum() -> float:\n    return 0.0\n\n\nclass Rate:"),
+                       "def checksum", "checksum is also defined in the C around it"),
     "pyccel": (("w = self.bandwidth", "w = self.bandwith"), "self.bandwith", "pyccel says: ")}
 
 

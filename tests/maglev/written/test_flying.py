@@ -13,7 +13,8 @@ from numpy.testing import assert_array_equal
 from written_controllers import controller, flight, line_of
 
 import maglev as tool
-from maglev.written.new import TEMPLATES, new_controller
+from maglev.written.new import new_controller
+from pmlsm.rigs import RIGS
 
 
 def columns(run: tool.Run) -> dict[str, np.ndarray]:
@@ -136,7 +137,7 @@ def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> N
         assert load(path).definition.starts["bandwidth"] == bandwidth
 
 
-@pytest.mark.parametrize("stage", TEMPLATES)
+@pytest.mark.parametrize("stage", RIGS)
 def test_the_first_controller_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change, and within the limit of 4 A."""
     path = tmp_path / "lqi.py"

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from written_controllers import controller, flight
+from written_controllers import controller, flight, line_of
 
 import maglev as tool
 from maglev.experiment.replacement import Replacement
-from maglev.written.source import CLASSES, load, path_of
+from maglev.written.source import CLASSES, load, path_of, read
 
 DECLARED = {
     "an attribute that is not there": (
@@ -27,6 +27,10 @@ DECLARED = {
                                   "step(self, t, dt) -> None, expected step(self, t)"),
     "a start with arguments": (("    def step(", "    def start(self, t):\n        pass\n\n    def step("),
                                "start(self, t), expected start(self)"),
+    "an async step": (("    def step(", "    async def step("), "step has async or yield, so that a call of it comp"),
+    "a step that yields": (("        self.known = True", "        yield"), "step has async or yield, so that a call"),
+    "a start that yields": (("    def step(", "    def start(self):\n        yield\n\n    def step("),
+                            "start has async or yield"),
     "a constructor with arguments": (("self.known = False", "self.known = False\n\n    def __new__(cls, gain): pass"),
                                      "expected that it can be made without arguments"),
 }
@@ -57,6 +61,40 @@ def test_a_file_that_cannot_be_executed(tmp_path: Path, case: str) -> None:
     with pytest.raises(tool.ControllerError) as refusal:
         load(path)
     assert str(refusal.value).startswith(f"pd.py, line 6: {message}")
+
+
+NESTED = {
+    "minus signs": "-" * 100_000 + "1", "a sum": "+".join(["1"] * 20_000), "attributes": "sys" + ".a" * 20_000,
+    "parentheses": "(" * 20_000 + "1" + ")" * 20_000}
+
+
+@pytest.mark.parametrize("case", NESTED)
+def test_an_expression_beyond_the_parser(tmp_path: Path, case: str) -> None:
+    """Each version of Python has other bounds, and other errors beyond them."""
+    path = controller(tmp_path, ("LARGEST = 6.0\n", f"LARGEST = 6.0\ndef unused():\n    return {NESTED[case]}\n"))
+    with pytest.raises(tool.ControllerError, match=r"pd\.py(: an expression is nested too deeply|, line 8: SyntaxErr)"):
+        load(path)
+
+
+def test_a_byte_order_mark(tmp_path: Path) -> None:
+    """As editors on Windows write it; the FMU of the file has none."""
+    path = controller(tmp_path)
+    path.write_text(path.read_text(), encoding="utf-8-sig")
+    assert load(path).definition.name == "PD"
+    assert next(iter(read(path).modules.values())).renamed.startswith('"""PD')
+
+
+ARITHMETIC = {"1.0 / (t - t)": "ZeroDivisionError: float division by zero", "sin(1.0 / 1e-320)": "ValueError: ",
+              "int(self.known and 1e400)": "OverflowError: cannot convert"}
+
+
+@pytest.mark.parametrize("expression", ARITHMETIC)
+def test_arithmetic_that_fails_has_its_line(fastest_fmus: Path, tmp_path: Path, expression: str) -> None:
+    """The layer around the blocks of this project, which have no lines of a user's, catches it as well."""
+    path = controller(tmp_path, ("w = self.bandwidth", f"w = {expression}"))
+    with pytest.raises(tool.RunFailed) as failure:
+        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+    assert f"pd.py, line {line_of(path, expression)}: {ARITHMETIC[expression]}" in str(failure.value)
 
 
 def test_an_object_that_cannot_be_made(tmp_path: Path) -> None:

@@ -1,0 +1,26 @@
+"""The FMUs of stage and controller in one."""
+
+from closed_loop_fmu.variables import loop_refusals, loop_variables
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from pmlsm.rig import Rig
+
+# Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
+EXPERIMENT = Experiment(stop_time=26.0, step=40.0e-3)
+
+
+def closed_loop(rig: Rig, block: type, law: str, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
+    """Definition of a loop of a rig, from those of its parts, and the controller's law."""
+    word = controller.name.removesuffix(rig.suffix).removesuffix("Regulator")
+    return FmuDefinition(
+        name=f"ClosedLoop{word}{rig.suffix}",
+        block=block,
+        arguments=controller.arguments,
+        description=f"Closed loop of {controller.name} and {plant.name}, stepped in sequence, controller first",
+        variables=loop_variables(controller, plant),
+        refusals=loop_refusals(controller, plant),
+        experiment=EXPERIMENT,
+        variable_step=False,
+        documentation=tuple(dict.fromkeys((("closed_loop_fmu", "closed_loop.html"), *controller.documentation,
+                                           *plant.documentation))),
+        icon=Drawing("closed_loop_fmu.drawings", "icon", (law, len(rig.axes))),
+        sketch=Drawing("closed_loop_fmu.drawings", "loop", (controller.name, plant.name)))

@@ -1,0 +1,91 @@
+"""Commutation of the motors of the 5-DOF stage alone (C.1), for currents that somebody else decides."""
+
+from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
+from controller_fmu.motor_place import MotorPlace
+from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
+from controller_fmu.tilt_measurement import TiltMeasurement
+from controller_fmu.tilting_platform import TiltingPlatform
+from pmlsm.motor_geometry import MotorGeometry
+
+
+class Commutation5DOF:
+    """Samples displacements, gaps and current references, commands phase currents that hold until the next sample.
+
+    Each motor commutates with the displacement at its magnets, which the tilts move; they follow from the gaps.
+    """
+
+    def __init__(self) -> None:
+        self.sample_time = 0.0002        # s, parameter
+        self.current_limit = 0.0         # A, parameter, 0 = none
+        self.geometry = MotorGeometry()
+        self.x = MeasuredDisplacement()
+        self.z = MeasuredDisplacement()
+        self.alpha1 = CommutatedMotor()
+        self.alpha2 = CommutatedMotor()
+        self.beta1 = CommutatedMotor()
+        self.beta2 = CommutatedMotor()
+        self.platform = TiltingPlatform(-0.03)
+        self.tilts = TiltMeasurement()
+        self.alpha1_place = MotorPlace(0.0, 0.2, 0.025)
+        self.alpha2_place = MotorPlace(0.0, -0.2, 0.025)
+        self.beta1_place = MotorPlace(0.2, 0.0, 0.025)
+        self.beta2_place = MotorPlace(-0.2, 0.0, 0.025)
+        self.clock = SampleClock()
+        self.saturated = False  # output
+
+    def start(self) -> int:
+        """Compute what follows from the fixed parameters."""
+        if not self.geometry.prepare():
+            return BAD_GEOMETRY
+        if not self.prepare_platform():
+            return BAD_PLACES
+        return STEPPED
+
+    def prepare_platform(self) -> bool:
+        """Compute each motor's share; whether the motors feel and make every tilt."""
+        platform = self.platform
+        platform.begin()
+        platform.add(self.alpha1_place)
+        platform.add(self.alpha2_place)
+        platform.add(self.beta1_place)
+        platform.add(self.beta2_place)
+        if not platform.solvable():
+            return False
+        platform.share(self.alpha1_place)
+        platform.share(self.alpha2_place)
+        platform.share(self.beta1_place)
+        platform.share(self.beta2_place)
+        return True
+
+    def step(self, t: float, dt: float) -> int:
+        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
+        if not self.clock.fits(dt, self.sample_time):
+            return STEP_MISFIT
+        if self.clock.due(dt, self.sample_time):
+            self.sample()
+        return STEPPED
+
+    def sample(self) -> None:
+        """Commutate once."""
+        geometry = self.geometry
+        platform = self.platform
+        tilts = self.tilts
+        x = self.x
+        z = self.z
+        alpha1 = self.alpha1
+        alpha2 = self.alpha2
+        beta1 = self.beta1
+        beta2 = self.beta2
+        tilts.clear()
+        tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
+        tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
+        tilts.add(self.beta1_place, self.beta1_place.gap_measured)
+        tilts.add(self.beta2_place, self.beta2_place.gap_measured)
+        along_x = platform.along_x(x.measured, tilts.pitch)
+        along_z = platform.along_z(z.measured, tilts.roll)
+        alpha1.commutate(self.current_limit, geometry.electrical_angle(along_x))
+        alpha2.commutate(self.current_limit, geometry.electrical_angle(along_x))
+        beta1.commutate(self.current_limit, geometry.electrical_angle(along_z))
+        beta2.commutate(self.current_limit, geometry.electrical_angle(along_z))
+        self.saturated = alpha1.saturated or alpha2.saturated or beta1.saturated or beta2.saturated

@@ -1,0 +1,130 @@
+"""The FMUs of the controllers of a rig."""
+
+import controller_fmu.status as status
+from controller_fmu.drawings import DIAGRAMS, ICONS
+from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, PREFILTER_TOO_FAST, SCHEDULED, STEP_MISFIT
+from controller_fmu.variables import (
+    REFUSED_STEP,
+    SETPOINT_WITHOUT_EQUILIBRIUM,
+    bad_places,
+    bumpless_start,
+    commutation_variables,
+    integral_hold,
+    internal_model_parameters,
+    loop_parameters,
+    model_constants,
+    pid_parameters,
+    platform_parameters,
+    ports,
+    regulator_gains,
+    setpoint,
+)
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from pmlsm.rig import Rig
+from pmlsm.variables import BAD_GEOMETRY, motor_geometry
+
+# Name, and what the description says, of the regulator with each law.
+LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
+        LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a set-point"),
+        SCHEDULED: ("scheduled", "ScheduledRegulator",
+                    "on the motors linearised about four set-points, of which the measured gap chooses")}
+
+
+def refusals(rig: Rig) -> dict[int, str]:
+    """Refusals of every controller of a rig."""
+    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: BAD_GEOMETRY,
+            **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
+
+
+def tilts(rig: Rig, *pages: str) -> tuple[tuple[str, str], ...]:
+    """Pages about a platform that tilts, if this one does."""
+    return tuple(("controller_fmu", page) for page in (*pages, "tilts.html") if rig.rotations)
+
+
+def default_experiment(rig: Rig) -> Experiment:
+    """Five hundred samples, which no tool divides into steps that are none."""
+    return Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time)
+
+
+def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
+    """Definition of a regulator of a rig, with one of its laws."""
+    word, name, text = LAWS[law]
+    kind = "tilts" if rig.rotations else rig.name
+    pages = {NONLINEAR: (f"linearisation_{kind}.html",), LINEAR: (f"setpoint_{kind}.html",),
+             SCHEDULED: (f"setpoint_{kind}.html", "schedule.html")}[law]
+    return FmuDefinition(
+        name=f"{name}{rig.suffix}",
+        block=block,
+        arguments=(law,),
+        description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with antiwindup",
+        variables=(
+            # The thrust depends on the gap, or the gap chooses the linearisation; the lever of the thrust on the tilts.
+            *ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
+            *((setpoint("the motors are linearised", "assumed: mid-range; an experiment sets its target"),
+               bumpless_start()) if law == LINEAR else ()),
+            *model_constants(rig),
+            *loop_parameters(rig, rig.source("design.current_limit")),
+            *internal_model_parameters(rig.source("design.antiwindup")),
+            *(v for axis in rig.axes for v in regulator_gains(rig, axis)),
+            *platform_parameters(rig),
+            *motor_geometry(rig)),
+        refusals={**refusals(rig),
+                  **({} if law == NONLINEAR else {NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
+        experiment=default_experiment(rig),
+        variable_step=False,
+        documentation=(*(("controller_fmu", page) for page in pages), *tilts(rig), ("controller_fmu", "regulator.html"),
+                       ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
+        icon=Drawing(ICONS, "controller", (word, len(rig.axes))),
+        sketch=Drawing(DIAGRAMS, "regulator", (word,)))
+
+
+def no_equilibrium(rig: Rig, law: int) -> str:
+    """Refusal of a law that cannot be designed."""
+    if rig.design.schedule is None or law == LINEAR:
+        return SETPOINT_WITHOUT_EQUILIBRIUM
+    constants = ", ".join(f"{each.name} = {{{each.name}}} {each.unit}" for each in rig.constants
+                          if each.axis == rig.vertical.name)
+    gaps = ", ".join(f"{1e3 * gap:g}" for gap in rig.design.schedule.setpoints)
+    return f"{constants}, expected constants with which the model has equilibria at the schedule's gaps of {gaps} mm"
+
+
+def pid(rig: Rig, block: type) -> FmuDefinition:
+    """Definition of the PID controller of a rig."""
+    corners = ", ".join(f"{axis}.prefilter = {{{axis}.prefilter}} rad/s" for axis in rig.axis_names)
+    return FmuDefinition(
+        name=f"PID{rig.suffix}",
+        block=block,
+        description=f"PID controller of the {rig.title}, one for each axis, with a pre-filter of the reference",
+        variables=(
+            *ports(rig),
+            *model_constants(rig),
+            *loop_parameters(rig, rig.source("design.pid_current_limit")),
+            integral_hold(),
+            setpoint("the gains are designed", "assumed"),
+            *(v for axis in rig.axes for v in pid_parameters(axis)),
+            *platform_parameters(rig),
+            *motor_geometry(rig)),
+        refusals={**refusals(rig), NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM,
+                  PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
+                                      "{sample_time} s"},
+        experiment=default_experiment(rig),
+        variable_step=False,
+        documentation=(("controller_fmu", "pid.html"), *tilts(rig, "pid_tilts.html"),
+                       ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
+        icon=Drawing(ICONS, "controller", ("PID", len(rig.axes))),
+        sketch=Drawing(DIAGRAMS, "pid"))
+
+
+def commutation(rig: Rig, block: type) -> FmuDefinition:
+    """Definition of the commutation of a rig, without a law."""
+    return FmuDefinition(
+        name=f"Commutation{rig.suffix}",
+        block=block,
+        description=f"Commutation of the motors of the {rig.title}, for direct and quadrature currents that are inputs",
+        variables=(*commutation_variables(rig), *motor_geometry(rig)),
+        refusals=refusals(rig),
+        experiment=default_experiment(rig),
+        variable_step=False,
+        documentation=(("controller_fmu", "commutation.html"), *tilts(rig), ("pmlsm", "motor.html")),
+        icon=Drawing(ICONS, "controller", ("commutation", len(rig.axes))),
+        sketch=Drawing(DIAGRAMS, "commutation"))

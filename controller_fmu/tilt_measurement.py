@@ -1,0 +1,30 @@
+"""One value for each motor of a platform, such as its air gap, as values of the vertical axis and of the tilts."""
+
+from controller_fmu.motor_place import MotorPlace
+
+
+class TiltMeasurement:
+    """y, roll and pitch by least squares, S = (JᵀJ)⁻¹Jᵀ times the values of the motors.
+
+    Of the measured gaps it makes the air gap at the centre (m) and the tilts (rad). Of what the limits have taken from
+    the direct currents (A) it makes what the antiwindup (5.13) of each axis acts on: a current that all motors have in
+    common (A) and its slopes over the platform (A/m). S is the transpose of the allocation of the forces, and a left
+    inverse of J: a current that is short by the same in all motors concerns y alone, as on a stage without tilts.
+    """
+
+    def __init__(self) -> None:
+        self.y = 0.0       # output
+        self.roll = 0.0    # output
+        self.pitch = 0.0   # output
+
+    def clear(self) -> None:
+        """Begin with no motor."""
+        self.y = 0.0
+        self.roll = 0.0
+        self.pitch = 0.0
+
+    def add(self, place: MotorPlace, value: float) -> None:
+        """Take in the value of a motor."""
+        self.y += place.share_y * value
+        self.roll += place.share_roll * value
+        self.pitch += place.share_pitch * value

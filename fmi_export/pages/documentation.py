@@ -1,0 +1,120 @@
+"""documentation/index.html of an FMU: the equations from its packages, the variables from its table."""
+
+from decimal import Decimal
+from html import escape
+from importlib import import_module
+from pathlib import Path
+
+from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.pages.icon import Shape, svg_icon
+from fmi_export.pages.mathml import typeset
+from fmi_export.pages.sketch import STYLE as SKETCH_STYLE
+from fmi_export.units import RAISED, typeset_unit
+
+STYLE = """
+:root { color-scheme: light dark; --page: #ffffff; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; background: var(--page);
+overflow-wrap: break-word; } h1 { display: flex; align-items: center; gap: .5em; line-height: 1.2;
+font-size: clamp(1.25em, 6vw, 2em); } h1 span { min-width: 0; overflow-wrap: anywhere; }
+.icon { width: 2em; height: 2em; flex: none; border-radius: .2em; }
+table { border-collapse: collapse; font-size: 14px; } td, th { border: 1px solid #8886; padding: .2em .5em;
+text-align: left; vertical-align: top; } .number, .unit { white-space: nowrap; } .number { text-align: right; }
+.eq { margin: .6em 0 .6em 2em; overflow-x: auto; overflow-y: hidden; } .eq math[display=block] { margin: .4em 0;
+text-align: left; width: max-content; font-size: 1.1em; } mover:not([accent]) > mo { font-size: 1.2em; }
+.wide { overflow-x: auto; } td:nth-child(6), td:nth-child(7) { min-width: 12em; }
+@media (max-width: 40em) { .eq { margin-left: .5em; } }
+@media (prefers-color-scheme: dark) { :root { --page: #181818; } body { color: #ddd; } a { color: #8cf; } }
+@media print { :root { color-scheme: light; --page: #ffffff; } body { color: #000; max-width: none; margin: 0; }
+.wide, .eq, .sketch { overflow: visible; } .eq { margin-left: .5em; font-size: 90%; }
+table { font-size: 8.5px; }
+td { min-width: 0 !important; }
+tr, .eq, .sketch { break-inside: avoid; } h2 { break-after: avoid; } }
+"""
+
+# Of an FMU on pythonfmu: what FMI asks to document (2.0.5, section 2.3).
+EXTERNAL_DEPENDENCIES = """\
+This FMU runs in a Python interpreter inside the importing process; needsExecutionTool stands for that. It needs
+
+- Python 3.11 or newer, 64 bit, {packages}.
+- Linux on x86-64 with the GNU C library 2.32 or newer and libstdc++. A program that is no Python interpreter has to
+  load the Python library before the FMU, for instance with LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.11.so.
+- Or Windows on x86-64 with python3.dll in the search path and the Visual C++ runtime (MSVCP140.dll, VCRUNTIME140.dll,
+  VCRUNTIME140_1.dll).
+
+The native FMU of the same name needs none of this.
+"""
+
+
+def external_dependencies(definition: FmuDefinition) -> str:
+    """Text of what an FMU that runs in Python needs around it."""
+    needed = ", ".join(definition.requires)
+    return EXTERNAL_DEPENDENCIES.format(
+        packages=f"with the packages {needed}" if needed else "its standard library alone: no other packages")
+
+
+def icon_of(definition: FmuDefinition) -> tuple[Shape, ...]:
+    """Shapes of the icon; none if the definition has no icon."""
+    return () if definition.icon is None else tuple(definition.icon.drawn())
+
+
+def documentation(definition: FmuDefinition, version: str) -> str:
+    """HTML page with a sketch, the block's equations, limits and variables."""
+    sections = typeset("\n".join(section(package, name) for package, name in definition.documentation))
+    sketch = "" if definition.sketch is None else definition.sketch.drawn()
+    parameters = [v for v in definition.variables if v.causality == "parameter"]
+    inputs = [v for v in definition.variables if v.causality == "input"]
+    outputs = [v for v in definition.variables if v.causality == "output"]
+    name = escape(definition.name)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{name}</title><style>{STYLE}{SKETCH_STYLE}</style></head>
+<body>
+<h1>{svg_icon(icon_of(definition))}<span>{name} {escape(version)}</span></h1>
+<p>{escape(definition.description)}</p>
+{sketch}
+{sections}
+<h2>Inputs</h2>
+{variable_table(definition, inputs)}
+<h2>Outputs</h2>
+{variable_table(definition, outputs)}
+<h2>Parameters</h2>
+<p>A tunable parameter acts at the next step, a fixed one can be set until the initialization ends. A value outside
+its range is refused with a message before the next step.</p>
+{variable_table(definition, parameters)}
+</body>
+</html>
+"""
+
+
+def section(package: str, name: str) -> str:
+    """HTML of a section, from the folder `documentation` of a package or of what extends it."""
+    folders = [Path(folder, "documentation") for folder in import_module(package).__path__]
+    return next((folder for folder in folders if (folder / name).is_file()), folders[0]).joinpath(name).read_text(
+        encoding="utf-8").strip()
+
+
+def variable_table(definition: FmuDefinition, variables: list[Variable]) -> str:
+    """Table of variables; start values and sources where they have one."""
+    rows = []
+    for v in variables:
+        start = "" if v.causality == "output" else str(definition.start_value(v))
+        bounds = "" if v.minimum is None or v.maximum is None else f"{number(v.minimum)} … {number(v.maximum)}"
+        start = start if v.causality == "output" or v.boolean else number(float(start))
+        cells = (("", v.name), ("number", start), ("unit", typeset_unit(v.unit)), ("number", bounds),
+                 ("", v.variability), ("", v.description), ("", v.source))
+        rows.append("<tr>" + "".join(f'<td class="{kind}">{escape(cell)}</td>' if kind else f"<td>{escape(cell)}</td>"
+                                     for kind, cell in cells) + "</tr>")
+    head = "".join(f'<th scope="col">{title}</th>'
+                   for title in ("name", "start", "unit", "range", "variability", "meaning", "source of the value"))
+    return f'<div class="wide" tabindex="0"><table><tr>{head}</tr>\n' + "\n".join(rows) + "\n</table></div>"
+
+
+def number(value: float) -> str:
+    """A number as people write it, with all its digits: 0.0002, −1000, 10⁻⁶, 2.5 · 10⁷."""
+    text = repr(value).removesuffix(".0")
+    if value and not 1e-4 <= abs(value) < 1e6:
+        mantissa, _, exponent = f"{Decimal(text).normalize():e}".partition("e")
+        power = f"10{str(int(exponent)).translate(RAISED)}"
+        text = {"1": power, "-1": f"-{power}"}.get(mantissa, f"{mantissa} · {power}")
+    return text.replace("-", "−")

@@ -1,0 +1,81 @@
+"""Whether an FMU is what the installed sources make: by what is in it, not by what it says of itself."""
+
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from functools import cache
+from importlib import import_module
+from pathlib import Path, PurePosixPath
+
+from fmi_export.build import CARRIED, what_runs
+from fmi_export.definition import FmuDefinition
+from fmi_export.native.build import BINARIES, DIGESTS, LAYER, SOURCES, TABLE, digests, native_sources
+from fmi_export.sources import module_path
+
+# What is only read by people; what runs is compared byte for byte.
+FOR_READERS = ("documentation/", "model.png")
+
+DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
+MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")
+
+
+def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, module: str, attribute: str,
+                    version: str, packages: tuple[str, ...]) -> bool:
+    """Whether files by name are what `build_fmu` puts into an FMU: modules, binaries and model description, all bytes.
+
+    Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`.
+
+    Raises
+    ------
+    KeyError, ValueError, ModuleNotFoundError
+        If something is not there, or cannot be read, that every FMU of ours has.
+    """
+    texts = {}
+    carried = (*packages, *CARRIED)
+    for found in filter(None, map(MODULE.fullmatch, contents)):
+        name = found[1].replace("/", ".")
+        if name.split(".")[0] in carried:   # the module of the slave is in none
+            texts[name] = module_path(name).read_text(encoding="utf-8")
+    expected = what_runs(definition, module, attribute, version, carried, texts, date_of(contents))
+    return running(contents) == expected
+
+
+def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, version: str,
+                    packages: tuple[str, ...]) -> bool:
+    """Whether files by name are what `build_native_fmu` puts into an FMU.
+
+    Model description, FMI layer and table are compared byte for byte. The GUID must be that of the sources in the FMU
+    and of the Python modules here that they were translated from, and each library must have the digest that the FMU
+    says. What remains trusted, for neither translator nor compiler is asked, is that these libraries were compiled
+    from these sources: who replaces a library and writes GUID or digests anew to match is believed.
+    Parameters and errors as of `is_python_build`.
+    """
+    runs = running(contents)
+    sources = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in runs.items()
+               if name.startswith(SOURCES)}
+    libraries = {name: data for name, data in runs.items() if name.startswith(BINARIES)}
+    known = modules_of(tuple((package, folder) for package in packages for folder in import_module(package).__path__))
+    texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in
+             (PurePosixPath(name).stem for name in sources if name.endswith(".c") and name not in (*LAYER, TABLE))}
+    platforms = [PurePosixPath(name).parent.name for name in libraries]
+    made = native_sources(definition, texts, sources, version, platforms, LAYER, date_of(contents))
+    return contents.get(DIGESTS) == digests(libraries) and runs == {
+        **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,
+        "modelDescription.xml": made.description}
+
+
+def running(contents: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files that run, and the model description."""
+    return {name: data for name, data in contents.items() if not name.startswith(FOR_READERS)}
+
+
+def date_of(contents: Mapping[str, bytes]) -> int:
+    """Date of generation, seconds since 1970; 0 if there is none."""
+    found = DATE.search(contents["modelDescription.xml"])
+    return 0 if found is None else int(datetime.fromisoformat(found[1].decode("ascii")).timestamp())
+
+
+@cache
+def modules_of(folders: tuple[tuple[str, str], ...]) -> dict[str, str]:
+    """Dotted names of the modules of packages, with a folder each, by their last part, of which there is but one."""
+    return {path.stem: f"{package}.{path.stem}" for package, folder in folders for path in Path(folder).glob("*.py")}

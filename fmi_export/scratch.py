@@ -1,0 +1,79 @@
+"""Temporary folders that are removed with what needs them, or after a process that was killed by the next one."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+PREFIX = "maglev_scratch_"
+
+LOCKS: dict[Path, int] = {}   # by folder: file descriptors that hold its lock
+LOOKED_THROUGH: set[str] = set()   # folders in which those that were left have been removed
+
+if find_spec("fcntl") is not None:   # not on Windows
+    import fcntl
+
+
+def scratch_folder(place: str | None = None) -> Path:
+    """Make a temporary folder, inside a folder if one is given; `remove_scratch` removes it.
+
+    It is locked for as long as this process lives, whatever ends it: what is not locked may go.
+    """
+    inside = place or tempfile.gettempdir()
+    if inside not in LOOKED_THROUGH:
+        LOOKED_THROUGH.add(inside)
+        remove_leftovers(Path(inside))
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=inside))
+        lock = locked(folder)
+        if lock is not None:
+            LOCKS[folder] = lock
+        if folder.exists():   # between its making and its lock another process may have taken it for one that was left
+            return folder
+        remove_scratch(folder)
+
+
+def remove_scratch(folder: Path) -> None:
+    """Remove a temporary folder, as far as that is possible."""
+    shutil.rmtree(folder, ignore_errors=True)
+    lock = LOCKS.pop(folder, None)
+    if lock is not None:
+        os.close(lock)
+
+
+@contextmanager
+def scratch(place: str | None = None) -> Iterator[Path]:
+    """Temporary folder for a block."""
+    folder = scratch_folder(place)
+    try:
+        yield folder
+    finally:
+        remove_scratch(folder)
+
+
+def remove_leftovers(place: Path) -> None:
+    """Remove the temporary folders in a folder that no process has locked."""
+    for folder in place.glob(f"{PREFIX}*"):
+        lock = locked(folder, wait=False)
+        if lock is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+            os.close(lock)
+
+
+def locked(folder: Path, wait: bool = True) -> int | None:
+    """Lock a folder; None if another process has done so, or it cannot be locked."""
+    if find_spec("fcntl") is None:
+        return None
+    try:
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:
+        return None   # another user's, or gone
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(lock)
+        return None
+    return lock

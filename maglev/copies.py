@@ -1,0 +1,57 @@
+"""Files as they were when a run was made ready: copies of them are flown and described, which no edit reaches."""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from functools import cache
+from multiprocessing import parent_process, util
+from pathlib import Path
+
+from fmi_export.scratch import remove_scratch, scratch_folder
+
+PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
+ORIGIN = ".origin"        # file beside copies that names the folder that they are from
+
+
+@cache
+def place() -> Path:
+    """Folder of all copies of this process and of those that it starts; it goes with the first of them."""
+    if parent_process() is not None and PLACE in os.environ:
+        return Path(os.environ[PLACE])
+    folder = scratch_folder()
+    util.Finalize(None, remove_scratch, (folder,), exitpriority=0)
+    os.environ[PLACE] = str(folder)
+    return folder
+
+
+def copied(files: Mapping[str, bytes], origin: Path) -> Path:
+    """Folder with copies of files, by their paths in the folder that they are from; the same of the same content."""
+    folder = str(origin.absolute())
+    digest = hashlib.sha256(folder.encode("utf-8", "surrogateescape"))
+    for name, data in sorted(files.items()):
+        digest.update(f"\0{name}\0{len(data)}\0".encode("utf-8", "surrogateescape"))
+        digest.update(data)
+    found = place() / digest.hexdigest()[:32]
+    if not found.is_dir():
+        unfinished = Path(tempfile.mkdtemp(dir=place()))
+        for name, data in {**files, ORIGIN: os.fsencode(folder)}.items():
+            path = unfinished / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        try:
+            unfinished.rename(found)
+        except OSError:   # another process was faster
+            shutil.rmtree(unfinished, ignore_errors=True)
+    return found
+
+
+def original(path: Path) -> Path:
+    """The file or folder that a copy is of; the path itself of what is no copy."""
+    beside = path if path.is_dir() else path.parent
+    try:
+        folder = Path(os.fsdecode((beside / ORIGIN).read_bytes()))
+    except OSError:
+        return path
+    return folder if path == beside else folder / path.name

@@ -1,0 +1,90 @@
+"""The FMUs of this project: where they are described, and whether a file is one that this installation makes."""
+
+import re
+import zlib
+from functools import lru_cache
+from importlib import import_module
+from importlib.metadata import distribution, version
+from pathlib import Path
+from zipfile import BadZipFile, ZipFile
+
+from fmi_export.definition import FmuDefinition
+from fmi_export.recognition import is_native_build, is_python_build
+from maglev.errors import BuildError, nearest
+from maglev.own_stage.adoption import OWN
+from maglev.rig.modules import definitions
+from maglev.written.own_modules import PACKAGES
+from pmlsm.rigs import DESCRIBED
+
+DEFINITIONS = {name: place for rig in DESCRIBED.values() for name, place in definitions(rig).items()}
+
+# Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
+# so that tools that leave out the start values in it run the same.
+SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in DESCRIBED.values() if rig.experiment}
+
+PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
+NAME = re.compile(rb'modelName="(\w+)"')
+MOST = 50_000_000   # bytes, more than any of them unpacks to
+
+
+def places() -> dict[str, tuple[str, str]]:
+    """Module and attribute of every FMU that can be built, by its name: of the project, and of the user's stages."""
+    return DEFINITIONS | {name: place for own in OWN.values() for name, place in definitions(own.rig).items()}
+
+
+def definition(name: str) -> FmuDefinition:
+    """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
+    if name not in places():
+        known = [*places(), *SYSTEMS]
+        raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}; nearest is "
+                         f"{nearest(name, known)}")
+    module, attribute = places()[name]
+    found: FmuDefinition = getattr(import_module(module), attribute)
+    return found
+
+
+def project() -> tuple[str, str]:
+    """Version and licence text of this project."""
+    installed = distribution("maglev-fmus")
+    return installed.version, next(path.read_text() for path in installed.files or [] if path.name == "LICENSE")
+
+
+def built_here(path: Path) -> bool:
+    """Whether an FMU is one that the installed version builds of its own sources, whatever it says of itself.
+
+    Its code is compared with what this installation makes: all of it in one that runs Python; of a native one see
+    `is_native_build`, which says what remains trusted. So neither another project's FMU with our name in it, nor one
+    that somebody changed, nor one of another version of the sources is; its file's name, the date of the build and the
+    machine that built it do not matter. False also of a user's class as an FMU, and of what is no FMU at all.
+    """
+    try:
+        written = path.stat()
+    except OSError:
+        return False
+    return is_own(path, written.st_mtime_ns, written.st_size, written.st_ino,
+                  tuple(str(own.folder) for own in OWN.values()))
+
+
+@lru_cache(maxsize=64)
+def is_own(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> bool:
+    """Whether a file is an FMU of this installation, looked at once for as long as it stays as it is."""
+    try:
+        contents = files_in(path)
+        found = NAME.search(contents["modelDescription.xml"])
+        name = found[1].decode("ascii") if found else ""
+        if name not in places():
+            return False
+        if PYTHON_KIND in contents:
+            return is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
+        return is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES)
+    except (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError):
+        return False   # whatever is wrong with it, loading it will say
+
+
+def files_in(path: Path) -> dict[str, bytes]:
+    """Files of an archive by name; ValueError if it is none of ours: too large, or two files of one name."""
+    with ZipFile(path) as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > MOST or len(entries) > len(set(archive.namelist())):
+            raise ValueError(f"{path}: not an FMU of this project")
+        return {entry.filename: archive.read(entry) for entry in entries}

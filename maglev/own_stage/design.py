@@ -1,0 +1,93 @@
+"""Gains of a stage from poles, or scaled from those of the rig that all begin with."""
+
+from collections.abc import Sequence
+from math import inf, pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from controller_fmu.feedback_linearisation import equilibrium_current
+from maglev.errors import RigError
+from maglev.linear.design import gains_of, regulator_polynomial
+from maglev.linear.motor_forces import MotorForces
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
+from pmlsm.rigs import EXAMPLE, RIGS
+
+LIKE = RIGS[EXAMPLE]   # whose gains are scaled
+
+MOST_QUICK = 2.0    # horizontal design against that of the 3-DOF stage; beyond, sampling and observer count
+
+OMEGA0 = 1.5 * pi   # rad/s, of the internal models
+
+
+def gains_of_poles(place: str, given: Any) -> list[float]:
+    """Gains k1…k5 that place five poles: real ones as numbers, a pair as [real, imaginary part] (rad/s).
+
+    Raises
+    ------
+    RigError
+        If there are not five, or one is not on the left.
+    """
+    poles: list[complex] = []
+    for each in given if isinstance(given, list) else []:
+        pair = each if isinstance(each, list) else [each, None]
+        if len(pair) != 2 or not all(isinstance(part, (int, float)) or part is None for part in pair):
+            poles = []
+            break
+        poles += [pair[0]] if pair[1] is None else [complex(*pair), complex(pair[0], -pair[1])]
+    if len(poles) != 5 or any(complex(pole).real >= 0.0 for pole in poles):
+        raise RigError(f"{place}: {given!r}, expected five poles with real parts below 0, such as "
+                       "[-90, [-4, 6], [-2, 2]]: a number, or real and imaginary part of a pair")
+    return list(gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
+
+
+def scaled_gains(gains: Sequence[float], factor: float) -> tuple[float, ...]:
+    """Gains with all poles times a factor."""
+    polynomial = regulator_polynomial(gains, OMEGA0)
+    return gains_of((polynomial * factor ** np.arange(6)).tolist(), OMEGA0)
+
+
+def forces_of(rig: Rig) -> MotorForces:
+    """Forces of the motors of a rig by the model of its controllers."""
+    of = rig.model
+    return MotorForces(rig.carrying * of.attraction, rig.sharing * of.coils, rig.sharing * of.iron,
+                       tuple(rig.sharing * of.thrust[motor.drives] for motor in rig.motors), rig.driven,
+                       rig.motor())
+
+
+def unstable_rate(rig: Rig) -> float:
+    """Rate (1/s) with which the mover leaves its start gap, where the model's motors hold it, if nothing controls it.
+
+    Raises
+    ------
+    RigError
+        If no direct current holds it there.
+    """
+    forces, gap, n = forces_of(rig), rig.vertical.start, len(rig.motors)
+    current, found = equilibrium_current(forces.motor, forces.attraction, n * forces.coils, n * forces.iron, gap)
+    if not found:
+        raise RigError(f"no direct current holds the mover of {rig.vertical.mass:g} kg at {1e3 * gap:g} mm: without "
+                       f"one the motors attract it by {forces.attraction * gap_functions(forces.motor, gap)[1]:.3g} "
+                       "m/s², gravity takes 9.81 m/s², expected another gap, mass or attraction")
+    by_position, _ = forces.slopes([gap, *(axis.start for axis in rig.horizontal)], [current] * n, [0.0] * n)
+    return sqrt(max(by_position[0, 0], 1e-6))
+
+
+def strongest(rig: Rig, axis: str) -> float:
+    """Acceleration (m/s²) of a horizontal axis by its motors at the start gap and the current that they may have."""
+    f1, _, _, _ = gap_functions(rig.motor(), rig.vertical.start)
+    motors = rig.motors_of(axis)
+    return rig.sharing * rig.model.thrust[axis] * f1 * sum(
+        min(each.amplifier.continuous or each.amplifier.peak, rig.design.current_limit or inf) for each in motors)
+
+
+def quickness(rig: Rig, axis: str) -> float:
+    """How much faster than on the 3-DOF stage the design of an axis is to be.
+
+    The air gap by the rate at which it is left, a horizontal axis by the root of what its motors can accelerate, and at
+    most twice.
+    """
+    if axis == rig.vertical.name:
+        return unstable_rate(rig) / unstable_rate(LIKE)
+    return min(sqrt(strongest(rig, axis) / strongest(LIKE, LIKE.horizontal[0].name)), MOST_QUICK)

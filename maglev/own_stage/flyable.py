@@ -1,0 +1,79 @@
+"""Whether a stage can fly at all: what cannot says why, with numbers, before anything is built."""
+
+from pathlib import Path
+
+from maglev.errors import LinearModelError, RigError
+from maglev.linear.equilibrium import equilibrium
+from maglev.linear.loop import linearise_loop
+from maglev.linear.parameters import BLOCKS
+from maglev.own_stage.adoption import know_stage
+from maglev.own_stage.design import strongest, unstable_rate
+from pmlsm.rig import Rig
+
+SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: beyond, no gains of ours hold it
+
+
+def flyable(path: str | Path) -> Rig:
+    """Read a description and check that its stage can fly.
+
+    Raises
+    ------
+    RigError, ScenarioError
+        If it is no description; if stops are outside the field's range, no current below the limits holds the mover at
+        its start, thrust does not overcome bias and friction, sampling is too slow for the unstable pole, or the loop
+        of a regulator is unstable; with the numbers.
+    """
+    rig = know_stage(path)
+    try:
+        require_field(rig)
+        require_within_ranges(rig)
+        start = {axis.name: axis.start for axis in rig.axes}
+        for kind in ("Plant", "Regulator"):
+            equilibrium(f"{kind}{rig.suffix}", start)
+        for axis in rig.horizontal:
+            require_thrust(rig, axis.name)
+        rate = unstable_rate(rig)
+        if rate * rig.sample_time > SLOWEST_SAMPLING:
+            raise RigError(f"sample_time: {1e3 * rig.sample_time:g} ms, expected at most "
+                           f"{1e3 * SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start with "
+                           f"exp({rate:.3g} t/s)")
+        loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", start)
+        if not loop.stable:
+            raise RigError(f"design: with these gains the loop at the start grows with a pole of magnitude "
+                           f"{max(abs(loop.poles)):.4g} per sample of {1e3 * rig.sample_time:g} ms, expected all below "
+                           f"1: other gains or poles, or a shorter sample_time; without control the mover leaves with "
+                           f"exp({rate:.3g} t/s)")
+    except (RigError, LinearModelError) as error:
+        raise RigError(f"{path}: {error}") from None
+    return rig
+
+
+def require_field(rig: Rig) -> None:
+    """Refuse stops between which the field of the magnets is not known."""
+    stop, field = rig.vertical.stop, rig.motor().field
+    if stop is not None and not field.lower <= stop.lower < stop.upper <= field.upper:
+        raise RigError(f"axes.{rig.vertical.name}.stop: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
+                       f"within {1e3 * field.lower:g}…{1e3 * field.upper:g} mm, where the field is known")
+
+
+def require_within_ranges(rig: Rig) -> None:
+    """Refuse what no FMU takes as a start value."""
+    for definition in BLOCKS[rig.name]:
+        block = definition.new_block()
+        for variable in definition.variables:
+            value = block
+            for part in variable.place.split("."):
+                value = getattr(value, part)
+            low, high = variable.minimum, variable.maximum
+            if variable.causality == "parameter" and not variable.boolean and not (
+                    (low is None or low <= value) and (high is None or value <= high)):
+                raise RigError(f"{definition.name}: {variable.name} = {value:g} {variable.unit}, expected {low}…{high}")
+
+
+def require_thrust(rig: Rig, axis: str) -> None:
+    """Refuse motors that cannot overcome what holds their axis."""
+    of = next(each for each in rig.axes if each.name == axis)
+    needed = abs(of.bias) + of.friction.coulomb / of.mass
+    if strongest(rig, axis) <= needed:
+        raise RigError(f"axes.{axis}: its motors give {of.mass * strongest(rig, axis):.3g} N at their limit and the "
+                       f"start gap, bias and friction take {of.mass * needed:.3g} N, expected more thrust")

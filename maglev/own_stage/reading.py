@@ -1,0 +1,110 @@
+"""Description of a stage of the user's: what it leaves open is completed from its data sheet and its poles."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from maglev.errors import RigError
+from maglev.own_stage.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
+from maglev.own_stage.design import LIKE, gains_of_poles, quickness, scaled_gains
+from maglev.rig.description import Reader
+from maglev.toml_file import read_toml
+from pmlsm.rig import Constants, Estimator, Rig, RigAxis
+
+Table = dict[str, Any]
+
+
+def read_own(path: Path) -> Rig:
+    """Read a description, which may have a catalogue, a field and poles; a design that it leaves out is scaled.
+
+    Raises
+    ------
+    RigError, ScenarioError
+        As of `read_rig`.
+    """
+    table, reader = read_toml(path), Reader(path)
+    sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None
+    field = reader.read(Field, table.pop("field"), "field") if "field" in table else None
+    with_model, with_estimator = "model" in table, "estimator" in table
+    if (sheet is None) == ("stage" not in table):
+        raise RigError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
+                       + (", not both" if sheet is not None else ""))
+    open_designs = completed(path, table, sheet)
+    rig: Rig = reader.read(Rig, table, "")
+    if field is not None:
+        rig = replace(rig, geometry={**rig.geometry, **field_geometry(f"{path}: field", field)})
+    if sheet is not None:
+        rig = replace(rig, stage=catalogue_constants(f"{path}: catalogue", sheet, rig),
+                      sources={"stage": "from the motor's data sheet", **rig.sources})
+    if not with_model:
+        rig = replace(rig, model=rig.stage)
+    if not with_estimator:
+        rig = replace(rig, estimator=Estimator(scaled(rig.model, 0.5), weights(rig)))
+    reader.check(rig)
+    if rig.rotations:
+        raise RigError(f"{path}: axes.{rig.rotations[0].name}.rotation: true, expected no tilt: loops of a stage of "
+                       "one's own are designed for axes in m")
+    try:
+        return replace(rig, axes=tuple(designed(rig, axis, open_designs[axis.name]) for axis in rig.axes))
+    except RigError as error:
+        raise RigError(f"{path}: {error}") from None
+
+
+def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, set[str]]:
+    """Put into a table what it may leave out; returns, for each axis, what of its design is still to be found."""
+    axes, motors = tables(table, "axes"), tables(table, "motors")
+    name = table.setdefault("name", path.stem)
+    table.setdefault("title", f"stage {name}")
+    table.setdefault("text", f"levitated and driven by iron-cored linear synchronous motors ({', '.join(motors)})")
+    table.setdefault("longest_step", "0.2 ms")
+    unknown = {"thrust": dict.fromkeys(list(axes)[1:], 1.0), "attraction": 1.0, "coils": 1.0, "iron": 1.0}
+    table.setdefault("stage", unknown)
+    table.setdefault("model", table["stage"])
+    table.setdefault("estimator", {"guess": unknown, "weight": unknown})
+    if sheet is not None and sheet.peak is not None:
+        rating = {"peak": sheet.amplitude * sheet.peak, "continuous": sheet.amplitude * (sheet.continuous or 0.0)}
+        for motor in motors.values():
+            motor.setdefault("amplifier", rating)
+    missing = {}
+    for axis, entries in axes.items():
+        design = entries.setdefault("design", {})
+        if not isinstance(design, dict):
+            continue
+        if "poles" in design:
+            if "gains" in design:
+                raise RigError(f"{path}: axes.{axis}.design.poles: expected poles or gains, not both")
+            design["gains"] = gains_of_poles(f"{path}: axes.{axis}.design.poles", design.pop("poles"))
+        missing[axis] = {key for key in ("gains", "pid", "bandwidth") if key not in design}
+        for key, value in (("gains", [0.0] * 5), ("pid", [-1.0, -1.0, 0.0]), ("bandwidth", 1.0)):
+            design.setdefault(key, value)
+    return missing
+
+
+def tables(table: Table, key: str) -> dict[str, Table]:
+    """Tables by name; of what is no such thing none, for it is refused where it is read."""
+    given = table.get(key)
+    return {name: entry for name, entry in given.items() if isinstance(entry, dict)} if isinstance(given, dict) else {}
+
+
+def scaled(of: Constants, factor: float) -> Constants:
+    """Constants times a factor."""
+    return Constants({axis: factor * value for axis, value in of.thrust.items()}, factor * of.attraction,
+                     factor * of.coils, factor * of.iron)
+
+
+def weights(rig: Rig) -> Constants:
+    """Weights of the 3-DOF stage, whichever the axes."""
+    of = LIKE.estimator.weight
+    return replace(of, thrust={axis.name: max(of.thrust.values()) for axis in rig.horizontal})
+
+
+def designed(rig: Rig, axis: RigAxis, missing: set[str]) -> RigAxis:
+    """Axis with what is missing of its design, scaled from that of the 3-DOF stage."""
+    if not missing:
+        return axis
+    like = LIKE.vertical if axis == rig.vertical else LIKE.horizontal[0]
+    factor = quickness(rig, axis.name)
+    found: dict[str, Any] = {"gains": scaled_gains(like.design.gains, factor),
+                             "pid": tuple(factor * part for part in like.design.pid),
+                             "bandwidth": factor * like.design.bandwidth}
+    return replace(axis, design=replace(axis.design, **{key: found[key] for key in missing}))

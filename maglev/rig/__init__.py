@@ -1,0 +1,1 @@
+"""Rigs: their descriptions read from files, and the blocks and FMUs written from them."""

@@ -1,0 +1,167 @@
+"""Descriptions of rigs: TOML files, read into `pmlsm.rig.Rig` with one-line errors."""
+
+import re
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hints
+
+from maglev.errors import QuantityError, RigError, nearest
+from maglev.toml_file import read_toml
+from maglev.units import parse_quantity
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import ROTATION, Rig
+
+# Those of the thesis are a folder beside the package in the repository, and in it where it is installed.
+HERE = Path(__file__).parents[1]
+PACKAGED = next(folder for folder in (HERE / "rigs", HERE.parent / "rigs") if folder.is_dir())
+
+LENGTHS = {"gains": 5, "pid": 3, "bounds": 3, "setpoints": 4}
+LIST_UNITS = {"bounds": "m", "setpoints": "m", "gaps": "m", "B": "T", "coefficients": "T"}
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a description.
+
+    Raises
+    ------
+    RigError, ScenarioError
+        If the file cannot be read, or what it says is no rig; the message names the key, its value, and what was
+        expected.
+    """
+    reader = Reader(path)
+    rig = cast(Rig, reader.read(Rig, read_toml(path), ""))
+    reader.check(rig)
+    return rig
+
+
+class Reader:
+    """Reads tables of a file into the dataclasses of `pmlsm.rig`."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.rotation = False   # whether what is read is an axis in rad
+
+    def refuse(self, key: str, message: str) -> NoReturn:
+        """Refuse a key."""
+        raise RigError(f"{self.path}: {key}: {message}" if key else f"{self.path}: {message}")
+
+    def read(self, kind: type, table: Any, place: str, **known: Any) -> Any:
+        """Dataclass of a table at a place of the file; `known` values are not in it."""
+        if not isinstance(table, dict):
+            self.refuse(place, f"{table!r}, expected a table")
+        members = {each.name: each for each in fields(kind) if each.name not in known}
+        hints = get_type_hints(kind)
+        for key in table:
+            if key not in members:
+                self.refuse(f"{place}.{key}".lstrip("."), f"no such key; nearest is {nearest(key, members)}")
+        values = dict(known)
+        for name, member in members.items():
+            key = f"{place}.{name}".lstrip(".")
+            if name in table:
+                values[name] = self.value(hints[name], table[name], key, member.metadata)
+            elif member.default is MISSING and member.default_factory is MISSING:
+                self.refuse(key, "missing")
+        return kind(**values)
+
+    def value(self, hint: Any, given: Any, key: str, metadata: Mapping[str, Any]) -> Any:
+        """A value of the type that a field has."""
+        if get_origin(hint) in (types.UnionType, Union):
+            hint = next(each for each in get_args(hint) if each is not type(None))
+        if is_dataclass(hint):
+            return self.read(cast(type, hint), given, key)
+        if get_origin(hint) is tuple:
+            inner = get_args(hint)[0]
+            if is_dataclass(inner):
+                return self.named(cast(type, inner), given, key)
+            return self.numbers(given, key)
+        if get_origin(hint) is not None:   # a mapping
+            if not isinstance(given, dict):
+                self.refuse(key, f"{given!r}, expected a table")
+            inner = get_args(hint)[1]
+            return {name: self.value(inner, each, f"{key}.{name}", metadata) for name, each in given.items()}
+        if hint is float:
+            return self.number(given, key, metadata.get("unit"), metadata.get("low"), metadata.get("high"))
+        if not isinstance(given, hint):
+            self.refuse(key, f"{given!r}, expected {'true or false' if hint is bool else 'text'}")
+        return given
+
+    def named(self, kind: type, given: Any, key: str) -> tuple[Any, ...]:
+        """Dataclasses of tables by their names, in the order of the file."""
+        if not isinstance(given, dict) or not given:
+            self.refuse(key, f"{given!r}, expected tables, such as [{key}.x]")
+        for name in given:
+            if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+                self.refuse(key, f"{name!r}, expected a name of small letters, digits and _, a letter first")
+        found = []
+        for name, table in given.items():
+            self.rotation = isinstance(table, dict) and table.get("rotation") is True
+            found.append(self.read(kind, table, f"{key}.{name}", name=name))
+        self.rotation = False
+        return tuple(found)
+
+    def numbers(self, given: Any, key: str) -> tuple[float, ...]:
+        """Numbers of a list."""
+        name = key.rpartition(".")[2]
+        length = LENGTHS.get(name)
+        if not isinstance(given, list) or length not in (None, len(given)):
+            self.refuse(key, f"{given!r}, expected a list of {'' if length is None else f'{length} '}numbers")
+        return tuple(self.number(each, key, LIST_UNITS.get(name)) for each in given)
+
+    def number(self, given: Any, key: str, unit: str | None = None, low: float | None = None,
+               high: float | None = None) -> float:
+        """A quantity in SI, within its range."""
+        try:
+            value = parse_quantity(given, ROTATION.get(unit or "", unit) if self.rotation else unit)
+        except QuantityError as error:
+            self.refuse(key, str(error))
+        if low is not None and high is not None and not low <= value <= high:
+            self.refuse(key, f"{value:g}, expected {low:g}…{high:g}")
+        return value
+
+    def check(self, rig: Rig) -> None:
+        """Refuse what does not fit together."""
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
+            self.refuse("name", f"{rig.name!r}, expected letters, digits and _")
+        if len(rig.axes) < 2:
+            self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes")
+        horizontal = [axis.name for axis in rig.horizontal]
+        if rig.rotations:
+            if (len(horizontal), len(rig.rotations)) != (2, 2):
+                self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, two horizontal axes, and the "
+                            "tilts about them")
+            if rig.design.schedule is not None:
+                self.refuse("design.schedule", "expected none where the platform tilts")
+            if rig.motor_stop is None:
+                self.refuse("motor_stop", "missing, expected stops at the motors of a platform that tilts")
+        elif rig.motor_stop is not None:
+            self.refuse("motor_stop", "expected only where the platform tilts")
+        for motor in rig.motors:
+            if motor.drives not in horizontal:
+                self.refuse(f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}")
+        for axis in rig.axes:
+            if axis.stop is None and (axis in rig.horizontal or not rig.rotations):
+                self.refuse(f"axes.{axis.name}.stop", "missing")
+            if axis.stop is not None and not axis.stop.lower < axis.start < axis.stop.upper:
+                self.refuse(f"axes.{axis.name}.start", f"{axis.start:g} m, expected a place between its stops at "
+                            f"{axis.stop.lower:g} and {axis.stop.upper:g} m")
+        for name in horizontal:
+            if not rig.motors_of(name):
+                self.refuse(f"axes.{name}", "no motor drives it, expected one of the motors to")
+        for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), rig.constant_sets,
+                                    strict=True):
+            if list(constants.thrust) != horizontal:
+                self.refuse(f"{place}.thrust", f"of {', '.join(constants.thrust) or 'no axis'}, expected of "
+                            f"{', '.join(horizontal)}")
+        known = geometry_values(MotorGeometry())
+        for key in rig.geometry:
+            if key not in known:
+                self.refuse(f"geometry.{key}", f"no such key; nearest is {nearest(key, known)}")
+
+
+def geometry_values(motor: MotorGeometry) -> dict[str, float]:
+    """Parameters of a motor's geometry by their paths in a description."""
+    own = ("slot_width", "slot_pitch", "pole_pitch", "magnet_height", "recoil_permeability")
+    return {**{name: float(getattr(motor, name)) for name in own},
+            **{f"field.{name}": float(value) for name, value in vars(motor.field).items()}}

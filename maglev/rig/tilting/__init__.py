@@ -1,0 +1,1 @@
+"""Writers of what a platform that tilts has of its own."""

@@ -1,0 +1,179 @@
+"""What `region` finds: largest steps, certified, simulated and flown, as text, data and picture."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from maglev.errors import StabilityError
+from maglev.linear.model import Matrix
+from maglev.linear.text import aligned
+from maglev.stability.axis_loop import AxisLoop
+from maglev.stability.certificate import LARGEST_STEP, Certificate
+from maglev.stability.simulation import Response
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LEFT_OUT = ("certified and simulated: the linear loop with its limit; "
+            "flown: the FMUs, with friction, stops and a moving gap")
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """Steps flown by the FMUs.
+
+    Attributes
+    ----------
+    response : Response
+        Of the whole stage to the step of the region.
+    held : bool
+        Whether it ends within 1 mm of every reference, without having touched a stop.
+    largest : float
+        Largest step that is held, m.
+    largest_locked : float or None
+        The same with the gap held by force, m; None of a vertical axis.
+    room : float
+        Largest step in either direction that begins and ends off the stops, m: no larger one is flown.
+    """
+
+    response: Response
+    held: bool
+    largest: float
+    largest_locked: float | None
+    room: float
+
+    def written(self, step: float) -> str:
+        """A largest step as text, mm."""
+        return f"{'≥ ' if step >= self.room else ''}{1e3 * step:.1f}"
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What one choice of antiwindup gains gives.
+
+    Attributes
+    ----------
+    name : str
+        "as set", "without" or "synthesised".
+    certificate : Certificate
+        Ellipsoid and largest certified step.
+    simulated : float
+        Largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back.
+    response : Response
+        Of that loop to the step of the region.
+    flown : Flown or None
+        By the FMUs, if they were asked for: what the certificate leaves out may leave less, or more.
+    """
+
+    name: str
+    certificate: Certificate
+    simulated: float
+    response: Response
+    flown: Flown | None
+
+    @property
+    def gains(self) -> Matrix:
+        """Ec, shape (3,): m s²/A, m s/A, m/A."""
+        return self.certificate.gains
+
+    @property
+    def largest(self) -> tuple[str, str]:
+        """Largest step that is certified and that is flown, as text, mm: what is certified is not flown by itself."""
+        return (f"{1e3 * self.certificate.step:.1f}",
+                self.flown.written(self.flown.largest) if self.flown else "not flown")
+
+    @property
+    def title(self) -> str:
+        """Name and largest steps."""
+        certified, flown = self.largest
+        return f"{self.name}: {certified} mm certified, {flown}{' mm flown' if self.flown else ''}"
+
+    @property
+    def responses(self) -> dict[str, Response]:
+        """Responses by what answers: "linear" and, if it was flown, "flown"."""
+        return {"linear": self.response, **({"flown": self.flown.response} if self.flown else {})}
+
+    def row(self) -> dict[str, str]:
+        """Cells of the candidate by the titles of their columns."""
+        cells = {"antiwindup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
+        cells["certified (mm)"], cells["flown (mm)"] = self.largest
+        if self.flown and self.flown.largest_locked is not None:
+            cells["gap locked (mm)"] = self.flown.written(self.flown.largest_locked)
+        cells["simulated (mm)"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
+        cells["overshoot (%)"], cells["settling (s)"] = response_cells(self.response)
+        if self.flown:
+            cells["flown (%)"], cells["flown (s)"] = (response_cells(self.flown.response) if self.flown.held else
+                                                      ("not held", ""))
+        return cells
+
+    def as_data(self) -> dict[str, Any]:
+        """Candidate as JSON has it, SI."""
+        found, flown = self.certificate, self.flown
+        return {"Ec": found.gains.tolist(), "certified_step": found.step, "P": found.P.tolist(), "G": found.G.tolist(),
+                "T": found.T, "decrease": found.decrease, "simulated_step": self.simulated,
+                "simulated": response_data(self.response),
+                "flown": None if flown is None else {
+                    "held": flown.held, "largest_step": flown.largest, "largest_step_gap_locked": flown.largest_locked,
+                    "room": flown.room, **response_data(flown.response)}}
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Stability of one limited axis about a gap.
+
+    Attributes
+    ----------
+    loop : AxisLoop
+        The linear loop and its limit.
+    step : float
+        Step of the responses, m.
+    candidates : tuple of Candidate
+        As set, without antiwindup, and synthesised, as far as there are such.
+    """
+
+    loop: AxisLoop
+    step: float
+    candidates: tuple[Candidate, ...]
+
+    def __getitem__(self, name: str) -> Candidate:
+        """Return the candidate of a name."""
+        for each in self.candidates:
+            if each.name == name:
+                return each
+        raise StabilityError(f"region: no candidate {name!r}, expected one of "
+                             f"{', '.join(each.name for each in self.candidates)}")
+
+    def __str__(self) -> str:
+        """Limit, gains, and a row for each candidate."""
+        loop = self.loop
+        rows = [each.row() for each in self.candidates]
+        return (f"{loop.name}: {1e3 * loop.sample_time:g} ms, command {loop.at_rest:.4g} A at rest, "
+                f"{loop.at_rest + loop.lower:g}…{loop.at_rest + loop.upper:g} A\n"
+                f"largest steps; overshoot and settling into 0.1 mm for a step of {1e3 * self.step:.4g} mm\n"
+                f"{LEFT_OUT}\n\n"
+                f"{aligned([list(rows[0]), *(list(row.values()) for row in rows)])}\n")
+
+    def as_data(self) -> dict[str, Any]:
+        """Everything as JSON has it, SI; a settling time of null is one that does not end within the response."""
+        loop = self.loop
+        return {"name": loop.name, "axis": loop.axis, "sample_time": loop.sample_time, "states": list(loop.states),
+                "command_at_rest": loop.at_rest, "lower": loop.lower, "upper": loop.upper, "step": self.step,
+                "poles": [[rate.real, rate.imag] for rate in loop.rates.tolist()],
+                "candidates": {each.name: each.as_data() for each in self.candidates}}
+
+    def plot(self) -> "Figure":
+        """Picture, a matplotlib Figure: certified ellipse and simulated states, and the responses."""
+        from maglev.stability.pictures import figure_of
+
+        return figure_of(self.loop, self.step, [(each.title, each.certificate, each.responses)
+                                                for each in self.candidates])
+
+
+def response_cells(response: Response) -> tuple[str, str]:
+    """Overshoot and settling."""
+    return f"{100.0 * response.overshoot:.1f}", f"{response.settling:.2f}"
+
+
+def response_data(response: Response) -> dict[str, Any]:
+    """Overshoot and settling as plain data."""
+    settling = response.settling
+    return {"overshoot": response.overshoot, "settling": settling if settling < float("inf") else None}

@@ -1,1 +1,0 @@
-"""Controllers to begin with: `maglev new` copies them."""

@@ -1,0 +1,21 @@
+"""The FMU of a stage."""
+
+from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from plant_fmu.variables import stage_refusals, stage_variables
+from pmlsm.rig import Rig
+
+
+def plant(rig: Rig, block: type) -> FmuDefinition:
+    """Definition of the plant of a rig, which is a block of `plant_fmu`."""
+    page = "stage_tilts.html" if rig.rotations else f"stage_{rig.name}.html"
+    return FmuDefinition(
+        name=f"Plant{rig.suffix}",
+        block=block,
+        description=f"{rig.title} {rig.text}, with its amplifiers",
+        variables=stage_variables(rig),
+        refusals=stage_refusals(rig),
+        experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
+        variable_step=True,
+        documentation=(("pmlsm", "motor.html"), ("plant_fmu", page), ("plant_fmu", "effects.html")),
+        icon=Drawing("plant_fmu.drawings", "icon", (len(rig.axes),)),
+        sketch=Drawing("plant_fmu.drawings", "stage_sketch", (rig.title, *rig.axis_names)))

@@ -1,0 +1,76 @@
+"""A motor at its place on a platform that tilts."""
+
+from plant_fmu.attraction import attraction_factor
+from plant_fmu.axis import Axis
+from plant_fmu.end_stop import EndStop
+from pmlsm.gap_functions import gap_functions
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+
+
+class MotorMount:
+    """Air gap and displacement of a motor, and its forces on the platform; an end stop acts on the gap.
+
+    The platform turns by small angles: roll about x, pitch about z, right-handed with y down.
+    """
+
+    def __init__(self, x: float, z: float, lower: float, upper: float, stiffness: float, damping: float):
+        self.x = x                 # m, parameter: place on the platform, from its centre of mass
+        self.z = z                 # m, parameter
+        self.stop = EndStop(lower, upper)
+        self.stop.stiffness = stiffness
+        self.stop.damping = damping
+        self.gap = 0.0             # g, m, output
+        self.gap_encoder = 0.0     # m, output
+        self.gap_rate = 0.0        # m/s
+        self.displacement = 0.0    # d, m, of the motor along what it drives
+        self.normal = 0.0          # N, of motor and stop, downwards
+        self.thrust = 0.0          # T, N
+
+    def place(self, y: Axis, roll: Axis, pitch: Axis, displacement: float) -> None:
+        """Go to where the platform is: g = y − z φ + x θ."""
+        self.gap = y.position - self.z * roll.position + self.x * pitch.position
+        self.gap_rate = y.velocity - self.z * roll.velocity + self.x * pitch.velocity
+        self.displacement = displacement
+
+    def beyond_stop(self) -> bool:
+        """Whether the gap is beyond an end stop."""
+        return self.stop.touched(self.gap)
+
+    def time_to_stop(self, y: Axis, roll: Axis, pitch: Axis, dt: float) -> float:
+        """Time (s) in which the gap meets an end stop; dt if not within dt."""
+        acceleration = y.acceleration - self.z * roll.acceleration + self.x * pitch.acceleration
+        return self.stop.time_to_meet(self.gap, self.gap_rate, acceleration, dt)
+
+    def begin(self) -> None:
+        """Begin an integration step."""
+        self.stop.engage(self.gap)
+
+    def push(self, geometry: MotorGeometry, i_d: float, i_q: float, thrust: float, attraction: float, coils: float,
+             iron: float, modulation: float) -> None:
+        """Compute the forces at the present point.
+
+        Parameters
+        ----------
+        geometry : MotorGeometry
+        i_d, i_q : float
+            A.
+        thrust, attraction, coils, iron : float
+            Constants of the motor's rows as forces: N/A, N/T², N/(A T), N/A².
+        modulation : float
+            k of the attraction along the slots.
+        """
+        f1, f2, f3, f4 = gap_functions(geometry, self.gap)
+        f2 *= attraction_factor(modulation, self.displacement, geometry.slot_pitch)
+        by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, f2, f3, f4, i_d,
+                                                        i_q * i_q + i_d * i_d)
+        self.normal = by_iron + by_coils + by_attraction + self.stop.force(self.gap, self.gap_rate)
+        self.thrust = thrust_acceleration(thrust, f1, i_q)
+
+    def roll_torque(self) -> float:
+        """Torque of the normal force about x, N m."""
+        return -self.z * self.normal
+
+    def pitch_torque(self) -> float:
+        """Torque of the normal force about z, N m."""
+        return self.x * self.normal

@@ -1,0 +1,280 @@
+"""The 5-DOF stage: alpha1, alpha2, beta1, beta2 carry the platform, drive it along x and z, and tilt it."""
+
+from plant_fmu.axis import Axis
+from plant_fmu.encoder import Encoder
+from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
+from plant_fmu.motor_mount import MotorMount
+from plant_fmu.motor_supply import MotorSupply
+from plant_fmu.payload import Payload
+from plant_fmu.tilt_guide import TiltGuide
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.velocity_rows import GRAVITY
+
+LONGEST_STEP = 0.0002   # s; docs/accuracy.md has the study behind it
+
+STARTED = 0   # status of `start` and `step`
+X_BEYOND_STOP = 1
+Z_BEYOND_STOP = 2
+ALPHA1_BEYOND_STOP = 3
+ALPHA2_BEYOND_STOP = 4
+BETA1_BEYOND_STOP = 5
+BETA2_BEYOND_STOP = 6
+RUN_AWAY = 7
+STEP_TOO_LONG = 8
+NO_SUCH_MOTOR = 9
+
+
+class Stage5DOF:
+    """Motion of the 5-DOF stage with friction, bias, ripple, stops, a payload, amplifiers and encoders.
+
+    Each motor pulls and drives at its own place, with its own air gap and displacement. The platform tilts by small
+    angles: roll about x, pitch about z.
+    """
+
+    def __init__(self) -> None:
+        self.C1 = 0.6135                     # m/(s² A), parameter: thrust along x
+        self.C2 = 0.8224                     # m/(s² A), parameter: thrust along z
+        self.C3 = 334.52                     # m/(s² T²), parameter: attraction between magnets and iron
+        self.C4 = 8.71                       # m/(s² A T), parameter: normal force between magnets and coils
+        self.C5 = 0.0045                     # m/(s² A²), parameter: normal force between coils and iron
+        self.attraction_modulation = 0.0135  # parameter
+        self.height = -0.03                  # m, parameter: of the magnets' faces against the centre of mass, downwards
+        self.geometry = MotorGeometry()
+        self.y = Axis(6.9, 0.1, 1.0, 0.0005, 2.0, -10.0, 10.0, 0.025)
+        self.y.ripple.amplitude = 0.15
+        self.y.stop.stiffness = 0.0
+        self.y.stop.damping = 0.0
+        self.x = Axis(10.6, 0.05, 1.2, 0.0005, 2.0, -0.062, 0.062, 0.0)
+        self.x.ripple.period = 0.01905
+        self.z = Axis(8.6, 0.05, 1.1, 0.0005, 2.0, -0.062, 0.062, 0.0)
+        self.z.ripple.period = 0.01905
+        self.roll = Axis(0.2, 0.0, 0.02, 0.001, 0.02, -10.0, 10.0, 0.0)
+        self.roll.stop.stiffness = 0.0
+        self.roll.stop.damping = 0.0
+        self.pitch = Axis(0.2, 0.0, 0.02, 0.001, 0.02, -10.0, 10.0, 0.0)
+        self.pitch.stop.stiffness = 0.0
+        self.pitch.stop.damping = 0.0
+        self.roll_guide = TiltGuide()
+        self.pitch_guide = TiltGuide()
+        self.payload = Payload()
+        self.alpha1 = MotorSupply(5.0, 4.0)
+        self.alpha2 = MotorSupply(5.0, 4.0)
+        self.beta1 = MotorSupply(5.0, 4.0)
+        self.beta2 = MotorSupply(5.0, 4.0)
+        self.alpha1_mount = MotorMount(0.0, 0.2, 0.0185, 0.032, 100000.0, 375.0)
+        self.alpha2_mount = MotorMount(0.0, -0.2, 0.0185, 0.032, 100000.0, 375.0)
+        self.beta1_mount = MotorMount(0.2, 0.0, 0.0185, 0.032, 100000.0, 375.0)
+        self.beta2_mount = MotorMount(-0.2, 0.0, 0.0185, 0.032, 100000.0, 375.0)
+        self.encoder = Encoder(1e-05)
+        self.yaw_moment = 0.0   # N m, output: about y, of the motors; the guides hold it
+        self.at_stop = False    # output
+
+    def start(self) -> int:
+        """Place the platform at its start position; the status says which axis or motor is beyond a stop."""
+        if not self.geometry.prepare():
+            return NO_SUCH_MOTOR
+        self.y.start()
+        if not self.x.start():
+            return X_BEYOND_STOP
+        if not self.z.start():
+            return Z_BEYOND_STOP
+        self.roll.start()
+        self.pitch.start()
+        self.place_motors()
+        if self.alpha1_mount.beyond_stop():
+            return ALPHA1_BEYOND_STOP
+        if self.alpha2_mount.beyond_stop():
+            return ALPHA2_BEYOND_STOP
+        if self.beta1_mount.beyond_stop():
+            return BETA1_BEYOND_STOP
+        if self.beta2_mount.beyond_stop():
+            return BETA2_BEYOND_STOP
+        self.measure()
+        return STARTED
+
+    def step(self, t: float, dt: float) -> int:
+        """Move from t to t + dt (s) with the inputs held."""
+        if dt > LONGEST_COMMUNICATION_STEP:
+            return STEP_TOO_LONG
+        steps = integration_steps(dt, LONGEST_STEP)
+        part = dt / steps
+        self.at_stop = self.beyond_stop()
+        for _ in range(steps):
+            meeting = self.time_to_stop(part)
+            contained = self.integrate(meeting)
+            if contained and meeting < part:
+                contained = self.integrate(part - meeting)
+            if not contained:
+                return RUN_AWAY
+        geometry = self.geometry
+        self.alpha1.deliver(geometry.electrical_angle(self.alpha1_mount.displacement))
+        self.alpha2.deliver(geometry.electrical_angle(self.alpha2_mount.displacement))
+        self.beta1.deliver(geometry.electrical_angle(self.beta1_mount.displacement))
+        self.beta2.deliver(geometry.electrical_angle(self.beta2_mount.displacement))
+        self.push_motors()
+        self.measure()
+        return STARTED
+
+    def integrate(self, dt: float) -> bool:
+        """Move over one integration step dt (s); False where the mover has run away."""
+        geometry = self.geometry
+        y = self.y
+        x = self.x
+        z = self.z
+        roll = self.roll
+        pitch = self.pitch
+        alpha1 = self.alpha1
+        alpha2 = self.alpha2
+        beta1 = self.beta1
+        beta2 = self.beta2
+        alpha1_mount = self.alpha1_mount
+        alpha2_mount = self.alpha2_mount
+        beta1_mount = self.beta1_mount
+        beta2_mount = self.beta2_mount
+        payload = self.payload
+        alpha1.advance(dt)
+        alpha2.advance(dt)
+        beta1.advance(dt)
+        beta2.advance(dt)
+        y.payload = payload.mass
+        x.payload = payload.mass
+        z.payload = payload.mass
+        roll.payload = payload.roll_inertia()
+        pitch.payload = payload.pitch_inertia()
+        y.begin()
+        x.begin()
+        z.begin()
+        roll.begin()
+        pitch.begin()
+        alpha1_mount.begin()
+        alpha2_mount.begin()
+        beta1_mount.begin()
+        beta2_mount.begin()
+        alpha1.at_start(geometry.electrical_angle(alpha1_mount.displacement))
+        alpha2.at_start(geometry.electrical_angle(alpha2_mount.displacement))
+        beta1.at_start(geometry.electrical_angle(beta1_mount.displacement))
+        beta2.at_start(geometry.electrical_angle(beta2_mount.displacement))
+        self.add_slope(dt / 6.0, dt / 2.0)
+        alpha1.at_middle(geometry.electrical_angle(alpha1_mount.displacement))
+        alpha2.at_middle(geometry.electrical_angle(alpha2_mount.displacement))
+        beta1.at_middle(geometry.electrical_angle(beta1_mount.displacement))
+        beta2.at_middle(geometry.electrical_angle(beta2_mount.displacement))
+        self.add_slope(dt / 3.0, dt / 2.0)
+        alpha1.at_middle(geometry.electrical_angle(alpha1_mount.displacement))
+        alpha2.at_middle(geometry.electrical_angle(alpha2_mount.displacement))
+        beta1.at_middle(geometry.electrical_angle(beta1_mount.displacement))
+        beta2.at_middle(geometry.electrical_angle(beta2_mount.displacement))
+        self.add_slope(dt / 3.0, dt)
+        alpha1.at_end(geometry.electrical_angle(alpha1_mount.displacement))
+        alpha2.at_end(geometry.electrical_angle(alpha2_mount.displacement))
+        beta1.at_end(geometry.electrical_angle(beta1_mount.displacement))
+        beta2.at_end(geometry.electrical_angle(beta2_mount.displacement))
+        self.add_slope(dt / 6.0, 0.0)
+        contained = y.finish() and x.finish() and z.finish() and roll.finish() and pitch.finish()
+        self.place_motors()
+        if self.beyond_stop():
+            self.at_stop = True
+        return contained
+
+    def add_slope(self, weight: float, ahead: float) -> None:
+        """Add one Runge–Kutta slope on all axes, and go to the next point."""
+        self.push_motors()
+        y = self.y
+        x = self.x
+        z = self.z
+        roll = self.roll
+        pitch = self.pitch
+        alpha1_mount = self.alpha1_mount
+        alpha2_mount = self.alpha2_mount
+        beta1_mount = self.beta1_mount
+        beta2_mount = self.beta2_mount
+        payload = self.payload
+        height = self.height
+        normal = alpha1_mount.normal + alpha2_mount.normal + beta1_mount.normal + beta2_mount.normal
+        x_thrust = alpha1_mount.thrust + alpha2_mount.thrust
+        z_thrust = beta1_mount.thrust + beta2_mount.thrust
+        roll_torque = (height * z_thrust
+                       + alpha1_mount.roll_torque()
+                       + alpha2_mount.roll_torque()
+                       + beta1_mount.roll_torque()
+                       + beta2_mount.roll_torque()
+                       + payload.roll_torque() + self.roll_guide.torque(roll.position))
+        pitch_torque = (-height * x_thrust
+                        + alpha1_mount.pitch_torque()
+                        + alpha2_mount.pitch_torque()
+                        + beta1_mount.pitch_torque()
+                        + beta2_mount.pitch_torque()
+                        + payload.pitch_torque() + self.pitch_guide.torque(pitch.position))
+        y.add_slope(GRAVITY + normal / y.present_mass, weight, ahead)
+        x.add_slope(x_thrust / x.present_mass, weight, ahead)
+        z.add_slope(z_thrust / z.present_mass, weight, ahead)
+        roll.add_slope(roll_torque / roll.present_mass, weight, ahead)
+        pitch.add_slope(pitch_torque / pitch.present_mass, weight, ahead)
+        self.place_motors()
+
+    def push_motors(self) -> None:
+        """Compute the forces of all motors at the present point; the constants are accelerations at nominal masses."""
+        geometry = self.geometry
+        modulation = self.attraction_modulation
+        x_thrust = self.x.nominal_mass * self.C1    # N/A
+        z_thrust = self.z.nominal_mass * self.C2    # N/A
+        attraction = self.y.nominal_mass * self.C3  # N/T²
+        coils = self.y.nominal_mass * self.C4       # N/(A T)
+        iron = self.y.nominal_mass * self.C5        # N/A²
+        alpha1 = self.alpha1
+        alpha2 = self.alpha2
+        beta1 = self.beta1
+        beta2 = self.beta2
+        self.alpha1_mount.push(geometry, alpha1.i_d, alpha1.i_q, x_thrust, attraction, coils, iron, modulation)
+        self.alpha2_mount.push(geometry, alpha2.i_d, alpha2.i_q, x_thrust, attraction, coils, iron, modulation)
+        self.beta1_mount.push(geometry, beta1.i_d, beta1.i_q, z_thrust, attraction, coils, iron, modulation)
+        self.beta2_mount.push(geometry, beta2.i_d, beta2.i_q, z_thrust, attraction, coils, iron, modulation)
+
+    def place_motors(self) -> None:
+        """Put the motors where the platform has them."""
+        y = self.y
+        roll = self.roll
+        pitch = self.pitch
+        along_x = self.x.position - self.height * pitch.position
+        along_z = self.z.position + self.height * roll.position
+        self.alpha1_mount.place(y, roll, pitch, along_x)
+        self.alpha2_mount.place(y, roll, pitch, along_x)
+        self.beta1_mount.place(y, roll, pitch, along_z)
+        self.beta2_mount.place(y, roll, pitch, along_z)
+
+    def time_to_stop(self, dt: float) -> float:
+        """Time (s) in which the first axis or motor meets an end stop; dt if none does within dt."""
+        y = self.y
+        roll = self.roll
+        pitch = self.pitch
+        dt = self.x.time_to_stop(dt)
+        dt = self.z.time_to_stop(dt)
+        dt = self.alpha1_mount.time_to_stop(y, roll, pitch, dt)
+        dt = self.alpha2_mount.time_to_stop(y, roll, pitch, dt)
+        dt = self.beta1_mount.time_to_stop(y, roll, pitch, dt)
+        return self.beta2_mount.time_to_stop(y, roll, pitch, dt)
+
+    def beyond_stop(self) -> bool:
+        """Whether any axis or motor is beyond an end stop."""
+        return (self.x.beyond_stop()
+                or self.z.beyond_stop()
+                or self.alpha1_mount.beyond_stop()
+                or self.alpha2_mount.beyond_stop()
+                or self.beta1_mount.beyond_stop()
+                or self.beta2_mount.beyond_stop())
+
+    def measure(self) -> None:
+        """Set the outputs of the encoders, and the yaw moment."""
+        self.x.encoder = self.encoder.measure(self.x.position)
+        self.z.encoder = self.encoder.measure(self.z.position)
+        alpha1_mount = self.alpha1_mount
+        alpha2_mount = self.alpha2_mount
+        beta1_mount = self.beta1_mount
+        beta2_mount = self.beta2_mount
+        alpha1_mount.gap_encoder = self.encoder.measure(alpha1_mount.gap)
+        alpha2_mount.gap_encoder = self.encoder.measure(alpha2_mount.gap)
+        beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.gap)
+        beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.gap)
+        self.yaw_moment = (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
+                           - beta1_mount.x * beta1_mount.thrust
+                           - beta2_mount.x * beta2_mount.thrust)

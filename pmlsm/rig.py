@@ -1,0 +1,384 @@
+"""A rig as data: axes, motors, constants, design. It describes blocks; no block reads it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import Any
+
+from pmlsm.motor_geometry import MotorGeometry
+
+# Units of the constants.
+THRUST = "m/(s2.A)"
+ATTRACTION = "m/(s2.T2)"
+COILS = "m/(s2.A.T)"
+IRON = "m/(s2.A2)"
+
+# Unit of a quantity of a rotation, by that of a translation.
+ROTATION = {"m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "kg": "kg.m2", "N": "N.m", "N.s/m": "N.m.s", "N/m": "N.m/rad"}
+
+
+def quantity(unit: str, low: float, high: float, default: float | None = None) -> Any:
+    """Number in SI of a description, with the unit and the range that a file is held to."""
+    metadata = {"unit": unit, "low": low, "high": high}
+    return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Guide friction of an axis, see `plant_fmu.guide`; of a rotation in N m, rad, N m s."""
+
+    coulomb: float = quantity("N", 0.0, 1e4, 0.0)
+    presliding: float = quantity("m", 0.0, 1.0, 0.5e-3)
+    viscous: float = quantity("N.s/m", 0.0, 1e5, 0.0)
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """Ripple of an axis, see `plant_fmu.ripple`."""
+
+    amplitude: float = quantity("m/s2", 0.0, 1e3, 0.0)
+    period: float = quantity("m", 0.0, 1.0, 5.0e-3)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End stops of an axis, see `plant_fmu.end_stop`."""
+
+    lower: float = quantity("m", -10.0, 10.0)
+    upper: float = quantity("m", -10.0, 10.0)
+    stiffness: float = quantity("N/m", 0.0, 1e8, 4.0e5)
+    damping: float = quantity("N.s/m", 0.0, 1e6, 1500.0)
+
+
+@dataclass(frozen=True)
+class AxisDesign:
+    """Design of the controllers of an axis.
+
+    Attributes
+    ----------
+    gains : tuple of five float
+        k1 to k5 of (4.16), SI.
+    antiwindup_gain : float
+        Each of the three gains of (5.13), SI.
+    pid : tuple of three float
+        Poles of the PID (rad/s): the real one, then real and imaginary part of the pair.
+    bandwidth : float
+        Of the controller that a user begins with, rad/s.
+    """
+
+    gains: tuple[float, ...]
+    pid: tuple[float, ...]
+    bandwidth: float = quantity("rad/s", 1e-3, 1e6)
+    antiwindup_gain: float = quantity("1", -1e3, 1e3, 0.0)
+
+
+@dataclass(frozen=True)
+class RigAxis:
+    """Axis of motion.
+
+    Attributes
+    ----------
+    name : str
+    meaning : str
+        What its position is.
+    stop : Stop
+        None where the stops are at the motors.
+    design : AxisDesign
+    mass : float
+        Nominal mass that moves along it, kg; the constants are accelerations at it. Of a rotation the inertia, kg m².
+    start : float
+        Initial position, m; of the air gap also where the linear laws are designed.
+    rotation : bool
+        Whether it is a small tilt of the platform: all its quantities are in rad instead of m, N m instead of N.
+    bias : float
+        Constant acceleration, m/s².
+    friction : Friction
+    ripple : Ripple
+    """
+
+    name: str
+    meaning: str
+    design: AxisDesign
+    mass: float = quantity("kg", 1e-3, 1e6)
+    start: float = quantity("m", -10.0, 10.0)
+    stop: Stop | None = None
+    rotation: bool = False
+    bias: float = quantity("m/s2", -1e3, 1e3, 0.0)
+    friction: Friction = Friction()
+    ripple: Ripple = Ripple()
+
+    def unit(self, of: str) -> str:
+        """Unit of a quantity of this axis, by that of a translation."""
+        return ROTATION[of] if self.rotation else of
+
+    @property
+    def external(self) -> str:
+        """Name of the external force, or torque."""
+        return f"{self.name}.{'torque' if self.rotation else 'force'}"
+
+
+@dataclass(frozen=True)
+class Amplifier:
+    """Amplifiers of the phases of a motor, see `plant_fmu.current_amplifier`."""
+
+    peak: float = quantity("A", 1e-3, 1000.0)
+    continuous: float = quantity("A", 0.0, 1000.0)
+
+
+@dataclass(frozen=True)
+class RigMotor:
+    """Motor, or motors with one current, and the horizontal axis that it drives; all carry the vertical axis.
+
+    Where the platform tilts, x and z (m) are its place on the platform, from the centre of mass along the two
+    horizontal axes.
+    """
+
+    name: str
+    drives: str
+    amplifier: Amplifier
+    x: float = quantity("m", -10.0, 10.0, 0.0)
+    z: float = quantity("m", -10.0, 10.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the velocity rows: thrust by horizontal axis, and attraction, coils, iron of the vertical one."""
+
+    thrust: Mapping[str, float] = quantity("1", 1e-9, 1e6)
+    attraction: float = quantity("1", 1e-9, 1e6)
+    coils: float = quantity("1", 1e-9, 1e6)
+    iron: float = quantity("1", 1e-9, 1e6)
+
+
+@dataclass(frozen=True)
+class RigConstant:
+    """Constant as the FMUs have it.
+
+    Attributes
+    ----------
+    name : str
+        C1, C2, …
+    axis : str
+        In whose row it stands.
+    unit, meaning : str
+    stage, model, guess, weight : float
+        Of the stage, of the controllers' model of it, and of the estimator: first guess and diagonal of Q0.
+    """
+
+    name: str
+    axis: str
+    unit: str
+    meaning: str
+    stage: float
+    model: float
+    guess: float
+    weight: float
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Gain schedule (Table 5.4).
+
+    Attributes
+    ----------
+    bounds : tuple of three float
+        Air gaps between the regions, the largest first, m.
+    setpoints : tuple of four float
+        Air gaps of the linearisations, the largest first, m.
+    """
+
+    bounds: tuple[float, ...]
+    setpoints: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """First guesses of the constants, and their weights, the diagonal of Q0 in (3.8)."""
+
+    guess: Constants
+    weight: Constants
+
+
+@dataclass(frozen=True)
+class Design:
+    """What the controllers of a rig have beside the gains of each axis.
+
+    Attributes
+    ----------
+    current_limit, pid_current_limit : float
+        Of the regulators and of the PID, A; 0 = none.
+    antiwindup : bool
+        Of the regulators.
+    schedule : Schedule or None
+    """
+
+    current_limit: float = quantity("A", 0.0, 1000.0)
+    pid_current_limit: float = quantity("A", 0.0, 1000.0)
+    antiwindup: bool = False
+    schedule: Schedule | None = None
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A rig, as a file of the folder `rigs` describes it.
+
+    Attributes
+    ----------
+    name : str
+        As in the names of experiments; its FMUs have it behind theirs, see `suffix`.
+    title, text : str
+        Such as "3-DOF stage", and what carries and drives it.
+    equation : str
+        Number of its equations of motion on the page, in parentheses; empty if it is on none.
+    experiment : str
+        Whose loop a file of controller and plant has, in which no start value differs from those of the FMUs; empty if
+        there is none.
+    axes : tuple of RigAxis
+        The air gap first.
+    motors : tuple of RigMotor
+    sharing : float
+        Motors that share each current.
+    stage, model : Constants
+        True ones, and those that the controllers take for them.
+    estimator : Estimator
+    design : Design
+    sample_time : float
+        Of its controllers, s.
+    longest_step : float
+        Of an integration, s.
+    resolution : float
+        Of the encoders, m.
+    modulation : float
+        k of the attraction along the slots.
+    height : float
+        Of the magnets' faces against the centre of mass, downwards, m; counts where the platform tilts.
+    motor_stop : Stop or None
+        Stops at the motors, on their air gaps, where the platform tilts; otherwise the axes have stops.
+    geometry : mapping of str to float
+        What differs from `pmlsm.motor_geometry`, by path.
+    sources : mapping of str to str
+        Where values come from, by the beginning of their path.
+    """
+
+    name: str
+    title: str
+    text: str
+    axes: tuple[RigAxis, ...]
+    motors: tuple[RigMotor, ...]
+    stage: Constants
+    model: Constants
+    estimator: Estimator
+    design: Design
+    sample_time: float = quantity("s", 1e-6, 1.0)
+    longest_step: float = quantity("s", 1e-6, 1e-2)
+    sharing: float = quantity("1", 1.0, 100.0, 1.0)
+    resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)
+    modulation: float = quantity("1", 0.0, 1.0, 0.0)
+    height: float = quantity("m", -1.0, 1.0, 0.0)
+    motor_stop: Stop | None = None
+    equation: str = ""
+    experiment: str = ""
+    geometry: Mapping[str, float] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def suffix(self) -> str:
+        """What its FMUs and classes have behind their names, such as "3DOF"."""
+        return self.name.upper() if self.name[0].isdigit() else self.name[0].upper() + self.name[1:]
+
+    @property
+    def vertical(self) -> RigAxis:
+        """The air gap."""
+        return self.axes[0]
+
+    @property
+    def horizontal(self) -> tuple[RigAxis, ...]:
+        """The axes that motors drive."""
+        return tuple(axis for axis in self.axes[1:] if not axis.rotation)
+
+    @property
+    def rotations(self) -> tuple[RigAxis, ...]:
+        """The tilts of the platform: about the first horizontal axis, then about the second; none if guides hold it."""
+        return tuple(axis for axis in self.axes if axis.rotation)
+
+    @property
+    def measured(self) -> tuple[RigAxis, ...]:
+        """The axes that have an encoder; where the platform tilts, each motor has one of its air gap instead."""
+        return self.horizontal if self.rotations else self.axes
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of all axes, the vertical one first."""
+        return tuple(axis.name for axis in self.axes)
+
+    @property
+    def motor_names(self) -> tuple[str, ...]:
+        """Names of the motors."""
+        return tuple(motor.name for motor in self.motors)
+
+    @property
+    def dq_names(self) -> tuple[str, ...]:
+        """Direct and quadrature current of each motor in turn."""
+        return tuple(f"{motor}.i_{component}" for motor in self.motor_names for component in ("d", "q"))
+
+    @property
+    def phase_names(self) -> tuple[str, ...]:
+        """Three phase currents of each motor in turn."""
+        return tuple(f"{motor}.i_{phase}" for motor in self.motor_names for phase in ("a", "b", "c"))
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Number, among the axes, of that which each motor drives."""
+        return tuple(self.axis_names.index(motor.drives) for motor in self.motors)
+
+    @property
+    def carrying(self) -> float:
+        """Motors that carry the mover."""
+        return self.sharing * len(self.motors)
+
+    def motors_of(self, axis: str) -> tuple[RigMotor, ...]:
+        """Motors that drive a horizontal axis."""
+        return tuple(motor for motor in self.motors if motor.drives == axis)
+
+    @property
+    def constants(self) -> tuple[RigConstant, ...]:
+        """Constants, C1 first: the thrust of each horizontal axis, then attraction, coils, iron."""
+        cited = f" {self.equation}" if self.equation else ""
+        vertical = self.vertical.name
+        rows = [(axis.name, THRUST, f"thrust along {axis.name}{cited}", [
+            each.thrust[axis.name] for each in self.constant_sets]) for axis in self.horizontal]
+        rows += [(vertical, ATTRACTION, f"attraction between magnets and iron{cited}",
+                  [each.attraction for each in self.constant_sets]),
+                 (vertical, COILS, f"normal force between magnets and coils{cited}",
+                  [each.coils for each in self.constant_sets]),
+                 (vertical, IRON, f"normal force between coils and iron{cited}",
+                  [each.iron for each in self.constant_sets])]
+        return tuple(RigConstant(f"C{k}", axis, unit, meaning, *values)
+                     for k, (axis, unit, meaning, values) in enumerate(rows, 1))
+
+    @property
+    def constant_sets(self) -> tuple[Constants, ...]:
+        """Of stage, model, and estimator: guess and weight."""
+        return self.stage, self.model, self.estimator.guess, self.estimator.weight
+
+    def motor(self) -> MotorGeometry:
+        """A motor of the rig."""
+        motor = MotorGeometry()
+        for path, value in self.geometry.items():
+            part, _, name = path.rpartition(".")
+            setattr(attrgetter(part)(motor) if part else motor, name, value)
+        motor.prepare()
+        return motor
+
+    def constants_of(self, axis: str) -> tuple[str, ...]:
+        """Names of the constants in the row of an axis."""
+        return tuple(constant.name for constant in self.constants if constant.axis == axis)
+
+    def source(self, path: str) -> str:
+        """Where the value at a path comes from: of the sources whose path begins it, the longest."""
+        parts = path.split(".")
+        for length in range(len(parts), 0, -1):
+            found = self.sources.get(".".join(parts[:length]))
+            if found is not None:
+                return found
+        return "assumed"

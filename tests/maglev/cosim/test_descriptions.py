@@ -1,0 +1,65 @@
+"""FMUs of others whose model descriptions mislead, and files that are not there: one line each."""
+
+import re
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from fmi_export.model_description import model_description
+from maglev.catalogue import definition
+from maglev.cosim.fmu import read_description
+from maglev.errors import FmuError
+
+
+def described(folder: Path, old: str, new: str) -> Path:
+    """Write an archive with the model description of a plant, changed in every place with a text."""
+    text = model_description(definition("Plant2DOF"), "{0}", "0", 0).decode()
+    assert re.search(old, text)
+    path = folder / "theirs.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", re.sub(old, new, text))
+    return path
+
+
+@pytest.mark.parametrize("identifier", ["../../evil", "/evil", "..", "a/b", "a b", ""])
+def test_a_library_outside_the_archive_is_not_loaded(tmp_path: Path, identifier: str) -> None:
+    path = described(tmp_path, 'modelIdentifier="[^"]*"', f'modelIdentifier="{identifier}"')
+    with pytest.raises(FmuError, match=r"theirs.fmu has modelIdentifier = '.*', expected letters, digits and undersc"):
+        read_description("plant", path)
+
+
+UNITS = {
+    "a thousand": ('factor="1000"', "'m' with factor = 1000, expected 1"),
+    "none": ('factor="0"', "'m' with factor = 0, expected 1"),
+    "no number": ('factor="NaN"', "'m' with factor = nan, expected 1"),
+    "another zero": ('offset="273.15"', "'m' with offset = 273.15, expected 0"),
+    "an area": ('factor="1" m="2"', "'m' with m = 2, expected 1"),
+    "another dimension": ('s="1"', "'m' with s = 1, expected 0")}
+
+
+@pytest.mark.parametrize("case", UNITS)
+def test_a_unit_that_is_not_what_its_name_says(tmp_path: Path, case: str) -> None:
+    attributes, message = UNITS[case]
+    new = attributes if ' m="' in attributes else f'm="1" {attributes}'
+    path = described(tmp_path, r'(<Unit name="m">\s*<BaseUnit) m="1"', rf"\1 {new}")
+    with pytest.raises(FmuError, match=f"theirs.fmu defines the unit {re.escape(message)}$"):
+        read_description("plant", path)
+
+
+@pytest.mark.parametrize("base", ['m="1" factor="0.001"', 'm="1" factor="1e-3" offset="0"'])
+def test_a_unit_that_is(tmp_path: Path, base: str) -> None:
+    path = described(tmp_path, '(<UnitDefinitions>)', rf'\1<Unit name="mm"><BaseUnit {base}/></Unit>')
+    assert len(read_description("plant", path).unitDefinitions) > 1
+
+
+def test_the_other_kind_is_there(tmp_path: Path) -> None:
+    """Whoever has built one kind only forgets, or adds, --native."""
+    (tmp_path / "native").mkdir()
+    python, native = tmp_path / "Plant2DOF.fmu", tmp_path / "native" / "Plant2DOF.fmu"
+    for missing, there, words in ((python, native, "which flies with --native"),
+                                  (native, python, "which flies without --native")):
+        there.touch()
+        with pytest.raises(FmuError, match=f"there is no file {missing}, but {there}, {words}, expected an FMU"):
+            read_description("plant", missing)
+        there.unlink()

@@ -1,0 +1,143 @@
+"""Stages of one's own in the air: those that differ from ours in magnets, pitch, mass, travel and number of motors."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import maglev
+from maglev.errors import RigError
+from maglev.linear.loop import linearise_loop
+from maglev.own_fmus import built_here, definition
+from maglev.own_stage.adoption import know_stage
+from maglev.own_stage.flyable import flyable
+from maglev.own_stage.new import new_stage
+
+# From the 3-DOF stage that everybody begins with: two motors that share each current become single ones.
+SINGLE = {"sharing = 2 ": "sharing = 1 "}
+FOUR = {**SINGLE, '[motors.alpha]\ndrives = "x"': '[motors.a1]\ndrives = "x"\n\n[motors.a2]\ndrives = "x"',
+        '[motors.beta]\ndrives = "z"': '[motors.b1]\ndrives = "z"\n\n[motors.b2]\ndrives = "z"'}
+TWO = {**SINGLE, "mass = 6.9 ": "mass = 3.4 ", "pole_pitch = 0.05715": "pole_pitch = 0.048",
+       "slot_pitch = 0.01905": "slot_pitch = 0.016", "slot_width = 0.0127": "slot_width = 0.008",
+       "magnet_height = 0.005": "magnet_height = 0.006", "lower = -0.062, upper = 0.062": "lower = -0.03, upper = 0.03"}
+
+
+def written(path: Path, like: str, changes: dict[str, str]) -> Path:
+    """Description that begins like a rig's, with other texts in place of some."""
+    new_stage(path, like)
+    text = path.read_text(encoding="utf-8")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, bool]:
+    """Closed loop after a time under references (m), and whether it has touched a stop."""
+    loop = definition(f"ClosedLoop{suffix}").new_block()
+    assert loop.start() == 0
+    for axis, reference in axes.items():
+        getattr(loop.controller, axis).reference = reference
+    touched = False
+    for k in range(round(seconds / 0.01)):
+        assert loop.step(0.01 * k, 0.01) == 0
+        touched = touched or loop.plant.at_stop
+    return loop, touched
+
+
+@pytest.mark.parametrize(("name", "like", "changes", "references"), [
+    ("one", "2dof", {"mass = 4.35 ": "mass = 5.5 "}, {"v": 0.0195, "h": 2e-3}),
+    ("two", "3dof", TWO, {"y": 0.0255, "x": 4e-3, "z": -4e-3}),
+    ("four", "3dof", FOUR, {"y": 0.0255, "x": 4e-3, "z": -4e-3})])
+def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, str],
+                      references: dict[str, float]) -> None:
+    flyable(written(tmp_path / f"{name}.toml", like, changes))
+    loop, touched = flown(name.capitalize(), references, 2.5)
+    assert not touched
+    for axis, reference in references.items():
+        assert getattr(loop.plant, axis).position == pytest.approx(reference, abs=1.2e-3 if axis in "xz" else 0.2e-3)
+
+
+def test_single_motors_are_a_pair_with_one_current(tmp_path: Path) -> None:
+    """Four motors with amplifiers of their own, and two pairs, have one loop."""
+    loops = []
+    for name, changes in (("quad", FOUR), ("pairs", {})):
+        flyable(written(tmp_path / f"{name}.toml", "3dof", changes))
+        suffix = name.capitalize()
+        for kind in ("Regulator", "LinearRegulator"):
+            loops.append(linearise_loop(f"Plant{suffix}", f"{kind}{suffix}", {"y": "24 mm", "x": "3 mm"}))
+    for single, pair in zip(loops[:2], loops[2:], strict=True):
+        # What the lags of the single amplifiers do in opposition is theirs alone, and fast.
+        slow = [np.sort_complex(each.poles[abs(each.poles) > 0.8]) for each in (single, pair)]
+        assert slow[0] == pytest.approx(slow[1], abs=1e-7)
+
+
+def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They fly as ours do for as long as the description is as it was when they were built."""
+    monkeypatch.chdir(tmp_path)
+    description = written(tmp_path / "own.toml", "2dof", {})
+    maglev.build(["PlantOwn", "RegulatorOwn"], rig="own.toml")
+    assert built_here(Path("fmus/PlantOwn.fmu"))
+    text = (tmp_path / "own-setpoints.toml").read_text(encoding="utf-8")
+    (tmp_path / "own-setpoints.toml").write_text(text.replace("16 s", "1.5 s").replace("[0, 1, 6, 11]", "[0, 1, 2, 3]"),
+                                                 encoding="utf-8")
+    run = maglev.run("own-setpoints.toml")
+    assert "(modified)" not in run.plan.title
+    assert not run["plant.at_stop"].any()
+    assert abs(run["plant.v.position"] - 0.020).max() < 2e-3
+    description.write_text(description.read_text(encoding="utf-8").replace("mass = 4.35 ", "mass = 4.4 "),
+                           encoding="utf-8")
+    know_stage(description)
+    assert not built_here(Path("fmus/PlantOwn.fmu"))
+
+
+def test_native_fmus_are_known_and_fly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "lift.toml", "3dof", TWO)
+    files = maglev.build(["PlantLift", "RegulatorLift"], rig="lift.toml", native=True, target="host")
+    assert all(map(built_here, files))
+    run = maglev.run("lift-setpoints.toml", native=True)
+    assert "(modified)" not in run.plan.title
+    assert not run["plant.at_stop"].any()
+    for axis in "yxz":
+        assert abs(run[f"plant.{axis}.position"][-1] - run[f"controller.{axis}.reference"][-1]) < 0.1e-3
+
+
+@pytest.mark.parametrize(("like", "changes", "message"), [
+    ("3dof", {"mass = 6.9 ": "mass = 14.0 "},
+     r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.continuous = 4 A"),
+    ("3dof", {"force_constant = 2.313 ": "force_constant = 0.1 "},
+     r"axes.x: its motors give 0.\d+ N at their limit and the start gap, bias and friction take 1.73 N"),
+    ("3dof", {"sample_time = 0.0002 ": "sample_time = 0.01 "}, r"sample_time: 10 ms, expected at most 6.\d+ ms"),
+    ("3dof", {"lower = 0.0185": "lower = 0.006"}, "axes.y.stop: from 6 to 32 mm, expected within 8…40 mm"),
+    ("3dof", {"# poles = [-90, [-4, 6], [-2, 2]]": "poles = [-1, -1, -1, -1, -1]"},
+     "design: with these gains the loop"),
+    ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, "expected slots narrower than their pitch"),
+    ("3dof", {'name = "hover"': 'name = "axis"'}, "name: 'axis', expected another one: modules of this project"),
+    ("3dof", {'name = "hover"': 'name = "Hover"'}, "name: 'Hover', expected small letters and digits")])
+def test_what_cannot_fly_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
+    path = written(tmp_path / "hover.toml", like, changes)
+    with pytest.raises(RigError, match=f"hover.toml: .*({message})"):
+        flyable(path)
+
+
+def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Regions, environments and controllers to begin with, by the file of its description."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "swan.toml", "2dof", {"pole_pitch = 0.05715": "pole_pitch = 0.05"})
+    found = maglev.region("swan.toml", "h", "20 mm", fly=False)
+    assert found.loop.name == "h of PlantSwan with RegulatorSwan at v = 20 mm"
+    maglev.new_controller("lqi.py", stage="swan.toml")
+    maglev.build(rig="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], native=True, target="host")
+    (tmp_path / "short.toml").write_text('extends = "swan-setpoints.toml"\nname = "short"\nstop_time = "1.2 s"\n',
+                                         encoding="utf-8")
+    compared = maglev.compare("short.toml", ["RegulatorSwan", "lqi.py"], native=True)
+    assert not any(run["plant.at_stop"].any() for run in compared.runs.values())
+    from maglev.gym.stage import Stage
+
+    environment = Stage("swan.toml")
+    observation, _ = environment.reset(seed=1)
+    assert observation[0] == pytest.approx(0.020)
+    environment.close()

@@ -1,0 +1,151 @@
+"""Descriptions of stages of one's own: data sheets, fields, poles, and how mistakes in them are refused."""
+
+from dataclasses import replace
+from math import exp, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maglev.errors import RigError
+from maglev.linear.design import regulator_polynomial
+from maglev.own_stage.data_sheet import Field, Winding, field_geometry, formulas
+from maglev.own_stage.design import OMEGA0
+from maglev.own_stage.new import new_stage
+from maglev.own_stage.reading import read_own
+from maglev.rig.description import PACKAGED
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rigs import RIGS
+
+WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-3, length=50e-3, coercivity=875.4e3)
+
+
+def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
+    """Description that begins like a rig's, with other texts in place of some."""
+    new_stage(path, like)
+    text = path.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("like", RIGS)
+def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> None:
+    """Its data sheet is turned back into the constants that it was written from; z of the 3-DOF stage has x's motor."""
+    rig, own = RIGS[like], read_own(changed(tmp_path / "own.toml", like))
+    first = rig.horizontal[0].name
+    assert own.stage.thrust[first] == pytest.approx(rig.stage.thrust[first], rel=1e-3)
+    for name in ("attraction", "coils", "iron"):
+        assert getattr(own.stage, name) == pytest.approx(getattr(rig.stage, name), rel=1e-3)
+    gaps = np.linspace(0.008, 0.04, 50)
+    fields = [[each.motor().field.value(gap) for gap in gaps] for each in (own, rig)]
+    assert fields[0] == pytest.approx(fields[1], rel=5e-3)
+    assert (own.axis_names, own.motor_names, own.sharing) == (rig.axis_names, rig.motor_names, rig.sharing)
+
+
+def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
+    """Forces of the block, not of the formulas: N/A, N, per peak; and per rms they are as many times smaller."""
+    from maglev.own_fmus import definition
+    from maglev.own_stage.adoption import know_stage
+
+    for name, currents, factor in (("peaks", "peak", 1.0), ("effective", "rms", 1.0 / sqrt(2.0))):
+        know_stage(changed(tmp_path / f"{name}.toml", "2dof", ('currents = "peak"', f'currents = "{currents}"'),
+                      ("force_constant = 10.65 ", "force_constant = 30.0 "),
+                      ("attraction = 38.95 ", "attraction = 50.0 "),
+                      ("attraction_gap = 0.02 ", "attraction_gap = 0.022 ")))
+        stage = definition(f"Plant{name.capitalize()}").new_block()
+        stage.start()
+        stage.attraction_modulation = stage.h.bias = stage.v.bias = 0.0
+        stage.motor.i_q = 1.0
+        stage.add_slope(0.0, 0.0)
+        assert stage.h.acceleration * 1.594 == pytest.approx(-30.0 * factor)
+        stage.motor.i_q, stage.v.position = 0.0, 0.022
+        stage.add_slope(0.0, 0.0)
+        assert (9.81 - stage.v.acceleration) * 4.35 == pytest.approx(50.0)
+
+
+def test_formulas_of_the_thesis_are_off_by_factors() -> None:
+    """As the documentation says: of what was identified on the two rigs."""
+    thrust, attraction, coils, iron = formulas(WINDING, MotorGeometry())
+    two, three = RIGS["2dof"], RIGS["3dof"]
+    assert thrust / two.axes[1].mass / two.stage.thrust["h"] == pytest.approx(3.1, abs=0.05)
+    assert thrust / three.axes[1].mass / three.stage.thrust["x"] == pytest.approx(10.8, abs=0.05)
+    assert thrust / three.axes[2].mass / three.stage.thrust["z"] == pytest.approx(9.9, abs=0.05)
+    for rig, factors in ((two, (0.66, 0.63, 14.0)), (three, (0.985, 1.41, 230.0))):
+        found = [attraction / rig.stage.attraction, coils / rig.stage.coils, iron / rig.stage.iron]
+        assert [each / rig.vertical.mass for each in found] == pytest.approx(factors, rel=0.03)
+
+
+def test_what_a_data_sheet_leaves_out_is_of_the_right_size(tmp_path: Path) -> None:
+    """Coils by virtual work and iron by the square of the sum of the fields, against what was identified."""
+    for like, coils, iron in (("2dof", 0.83, 2.5), ("3dof", 0.58, 13.0)):
+        path = changed(tmp_path / f"less{like}.toml", like)
+        lines = [line for line in path.read_text(encoding="utf-8").split("\n")
+                 if not line.startswith(("direct_constant", "iron_attraction"))]
+        path.write_text("\n".join(lines), encoding="utf-8")
+        own, rig = read_own(path), RIGS[like]
+        assert own.stage.coils / rig.stage.coils == pytest.approx(coils, rel=0.05)
+        measured = own.stage.coils**2 / (4.0 * own.stage.attraction)
+        assert own.stage.iron == pytest.approx(measured)
+        square = rig.stage.coils**2 / (4.0 * rig.stage.attraction)
+        assert square / rig.stage.iron == pytest.approx(iron, rel=0.05)
+
+
+def test_an_exponential_field_is_met_by_its_polynomial() -> None:
+    motor = replace(RIGS["3dof"], geometry=field_geometry("field", Field(5e-3, 30e-3, B0=0.4, decay=9e-3))).motor()
+    for gap in np.linspace(5e-3, 30e-3, 23):
+        assert motor.field.value(gap) == pytest.approx(0.4 * exp(-gap / 9e-3), rel=1e-6)
+
+
+def test_a_table_of_a_field_is_met_by_its_polynomial() -> None:
+    gaps = tuple(np.linspace(5e-3, 30e-3, 11))
+    given = Field(5e-3, 30e-3, gaps=gaps, B=tuple(0.4 * exp(-gap / 9e-3 - (gap / 20e-3)**2) for gap in gaps))
+    motor = replace(RIGS["3dof"], geometry=field_geometry("field", given)).motor()
+    for gap, value in zip(given.gaps, given.B, strict=True):
+        assert motor.field.value(gap) == pytest.approx(value, rel=0.01)
+
+
+def test_poles_become_gains(tmp_path: Path) -> None:
+    own = read_own(changed(tmp_path / "own.toml", "3dof", ("# poles = [-90, [-4, 6], [-2, 2]]",
+                                                           "poles = [-80, [-5, 7], [-3, 1]]")))
+    wanted = np.poly([-80, -5 + 7j, -5 - 7j, -3 + 1j, -3 - 1j]).real
+    assert regulator_polynomial(own.vertical.design.gains, OMEGA0) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6]]", "axes.y.design.poles: .*, expected five poles"),
+    ("# poles = [-90, [-4, 6], [-2, 2]]", "poles = [-90, [-4, 6], [2, 2]]", "real parts below 0"),
+    ('currents = "peak"', 'currents = "mean"', "catalogue.currents: 'mean', expected 'rms' or 'peak'"),
+    ("force_constant", "forceconstant", "catalogue.forceconstant: no such key; nearest is 'force_constant'"),
+    ("force_constant = 2.313 ", 'force_constant = "2.3 N" ', "catalogue.force_constant: '2.3 N' is in N"),
+    ("force_constant = 2.313 ", "# ", r"catalogue.force_constant: missing, expected it, or \[catalogue.winding\]"),
+    ("at = 0.025 ", "at = 0.06 ", "catalogue.at: 60 mm, expected a gap of 8…40 mm"),
+    ("[catalogue]\n", "[stage]\n[catalogue]\n", "stage: expected the constants there, or .*not both"),
+    ("lower = 0.008\n", "lower = 0.004\n", "field: gaps from 8 to 40 mm, expected a table from lower = 4 mm"),
+    ("0.26967", "2.6967", "a polynomial of degree 12 misses the field by"),
+    ("gaps = [", "B0 = 0.3\ndecay = 0.01\ngaps = [", "one of B0 with decay, gaps with B, or coefficients")])
+def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = changed(tmp_path / "own.toml", "3dof", (old, new))
+    with pytest.raises(RigError, match=message) as refused:
+        read_own(path)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_tilt_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text((PACKAGED / "5dof.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(RigError, match=r"own\.toml: axes\.roll\.rotation: true, expected no tilt"):
+        read_own(path)
+
+
+@pytest.mark.parametrize(("name", "like", "message"), [
+    ("own.txt", "3dof", "expected a name that ends in .toml"), ("own.toml", "4dof", "--like 4dof: expected one of"),
+    ("there.toml", "3dof", "it is there already"), ("no/own.toml", "3dof", "there is no folder")])
+def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, message: str) -> None:
+    (tmp_path / "there.toml").write_text("name = 1\n", encoding="utf-8")
+    with pytest.raises(RigError, match=message):
+        new_stage(tmp_path / name, like)
+    assert [path.name for path in tmp_path.iterdir()] == ["there.toml"]

@@ -1,0 +1,47 @@
+"""What a rig is follows from its description: nothing else decides by its name, or by those of its FMUs and motors."""
+
+import ast
+import re
+from pathlib import Path
+
+from maglev.rig.modules import TILTING, WRITERS, definitions
+from maglev.schema.layers import packaged_files, packaged_runs
+from pmlsm.rigs import DESCRIBED, rig_of
+
+ROOT = Path(__file__).parents[3]
+PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "maglev")
+GENERATED = {ROOT / path.format(name) for path in (*WRITERS, *TILTING) for name in DESCRIBED}
+NAMES = {name for rig in DESCRIBED.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
+         if name != "motor"}   # a word of its own, and the one motor of a rig
+EXPERIMENTS = {*packaged_files(), *packaged_runs()}
+
+
+def texts(source: str) -> list[tuple[int, str]]:
+    """Lines and values of the strings of a module that are no docstrings."""
+    tree = ast.parse(source)
+    documentation = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    return [(node.lineno, node.value) for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation]
+
+
+def named(text: str) -> set[str]:
+    """Names of rigs, FMUs and motors in a text; none in a sentence, which decides nothing, nor in an experiment's."""
+    return {word for word in re.findall(r"[\w-]+", text) if " " not in text and word not in EXPERIMENTS
+            and (word in NAMES or re.search(r"\ddof|\bdof", word, re.IGNORECASE))}
+
+
+def test_no_module_decides_by_the_name_of_a_rig() -> None:
+    assert [named(text) for text in ("3dof-setpoints", "3dof", "([23])dof", "fmus/Plant2DOF.fmu", "alpha.i_d")] == [
+        set(), {"3dof"}, {"dof"}, {"Plant2DOF"}, {"alpha"}]
+    files = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py") if path not in GENERATED]
+    assert len(files) > 100
+    found = [f"{path.relative_to(ROOT)}:{line}: {words}" for path in files
+             for line, text in texts(path.read_text(encoding="utf-8")) for words in sorted(named(text))]
+    assert found == []
+
+
+def test_a_run_is_about_the_rig_of_its_fmus_or_else_of_its_axes() -> None:
+    shared = {"y", "x", "z", "C1"}
+    found = [rig_of(["Plant5DOF", "Mine"], shared), rig_of(["Mine"], shared), rig_of([], DESCRIBED["5dof"].axis_names)]
+    assert [rig.name for rig in found if rig is not None] == ["5dof", "3dof", "5dof"]
+    assert rig_of(["Mine"], {"x", "z"}) is None
