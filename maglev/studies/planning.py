@@ -102,7 +102,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
               limit_of(experiment, study.sample_timeout, origin))
     job = replace(job, key=key_of(job, values, experiment))
-    native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
+    native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
     varied = {each.column: "" if each.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
               for i, each in enumerate(study.vary)}

@@ -76,9 +76,9 @@ def test_equal_currents_of_the_motors_of_an_axis() -> None:
 
 def test_a_section_of_a_folder_that_extends_a_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "documentation").mkdir()
-    (tmp_path / "documentation/stage_mine.html").write_text("<h2>Mine</h2>\n", encoding="utf-8")
-    with pytest.raises(FileNotFoundError, match=r"stage_mine\.html"):
-        section("plant_fmu", "stage_mine.html")
+    (tmp_path / "documentation/stage_of_a_folder.html").write_text("<h2>Mine</h2>\n", encoding="utf-8")
+    with pytest.raises(FileNotFoundError, match=r"stage_of_a_folder\.html"):
+        section("plant_fmu", "stage_of_a_folder.html")
     monkeypatch.setattr(plant_fmu, "__path__", [*plant_fmu.__path__, str(tmp_path)])
-    assert section("plant_fmu", "stage_mine.html") == "<h2>Mine</h2>"
+    assert section("plant_fmu", "stage_of_a_folder.html") == "<h2>Mine</h2>"
     assert section("plant_fmu", "effects.html").startswith("<h2>")
