@@ -74,8 +74,7 @@ class PID2DOF:
             self.started = True
         v.sample(self.observer, self.sample_time)
         h.sample(self.observer, self.sample_time)
-        if (exceeds(v.error, self.trip_error)
-                or exceeds(h.error, self.trip_error)):
+        if exceeds(v.error, self.trip_error) or exceeds(h.error, self.trip_error):
             self.tripped = True
         motor = self.motor
         if self.tripped:

@@ -74,10 +74,8 @@ class PID5DOF:
         self.observer.prepare(self.sample_time)
         if not self.prepare_platform():
             return BAD_PLACES
-        if not (self.y.filterable(self.sample_time)
-                and self.x.filterable(self.sample_time)
-                and self.z.filterable(self.sample_time)
-                and self.roll.filterable(self.sample_time)
+        if not (self.y.filterable(self.sample_time) and self.x.filterable(self.sample_time)
+                and self.z.filterable(self.sample_time) and self.roll.filterable(self.sample_time)
                 and self.pitch.filterable(self.sample_time)):
             return PREFILTER_TOO_FAST
         if not self.linear.prepare(self.geometry, 4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, self.setpoint):
@@ -129,10 +127,8 @@ class PID5DOF:
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if not self.started and (alpha1_place.gap_measured <= 0.0
-                                 or alpha2_place.gap_measured <= 0.0
-                                 or beta1_place.gap_measured <= 0.0
-                                 or beta2_place.gap_measured <= 0.0):
+        if not self.started and (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0
+                                 or beta1_place.gap_measured <= 0.0 or beta2_place.gap_measured <= 0.0):
             return   # an importer that has not exchanged values yet: this is no measurement
         self.measure()
         if not self.started:
@@ -153,10 +149,8 @@ class PID5DOF:
         z.sample(self.observer, self.sample_time)
         roll.sample(self.observer, self.sample_time)
         pitch.sample(self.observer, self.sample_time)
-        if (exceeds(y.error, self.trip_error)
-                or exceeds(x.error, self.trip_error)
-                or exceeds(z.error, self.trip_error)
-                or exceeds(roll.error, self.trip_tilt)
+        if (exceeds(y.error, self.trip_error) or exceeds(x.error, self.trip_error)
+                or exceeds(z.error, self.trip_error) or exceeds(roll.error, self.trip_tilt)
                 or exceeds(pitch.error, self.trip_tilt)):
             self.tripped = True
         alpha1 = self.alpha1

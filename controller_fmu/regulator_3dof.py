@@ -101,9 +101,7 @@ class Regulator3DOF:
         y.sample(self.observer, self.sample_time)
         x.sample(self.observer, self.sample_time)
         z.sample(self.observer, self.sample_time)
-        if (exceeds(y.error, self.trip_error)
-                or exceeds(x.error, self.trip_error)
-                or exceeds(z.error, self.trip_error)):
+        if exceeds(y.error, self.trip_error) or exceeds(x.error, self.trip_error) or exceeds(z.error, self.trip_error):
             self.tripped = True
         alpha = self.alpha
         beta = self.beta

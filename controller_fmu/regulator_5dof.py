@@ -131,10 +131,8 @@ class Regulator5DOF:
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if not self.started and (alpha1_place.gap_measured <= 0.0
-                                 or alpha2_place.gap_measured <= 0.0
-                                 or beta1_place.gap_measured <= 0.0
-                                 or beta2_place.gap_measured <= 0.0):
+        if not self.started and (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0
+                                 or beta1_place.gap_measured <= 0.0 or beta2_place.gap_measured <= 0.0):
             return   # an importer that has not exchanged values yet: this is no measurement
         self.take_constants()
         self.measure()
@@ -151,10 +149,8 @@ class Regulator5DOF:
         z.sample(self.observer, self.sample_time)
         roll.sample(self.observer, self.sample_time)
         pitch.sample(self.observer, self.sample_time)
-        if (exceeds(y.error, self.trip_error)
-                or exceeds(x.error, self.trip_error)
-                or exceeds(z.error, self.trip_error)
-                or exceeds(roll.error, self.trip_tilt)
+        if (exceeds(y.error, self.trip_error) or exceeds(x.error, self.trip_error)
+                or exceeds(z.error, self.trip_error) or exceeds(roll.error, self.trip_tilt)
                 or exceeds(pitch.error, self.trip_tilt)):
             self.tripped = True
         alpha1 = self.alpha1

@@ -119,9 +119,7 @@ class Estimator5DOF:
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if (alpha1_place.gap_measured <= 0.0
-                or alpha2_place.gap_measured <= 0.0
-                or beta1_place.gap_measured <= 0.0
+        if (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0 or beta1_place.gap_measured <= 0.0
                 or beta2_place.gap_measured <= 0.0):
             return   # an importer that has not exchanged values yet: this is no measurement
         self.measure()

@@ -193,18 +193,12 @@ class Stage5DOF:
         normal = alpha1_mount.normal + alpha2_mount.normal + beta1_mount.normal + beta2_mount.normal
         x_thrust = alpha1_mount.thrust + alpha2_mount.thrust
         z_thrust = beta1_mount.thrust + beta2_mount.thrust
-        roll_torque = (height * z_thrust
-                       + alpha1_mount.roll_torque()
-                       + alpha2_mount.roll_torque()
-                       + beta1_mount.roll_torque()
-                       + beta2_mount.roll_torque()
-                       + payload.roll_torque() + self.roll_guide.torque(roll.position))
-        pitch_torque = (-height * x_thrust
-                        + alpha1_mount.pitch_torque()
-                        + alpha2_mount.pitch_torque()
-                        + beta1_mount.pitch_torque()
-                        + beta2_mount.pitch_torque()
-                        + payload.pitch_torque() + self.pitch_guide.torque(pitch.position))
+        roll_torque = (height * z_thrust + alpha1_mount.roll_torque() + alpha2_mount.roll_torque()
+                       + beta1_mount.roll_torque() + beta2_mount.roll_torque() + payload.roll_torque()
+                       + self.roll_guide.torque(roll.position))
+        pitch_torque = (-height * x_thrust + alpha1_mount.pitch_torque() + alpha2_mount.pitch_torque()
+                        + beta1_mount.pitch_torque() + beta2_mount.pitch_torque() + payload.pitch_torque()
+                        + self.pitch_guide.torque(pitch.position))
         y.add_slope(GRAVITY + normal / y.present_mass, weight, ahead)
         x.add_slope(x_thrust / x.present_mass, weight, ahead)
         z.add_slope(z_thrust / z.present_mass, weight, ahead)
@@ -256,12 +250,8 @@ class Stage5DOF:
 
     def beyond_stop(self) -> bool:
         """Whether any axis or motor is beyond an end stop."""
-        return (self.x.beyond_stop()
-                or self.z.beyond_stop()
-                or self.alpha1_mount.beyond_stop()
-                or self.alpha2_mount.beyond_stop()
-                or self.beta1_mount.beyond_stop()
-                or self.beta2_mount.beyond_stop())
+        return (self.x.beyond_stop() or self.z.beyond_stop() or self.alpha1_mount.beyond_stop()
+                or self.alpha2_mount.beyond_stop() or self.beta1_mount.beyond_stop() or self.beta2_mount.beyond_stop())
 
     def measure(self) -> None:
         """Set the outputs of the encoders, and the yaw moment."""
@@ -276,5 +266,4 @@ class Stage5DOF:
         beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.gap)
         beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.gap)
         self.yaw_moment = (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
-                           - beta1_mount.x * beta1_mount.thrust
-                           - beta2_mount.x * beta2_mount.thrust)
+                           - beta1_mount.x * beta1_mount.thrust - beta2_mount.x * beta2_mount.thrust)

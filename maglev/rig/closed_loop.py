@@ -1,6 +1,6 @@
 """The blocks of stage and controller in one, written from the description of a rig."""
 
-from maglev.rig.text import each, module, wrapped
+from maglev.rig.text import each, module
 from pmlsm.rig import Rig
 
 LOOP = '''
@@ -33,7 +33,7 @@ def measured(rig: Rig) -> str:
 def closed_loop(rig: Rig) -> str:
     """Text of `closed_loop_fmu/closed_loop_NAME.py`."""
     plant = f"Stage{rig.suffix}"
-    supplied = wrapped(f"        if not ({each(rig.motor_names, 'supply(plant.{0}, controller.{0})', ' and ')}):", "and ")
+    supplied = f"        if not ({each(rig.motor_names, 'supply(plant.{0}, controller.{0})', ' and ')}):"
     under_law = LOOP.format(name=f"ClosedLoop{rig.suffix}", argument=", law: int", plant=plant, rig=rig.name,
                             text=f"Stage under an output regulator; the law is one of `Regulator{rig.suffix}`.",
                             controller=f"Regulator{rig.suffix}(law)")

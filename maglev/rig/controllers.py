@@ -9,7 +9,6 @@ from maglev.rig.text import (
     thrust_constant,
     times,
     vertical_constants,
-    wrapped,
 )
 from pmlsm.rig import Rig
 
@@ -141,7 +140,7 @@ class Regulator{rig.suffix}:
 {each(horizontal, "            {0}.start(0.0, {0}.measured - {0}.reference if self.bumpless else 0.0)")}
             self.started = True
 {each(axes, "        {0}.sample(self.observer, self.sample_time)")}
-        if ({each(axes, "exceeds({0}.error, self.trip_error)", chr(10) + "                or ")}):
+        if {each(axes, "exceeds({0}.error, self.trip_error)", " or ")}:
             self.tripped = True
 {each(motors, "        {0} = self.{0}")}
         if self.tripped:
@@ -172,7 +171,7 @@ def pid(rig: Rig) -> str:
     """Text of `controller_fmu/pid_NAME.py`."""
     vertical = rig.vertical.name
     axes, motors, horizontal = rig.axis_names, rig.motor_names, [axis.name for axis in rig.horizontal]
-    filterable = wrapped(f"        if not ({each(axes, 'self.{0}.filterable(self.sample_time)', ' and ')}):", "and ")
+    filterable = f"        if not ({each(axes, 'self.{0}.filterable(self.sample_time)', ' and ')}):"
     return module(f'''
 """PID controller of the {rig.title} (Figs. 4.6, 5.6): one PID for each axis, on the current that drives it."""
 
@@ -235,7 +234,7 @@ class PID{rig.suffix}:
 {each(horizontal, "            {0}.start(0.0)")}
             self.started = True
 {each(axes, "        {0}.sample(self.observer, self.sample_time)")}
-        if ({each(axes, "exceeds({0}.error, self.trip_error)", chr(10) + "                or ")}):
+        if {each(axes, "exceeds({0}.error, self.trip_error)", " or ")}:
             self.tripped = True
 {each(motors, "        {0} = self.{0}")}
         if self.tripped:

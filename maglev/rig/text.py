@@ -1,10 +1,14 @@
 """Pieces of Python text that the writers of blocks share."""
 
+import re
 from collections.abc import Iterable
+from itertools import accumulate
 
 from pmlsm.rig import Rig
 
 LONGEST = 120   # characters of a line
+BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
+BRACKETLESS = re.compile(r"^(\s*(?:if not|if|return|[\w.]+ =) )(.+?)(:?)$")
 
 
 def each(items: Iterable[str], text: str, between: str = "\n") -> str:
@@ -17,17 +21,37 @@ def times(factor: float, of: str) -> str:
     return of if factor == 1.0 else f"{factor!r} * {of}"
 
 
-def wrapped(line: str, between: str) -> str:
-    """A line of terms, broken before `between` where it is too long; the first bracket says how far in."""
-    if len(line) <= LONGEST:
-        return line
-    depth = len(line) - len(line.lstrip()) + 8
-    lines, rest = [], line
+def fitted(line: str) -> str:
+    """A line of code, broken before an operator or after a comma, within brackets, where it is too long."""
+    depth = len(line) - len(line.lstrip())
+    done, rest = "", line
     while len(rest) > LONGEST:
-        cut = rest.rindex(between, 0, LONGEST)
-        lines.append(rest[:cut].rstrip())
-        rest = " " * depth + rest[cut:].lstrip()
-    return "\n".join([*lines, rest])
+        begin = len(rest) - len(rest.lstrip()) + 1
+        cuts = ([found.end() for found in each.finditer(rest.partition("  #")[0], begin, LONGEST)] for each in BREAKS)
+        cut = next((each[-1] for each in cuts if each), 0)
+        bracket = open_bracket(done + rest[:cut])
+        if bracket < 0:
+            bracketed = BRACKETLESS.sub(r"\1(\2)\3", rest)
+            if cut == 0 or bracketed == rest:
+                break
+            rest = bracketed
+            continue
+        done += rest[:cut].rstrip() + "\n"
+        rest = " " * max(bracket + 1, depth + 8) + rest[cut:]
+    return done + rest
+
+
+def open_bracket(text: str) -> int:
+    """Column of the innermost bracket that is open at the end of a text; -1 if none is."""
+    columns, begin = [], 0
+    for place, letter in enumerate(text):
+        if letter in "([{":
+            columns.append(place - begin)
+        elif letter in ")]}":
+            columns.pop()
+        elif letter == "\n":
+            begin = place + 1
+    return columns[-1] if columns else -1
 
 
 def commented(assignments: Iterable[tuple[str, str]]) -> str:
@@ -69,5 +93,10 @@ def thrust_constant(rig: Rig, axis: str) -> str:
 
 
 def module(text: str) -> str:
-    """Text of a module, without trailing spaces, with one line feed at its end."""
-    return "\n".join(line.rstrip() for line in text.strip("\n").split("\n")) + "\n"
+    """Text of a module, without trailing spaces, with one line feed at its end; lines of code within their length."""
+    lines = [line.rstrip() for line in text.strip("\n").split("\n")]
+    if not lines[0].startswith('"""'):
+        return "\n".join(lines) + "\n"
+    quotes = list(accumulate(line.count('"""') for line in lines))
+    return "\n".join(line if '"""' in line or quoted % 2 else fitted(line)
+                     for line, quoted in zip(lines, quotes, strict=True)) + "\n"

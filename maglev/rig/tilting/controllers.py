@@ -29,7 +29,7 @@ def places(rig: Rig) -> str:
 
 def unmeasured(rig: Rig, indent: int) -> str:
     """Condition that a gap has not been measured yet, in lines of an indent."""
-    return each(rig.motor_names, "{0}_place.gap_measured <= 0.0", "\n" + " " * indent + "or ")
+    return each(rig.motor_names, "{0}_place.gap_measured <= 0.0", " or ")
 
 
 def displacements(rig: Rig, roll: str, pitch: str) -> str:
@@ -79,7 +79,7 @@ def measure(rig: Rig, tilts: bool = True) -> str:
 
 def trips(rig: Rig) -> str:
     """Condition that an error trips the controller."""
-    return "\n                or ".join(
+    return " or ".join(
         f"exceeds({axis.name}.error, self.{'trip_tilt' if axis.rotation else 'trip_error'})" for axis in rig.axes)
 
 
@@ -162,7 +162,7 @@ class Regulator{rig.suffix}:
         self.take_constants()
         if self.law == LINEAR:
             self.allocation.weight = 0.0   # the demands are about the equilibrium
-            if not ({each(motors, "self.{0}_law.linearise(self.geometry, self.setpoint)", chr(10) + "                    and ")}):
+            if not ({each(motors, "self.{0}_law.linearise(self.geometry, self.setpoint)", " and ")}):
                 return NO_EQUILIBRIUM
         return STEPPED
 {prepare_platform(rig)}
@@ -185,7 +185,7 @@ class Regulator{rig.suffix}:
 {each(level, "            {0}.start(0.0, {0}.measured - {0}.reference if self.bumpless else 0.0)")}
             self.started = True
 {each(axes, "        {0}.sample(self.observer, self.sample_time)")}
-        if ({trips(rig)}):
+        if {trips(rig)}:
             self.tripped = True
 {each(motors, "        {0} = self.{0}")}
         if self.tripped:
@@ -259,7 +259,7 @@ def pid(rig: Rig) -> str:
     vertical = rig.vertical.name
     axes, motors, horizontal = rig.axis_names, rig.motor_names, [axis.name for axis in rig.horizontal]
     roll, pitch = (axis.name for axis in rig.rotations)
-    filterable = each(axes, "self.{0}.filterable(self.sample_time)", "\n                and ")
+    filterable = each(axes, "self.{0}.filterable(self.sample_time)", " and ")
     drives = "\n".join(f"        self.drive({motor.name}, {motor.name}_place, {motor.drives}.current(), along_{motor.drives})"
                        for motor in rig.motors)
     updates = "\n".join(
@@ -357,7 +357,7 @@ class PID{rig.suffix}:
             {pitch}.start(tilts.pitch)
             self.started = True
 {each(axes, "        {0}.sample(self.observer, self.sample_time)")}
-        if ({trips(rig)}):
+        if {trips(rig)}:
             self.tripped = True
 {each(motors, "        {0} = self.{0}")}
         if self.tripped:

@@ -24,7 +24,7 @@ def tilting_stage(rig: Rig) -> str:
                   ("attraction", vertical, attraction, "N/T²"), ("coils", vertical, coils, "N/(A T)"),
                   ("iron", vertical, iron, "N/A²"))]
     yaw = (each([motor.name for motor in rig.motors_of(x)], "{0}_mount.z * {0}_mount.thrust", " + ")
-           + each([motor.name for motor in rig.motors_of(z)], "\n                           - {0}_mount.x * {0}_mount.thrust", ""))
+           + each([motor.name for motor in rig.motors_of(z)], " - {0}_mount.x * {0}_mount.thrust", ""))
     begun = f'''        {vertical}.payload = payload.mass
         {x}.payload = payload.mass
         {z}.payload = payload.mass
@@ -93,10 +93,8 @@ class Stage{rig.suffix}:
         normal = {each(motors, "{0}_mount.normal", " + ")}
         {x}_thrust = {thrusts[x]}
         {z}_thrust = {thrusts[z]}
-        {roll}_torque = (height * {z}_thrust{plus(roll)}{each(motors, "{0}_mount.roll_torque()", plus(roll))}
-                       + payload.roll_torque() + self.{roll}_guide.torque({roll}.position))
-        {pitch}_torque = (-height * {x}_thrust{plus(pitch)}{each(motors, "{0}_mount.pitch_torque()", plus(pitch))}
-                        + payload.pitch_torque() + self.{pitch}_guide.torque({pitch}.position))
+        {roll}_torque = (height * {z}_thrust{plus(roll)}{each(motors, "{0}_mount.roll_torque()", plus(roll))} + payload.roll_torque() + self.{roll}_guide.torque({roll}.position))
+        {pitch}_torque = (-height * {x}_thrust{plus(pitch)}{each(motors, "{0}_mount.pitch_torque()", plus(pitch))} + payload.pitch_torque() + self.{pitch}_guide.torque({pitch}.position))
         {vertical}.add_slope(GRAVITY + normal / {vertical}.present_mass, weight, ahead)
         {x}.add_slope({x}_thrust / {x}.present_mass, weight, ahead)
         {z}.add_slope({z}_thrust / {z}.present_mass, weight, ahead)
@@ -132,7 +130,7 @@ class Stage{rig.suffix}:
 
     def beyond_stop(self) -> bool:
         """Whether any axis or motor is beyond an end stop."""
-        return ({each([*stopped, *(f"{motor}_mount" for motor in motors)], "self.{0}.beyond_stop()", chr(10) + "                or ")})
+        return ({each([*stopped, *(f"{motor}_mount" for motor in motors)], "self.{0}.beyond_stop()", " or ")})
 
     def measure(self) -> None:
         """Set the outputs of the encoders, and the yaw moment."""
@@ -145,7 +143,7 @@ class Stage{rig.suffix}:
 
 def plus(tilt: str) -> str:
     """Between the terms of a torque, which are in lines of their own."""
-    return "\n" + " " * len(f"        {tilt}_torque = (") + "+ "
+    return " + "
 
 
 def mount(motor: RigMotor, stop: Stop) -> str:
