@@ -34,8 +34,8 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "copies", "processors", "units", "csv_table", "toml_file", "rig", "identification", "linear",
-         "own_stage", "written", "own_fmus", "cosim", "processes", "gym", "stability", "schema", "operating_range",
+ROOMS = ("errors", "copies", "processors", "units", "csv_table", "toml_file", "rig", "linear", "own_stage",
+         "identification", "written", "own_fmus", "cosim", "processes", "gym", "stability", "schema", "operating_range",
          "live", "judging", "experiment", "catalogue", "regression", "procedures", "report", "comparison", "studies",
          "tuning", "api", "__init__", "cli", "__main__")
 

@@ -23,8 +23,9 @@ def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced
     data : path
         CSV with columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`,
         `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors).
-    rig : "2dof" or "3dof", optional
-        Seen from the columns if not given.
+    rig : str, optional
+        "2dof", "3dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one of the
+        first two, if not given.
     method : "reduced", "full" or "fsdi"
         Estimator (3.8), (3.6) or (3.3).
     epsilon : float or str

@@ -81,10 +81,10 @@ def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
     settings, model = settings_of(options.get("set")), options.get("model")
     if model is None:
         return settings
-    rigs = {plan.rig.name for plan in plans if plan.rig is not None}
+    rigs = {plan.rig.name: plan.rig for plan in plans if plan.rig is not None}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
-    constants = model_settings(Path(model), rigs.pop())
+    constants = model_settings(Path(model), *rigs.values())
     for plan in plans:
         for name, fmu in plan.fmus.items():
             for variable, source in fmu.start_from.items():

@@ -3,7 +3,9 @@
 >>> import gymnasium
 >>> import maglev.gym
 >>> sorted(name for name in gymnasium.registry if name.startswith("maglev/"))
-['maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0']
+['maglev/Stage-v0', 'maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0']
+
+The first is of any stage: `gymnasium.make("maglev/Stage-v0", rig="mine.toml")`.
 """
 
 from gymnasium.envs.registration import register
@@ -11,5 +13,5 @@ from gymnasium.envs.registration import register
 from pmlsm.rigs import RIGS
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for rig in RIGS.values():
-    register(f"maglev/Stage{rig.suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs={"rig": rig.name})
+for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):
+    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs=given)

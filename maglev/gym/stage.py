@@ -39,7 +39,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
     Parameters
     ----------
     rig : str
-        "2dof" or "3dof".
+        "2dof", "3dof", or the description of a stage of the user's, "mine.toml".
     action : "dq" or "phases"
     reference : str or array_like, shape (samples, axes)
         "setpoints", "hold", "sinusoids" or references (m), see `References`.

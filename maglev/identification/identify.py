@@ -10,10 +10,9 @@ from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidenti
 from maglev.identification.estimators import Estimate, estimate
 from maglev.identification.recording import Recording
 from maglev.identification.replay import replay
-from maglev.identification.rigs import Array, Rig, regressors
+from maglev.identification.rigs import Array, regressors
 from maglev.identification.settings import EPSILON, GAMMA
 from maglev.identification.velocity import matched, observed
-from pmlsm.rigs import RIGS as DESCRIPTIONS
 
 
 @dataclass(frozen=True)
@@ -51,11 +50,6 @@ class Identification:
     unidentified: list[str]
 
 
-def default_guess(rig: Rig) -> dict[str, float]:
-    """Start values of the estimator FMU of a rig."""
-    return {constant.name: constant.guess for constant in DESCRIPTIONS[rig.name].constants}
-
-
 def identify(recording: Recording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
              guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
              q0: float | None = None) -> Identification:
@@ -79,7 +73,7 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
         If no axis is excited, or see `estimate`.
     """
     rig, dt = recording.rig, recording.dt
-    start = {**default_guess(rig), **(guess or {})}
+    start = {**rig.guess, **(guess or {})}
     seen = observed(recording.positions, dt) if velocities is None else velocities
     positions, i_d, i_q = recording.positions, recording.i_d, recording.i_q
     if match:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from fmi_export.whole_file import write_whole
 from maglev.errors import IdentificationError, nearest, shortened
-from maglev.identification.rigs import RIGS
+from maglev.identification.rigs import RIGS, rig_of
 from maglev.toml_file import read_toml
+from pmlsm.rig import Rig as RigDescription
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
@@ -36,17 +37,18 @@ def write_model(path: Path, found: "Identification", source: Path) -> None:
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
-def model_settings(path: Path, rig: str | None = None) -> list[str]:
+def model_settings(path: Path, rig: RigDescription | None = None) -> list[str]:
     """Settings `plant.C1=…` of a model file, as for --set.
 
     The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
-    and those of a table go before them. `rig = "2dof"` or `"3dof"` may say which rig they belong to.
+    and those of a table go before them. `rig = "2dof"` may say which rig they belong to, by its
+    name.
 
     Parameters
     ----------
     path : Path
-    rig : str, optional
-        Rig of the scenario; a file for the other one is refused.
+    rig : Rig, optional
+        Rig of the scenario; a file for another one is refused.
 
     Raises
     ------
@@ -59,13 +61,14 @@ def model_settings(path: Path, rig: str | None = None) -> list[str]:
         raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
                                   "cut")
     named = table.pop("rig", None)
-    if named is not None and (not isinstance(named, str) or named not in RIGS):
-        raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(RIGS)}; "
-                                  f"nearest is {nearest(str(named), RIGS)}")
-    if named is not None and rig is not None and named != rig:
-        raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig}, the scenario's")
-    rig = named or rig
-    valid = RIGS[rig].constants if rig in RIGS else CONSTANTS
+    known = {**RIGS, **({} if rig is None else {rig.name: rig_of(rig)})}
+    if named is not None and (not isinstance(named, str) or named not in known):
+        raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(known)}; "
+                                  f"nearest is {nearest(str(named), known)}")
+    if named is not None and rig is not None and named != rig.name:
+        raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig.name}, the scenario's")
+    belongs = rig.name if named is None and rig is not None else named
+    valid = CONSTANTS if belongs is None else known[belongs].constants
     tables = {name: table.pop(name, {}) for name in FMUS}
     both = checked(path, "", table, valid, (*valid, *FMUS, "rig"))
     settings = []

@@ -3,7 +3,7 @@
 Only the velocity rows carry constants, and no constant is in two of them: the rows decouple.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -50,7 +50,8 @@ class Row:
 class Rig:
     """Axes, the vertical one first, motors and rows of a rig, and the geometry of a motor.
 
-    Of each motor, `along` is the place of the axis that it drives among the axes.
+    Of each motor, `along` is the place of the axis that it drives among the axes; `guess` has the first guess of each
+    constant, C1 first.
     """
 
     name: str
@@ -59,11 +60,12 @@ class Rig:
     along: tuple[int, ...]
     rows: tuple[Row, ...]
     motor: MotorGeometry
+    guess: Mapping[str, float]
 
     @property
     def constants(self) -> tuple[str, ...]:
         """Names of all constants, C1 first."""
-        return tuple(sorted(name for row in self.rows for name in row.constants))
+        return tuple(self.guess)
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,8 @@ def rig_of(described: RigDescription) -> Rig:
                   thrust([k for k, driven in enumerate(drives) if driven == axis.name], described.sharing))
               for axis in described.horizontal))
     along = tuple(described.axis_names.index(axis) for axis in drives)
-    return Rig(described.name, described.axis_names, described.motor_names, along, rows, described.motor())
+    guess = {constant.name: constant.guess for constant in described.constants}
+    return Rig(described.name, described.axis_names, described.motor_names, along, rows, described.motor(), guess)
 
 
 # Where the platform tilts, each motor has an air gap of its own: its rows are not these.

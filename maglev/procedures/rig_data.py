@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import RIGS, Rig
+from maglev.identification.rigs import rig_of as described
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
@@ -22,10 +23,10 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 def rig_of(plan: RunPlan) -> Rig:
     """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
-    if plan.rig is None or plan.rig.name not in RIGS:
+    if plan.rig is None or plan.rig.rotations:
         raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of {' or '.join(RIGS)}, by which a procedure "
                             "knows the rig")
-    return RIGS[plan.rig.name]
+    return described(plan.rig)
 
 
 def estimators(result: RunResult) -> dict[float, str]:

@@ -10,6 +10,7 @@ from identification_data import flight
 
 from maglev.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
+from pmlsm.rigs import RIGS
 
 
 @pytest.fixture(scope="module")
@@ -41,12 +42,12 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     assert (tmp_path / "mine.convergence.png").is_file() or (tmp_path / "mine.convergence.html").is_file()
     expected = [f"{participant}.C{k}={table[participant][f'C{k}']!r}" for participant in ("plant", "controller")
                 for k in (1, 2, 3)]
-    assert model_settings(tmp_path / "mine.identified.toml", "2dof") == expected
+    assert model_settings(tmp_path / "mine.identified.toml", RIGS["2dof"]) == expected
     # A file that ends inside a number is TOML, too.
     text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
     (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("\nC3 = ") + 8], encoding="utf-8")
     with pytest.raises(IdentificationError, match="expected the line '# end of the constants': the file was cut"):
-        model_settings(tmp_path / "mine.identified.toml", "2dof")
+        model_settings(tmp_path / "mine.identified.toml", RIGS["2dof"])
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
@@ -97,7 +98,7 @@ def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
 def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
     path = model(tmp_path, text)
     with pytest.raises(MaglevError) as refused:
-        model_settings(path, "3dof" if "rig 3dof" in message else None)
+        model_settings(path, RIGS["3dof"] if "rig 3dof" in message else None)
     assert str(refused.value).startswith(f"{path}: {message}")
 
 

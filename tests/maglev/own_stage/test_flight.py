@@ -1,5 +1,6 @@
 """Stages of one's own in the air: those that differ from ours in magnets, pitch, mass, travel and number of motors."""
 
+from math import sin
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,9 @@ import numpy as np
 import pytest
 
 import maglev
-from maglev.errors import RigError
+from maglev.api.identifying import write_identification
+from maglev.errors import IdentificationError, RigError
+from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
 from maglev.own_stage.adoption import know_stage
@@ -135,9 +138,40 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
                                          encoding="utf-8")
     compared = maglev.compare("short.toml", ["RegulatorSwan", "lqi.py"], native=True)
     assert not any(run["plant.at_stop"].any() for run in compared.runs.values())
-    from maglev.gym.stage import Stage
+    import gymnasium
 
-    environment = Stage("swan.toml")
+    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", rig="swan.toml")
     observation, _ = environment.reset(seed=1)
     assert observation[0] == pytest.approx(0.020)
     environment.close()
+
+
+def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that flew."""
+    monkeypatch.chdir(tmp_path)
+    rig = know_stage(written(tmp_path / "found.toml", "3dof", {**FOUR, "mass = 6.9 ": "mass = 6.0 "}))
+    loop = definition("ClosedLoopFound").new_block()
+    plant, controller = loop.plant, loop.controller
+    plant.attraction_modulation = plant.encoder.resolution = 0.0
+    for axis in rig.axis_names:
+        of = getattr(plant, axis)
+        of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
+    assert loop.start() == 0
+    rows = []
+    for k in range(10000):
+        t = 1e-3 * k
+        for axis, middle, way, rate in (("y", 0.024, 2e-3, 5.0), ("x", 0.0, 8e-3, 4.0), ("z", 0.0, 8e-3, 3.0)):
+            getattr(controller, axis).reference = middle + way * sin(rate * t)
+        assert loop.step(t, 1e-3) == 0
+        currents = [getattr(getattr(plant, motor), f"i_{part}") for motor in rig.motor_names for part in "dq"]
+        rows.append([t + 1e-3, *(getattr(plant, axis).position for axis in rig.axis_names), *currents])
+    np.savetxt("mine.csv", rows, delimiter=",", header=",".join(["time", *rig.axis_names, *rig.dq_names]), comments="")
+    found = maglev.identify("mine.csv", rig="found.toml", matched=True)
+    for name in ("C1", "C2", "C3", "C4"):
+        assert found.estimate.final[name] == pytest.approx(getattr(plant, name), rel=0.01)
+    # Back into a flight: a model file of this stage, which no other takes.
+    model, _, *_ = write_identification(found, "mine.csv", tmp_path)
+    settings = model_settings(model, rig)
+    assert f"plant.C3={found.estimate.final['C3']!r}" in settings
+    with pytest.raises(IdentificationError, match="rig = 'found': expected one of 2dof, 3dof"):
+        model_settings(model)

@@ -12,7 +12,7 @@ from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate
-from maglev.identification.identify import default_guess, identify
+from maglev.identification.identify import identify
 from maglev.identification.predictions import equilibrium_currents
 from maglev.identification.rigs import regressors
 from maglev.identification.velocity import observed
@@ -107,7 +107,7 @@ def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, flight: Data) 
     rows = regressors(recording.rig, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))
     for method in ("reduced", "full", "fsdi"):
-        final = estimate(method, rows, recording.time, default_guess(recording.rig), 0.01).final
+        final = estimate(method, rows, recording.time, recording.rig.guess, 0.01).final
         place = table.header.index(method)
         assert [row[place] for row in table.rows] == [f"{final[row[0]]:.5g}" for row in table.rows]
     assert [row[0] for row in table.rows] == ["C1", "C2", "C3", "C4"]
