@@ -224,6 +224,11 @@ class Fmu:
                            f"{nearest(name, self.variables)}")
         return self.variables[name]
 
+    def reset(self) -> None:
+        """Make the instance as new."""
+        assert self.instance is not None
+        self.instance.reset()
+
     def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float) -> None:
         """Set start values and go through the initialization."""
         instance = self.instance

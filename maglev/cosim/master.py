@@ -127,6 +127,8 @@ class Master:
         self.observer = observer or Observer()
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
+        self.wiring: Wiring | None = None
+        self.flown = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
             with held_interrupts():
@@ -168,45 +170,73 @@ class Master:
         RunInterrupted
             After Ctrl-C or SIGTERM, likewise.
         """
-        with held_interrupts() as let_through:
-            return self.flown(stop_time, drives or {}, progress, let_through)
+        self.wire(stop_time, drives or {})
+        return self.fly({}, progress)
 
-    def flown(self, stop_time: float, drives: Drives, progress: Progress | None,
-              let_through: Callable[[], None]) -> Recording:
-        """Recording of a run, which lets interruptions through between two calls; otherwise as of `run`."""
-        steps = whole_steps(stop_time, self.step)
+    def wire(self, stop_time: float, drives: Drives) -> None:
+        """Prepare flights from 0 to the stop time (s); parameters and errors as of `run`."""
+        self.stop_time, self.steps = stop_time, whole_steps(stop_time, self.step)
         for target, values in drives.items():
-            if len(values) != steps + 1:
-                raise FmuError(f"{target} is driven by {len(values)} values, expected {steps + 1}, "
+            if len(values) != self.steps + 1:
+                raise FmuError(f"{target} is driven by {len(values)} values, expected {self.steps + 1}, "
                                "one for each communication point")
-        rates = {p.name: rate(p.name, p.ports.step, self.step, steps) for p in self.setups
+        rates = {p.name: rate(p.name, p.ports.step, self.step, self.steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
-        wiring = wire(self.fmus, self.connections, drives, steps + 1, self.step, self.order, rates,
-                      self.observer.allocate)
-        initial, phases, tracks = wiring
-        self.observer.wired(wiring)
-        for setup in self.setups:
-            self.observer.stage(setup.name, "its initialization")
-            self.fmus[setup.name].initialise(setup.start, 0.0, stop_time)
+        self.wiring = wire(self.fmus, self.connections, drives, self.steps + 1, self.step, self.order, rates,
+                           self.observer.allocate)
+        self.observer.wired(self.wiring)
+
+    def drive(self, drives: Drives) -> None:
+        """Give all driven inputs other values for the next flight."""
+        assert self.wiring is not None
+        for track in self.wiring.tracks:
+            if track.names[0] in drives:
+                for column, name in enumerate(track.names):
+                    track.array[:, column] = drives[name]
+
+    def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None) -> Recording:
+        """Fly as prepared by `wire`, again after fmi2Reset; errors as of `run`.
+
+        Parameters
+        ----------
+        start : mapping of str to mapping
+            By the name of an FMU: start values that go before those of its setup.
+        progress : callable, optional
+            As of `run`.
+
+        Returns
+        -------
+        Recording
+            Its columns are those of `wire`: the next flight writes over them.
+        """
+        assert self.wiring is not None
+        initial, phases, tracks = self.wiring
         done = 0
-        try:
-            for call in initial:
-                self.observer.counter[0] += 1
-                call.at(0)
-            stepper = Stepper(phases, [setup.path.parent for setup in self.setups], self.observer.counter)
-            while done < steps:
-                let_through()
-                last = min(done + PROGRESS_STEPS, steps)
-                stepper.step_over(done, last)
-                done = last
-                if progress is not None:
-                    progress(done, steps)
-        except (FmuError, StepFailed, KeyboardInterrupt) as error:
-            reason: BaseException = error
-            if isinstance(error, StepFailed):
-                done, reason = error.step, error.reason
-            raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from reason
-        return recording(tracks, self.step, steps + 1, self.notes())
+        with held_interrupts() as let_through:
+            for setup in self.setups:
+                if self.flown:
+                    self.fmus[setup.name].reset()
+                self.observer.stage(setup.name, "its initialization")
+                self.fmus[setup.name].initialise({**setup.start, **start.get(setup.name, {})}, 0.0, self.stop_time)
+            self.flown = True
+            try:
+                for call in initial:
+                    self.observer.counter[0] += 1
+                    call.at(0)
+                stepper = Stepper(phases, [setup.path.parent for setup in self.setups], self.observer.counter)
+                while done < self.steps:
+                    let_through()
+                    last = min(done + PROGRESS_STEPS, self.steps)
+                    stepper.step_over(done, last)
+                    done = last
+                    if progress is not None:
+                        progress(done, self.steps)
+            except (FmuError, StepFailed, KeyboardInterrupt) as error:
+                reason: BaseException = error
+                if isinstance(error, StepFailed):
+                    done, reason = error.step, error.reason
+                raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from reason
+            return recording(tracks, self.step, self.steps + 1, self.notes())
 
     def notes(self) -> tuple[str, ...]:
         """What the FMUs said, one sentence each."""

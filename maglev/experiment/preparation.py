@@ -149,19 +149,25 @@ class Experiment:
         variables = read_description(name, self.files[name]).modelVariables
         return next((variable.unit or "" for variable in variables if variable.name == own), "")
 
+    def setups(self) -> list[FmuSetup]:
+        """FMUs and their start values, as a `Master` takes them."""
+        return [FmuSetup(name, path, {variable: start.value for variable, start in self.plan.fmus[name].start.items()},
+                         self.ports.get(name)) for name, path in self.files.items()]
+
+    @property
+    def connections(self) -> list[tuple[str, str]]:
+        """From outputs to inputs, as a `Master` takes them."""
+        return list(self.plan.wires.values())
+
     def run(self, progress: Progress | None = None) -> Recording:
         """Run the co-simulation; in a process of its own if what flies is not all of this project."""
-        descriptions = self.check()
-        setups = [FmuSetup(name, path, {variable: start.value for variable, start
-                                                 in self.plan.fmus[name].start.items()}, self.ports.get(name))
-                        for name, path in self.files.items()]
-        connections, drives = list(self.plan.wires.values()), self.drives(descriptions)
+        drives = self.drives(self.check())
+        setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         if any(map(flies_apart, self.files.values())):
-            return run_apart(setups, connections, self.step, self.order, self.plan.stop_time, drives, progress,
-                             self.timeout)
+            return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout)
         with Master(setups, connections, self.step, self.order) as master:
-            master.require_memory(self.plan.stop_time)
-            return master.run(self.plan.stop_time, drives, progress)
+            master.require_memory(stop_time)
+            return master.run(stop_time, drives, progress)
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""

@@ -33,11 +33,10 @@ def code_of_package() -> str:
 
 
 def files_of(experiment: Experiment) -> dict[str, bytes]:
-    """FMUs of an experiment, and the C loop that lies beside them, by their paths on a worker."""
-    found = {f"{name}/{path.name}": path.read_bytes() for name, path in experiment.files.items()}
-    loops = (path.parent / LIBRARY for path in experiment.files.values())
-    loop = next((path for path in loops if path.is_file()), None)
-    return found if loop is None else {**found, LIBRARY: loop.read_bytes()}
+    """FMUs of an experiment, and the C loop that lies beside each, by their paths on a worker."""
+    paths = {f"{name}/{path.name}": path for name, fmu in experiment.files.items()
+             for path in (fmu, fmu.with_name(LIBRARY))}
+    return {place: path.read_bytes() for place, path in paths.items() if path.name != LIBRARY or path.is_file()}
 
 
 def digest(files: Mapping[str, bytes]) -> str:

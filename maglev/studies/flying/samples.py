@@ -107,8 +107,8 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
             changes = {target.name: bool(value) if target.boolean else value
                        for target, value in zip(job.targets, sample, strict=True)}
             try:
-                columns = flight.fly(changes)
-                found = named_values(plan, evaluate(plan, flight.time, columns))
+                time, columns = flight.fly(changes)
+                found = named_values(plan, evaluate(plan, time, columns))
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
                 continue
