@@ -157,7 +157,8 @@ def test_the_ten_minutes_of_the_tutorial(installed: Path, home: Path) -> None:
     results = home / "results"
     compared = json.loads((results / "3dof-setpoints.compare.json").read_text(encoding="utf-8"))
     assert list(compared["runs"]) == ["Regulator3DOF", "mine", "stiffer"]
-    settling = [row["values"] for row in compared["rows"] if (row["quantity"], row["of"]) == ("settling to 10 µm", "y")]
+    settling = [row["values"] for row in compared["rows"]
+                if (row["quantity"], row["of"]) == ("settling time to 10 µm", "y")]
     stated = re.search(r"`mine` needs ([\d.]+) s in its worst step,\s+`stiffer` ([\d.]+) s; the regulator of the "
                        r"thesis needs ([\d.]+) s", (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8"))
     assert stated

@@ -47,7 +47,7 @@ class Study:
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of the columns, empty text of shares and counts."""
+        """Units of the columns, "1" of shares, empty text of counts."""
         schema = extra("pyarrow.parquet", "study").read_schema(self.path)
         return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
 

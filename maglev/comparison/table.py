@@ -1,11 +1,10 @@
 """What was measured on several runs, side by side, with the best of each row."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from maglev.judging.measures import Measure
-from maglev.schema.quantities import length
+from maglev.schema.quantities import metric_text
 
 
 @dataclass(frozen=True)
@@ -39,14 +38,14 @@ class Row:
 
     def text(self, label: str) -> str:
         """Value of a run with its unit."""
-        return shown(self.values[label], self.unit) if label in self.values else "–"
+        return metric_text(self.quantity, self.values[label], self.unit) if label in self.values else "–"
 
 
 def side_by_side(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
     """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
     for label, measures in measured.items():
-        for each in measures:
+        for each in (each for each in measures if each.of):   # of the whole run it is said how it ended
             values.setdefault((each.quantity, each.of, each.time, each.unit), {})[label] = each.value
     return [Row(*key, found, best(found)) for key, found in values.items()]
 
@@ -70,12 +69,3 @@ def best(values: Mapping[str, float]) -> tuple[str, ...]:
     least = min(values.values())
     found = tuple(label for label, value in values.items() if value == least)
     return () if len(found) == len(values) else found
-
-
-def shown(value: float, unit: str) -> str:
-    """A value as people read it: lengths in mm or µm, angles in mrad or µrad, shares in per cent."""
-    if math.isinf(value):
-        return "not settled"
-    if unit in ("m", "rad"):
-        return length(value, unit)
-    return f"{100.0 * value:.1f} %" if not unit else f"{value:.3g} {unit}"

@@ -228,10 +228,7 @@ def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
 
 def judgeable(claim: RunClaim, plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunClaim:
     """The claim, not testable if its metric needs what is lacking."""
-    needs = {"trip_time": "trip", "tripped": "trip", "stop_contact": "stop contact", "failed": "stop contact",
-             "lost_setpoints": "stop contact", "peak_current": "currents", "mean_current": "currents",
-             "peak_command": "commands", "mean_command": "commands"}
-    needed = needs.get(str(claim.quantity))
+    needed = claim.measured.recorded if claim.measured else ""
     names = {port for what, port in lacking if what == needed}
     if needed in ("currents", "commands"):
         names &= {port for name in claim.motors or plan.motors for port in getattr(plan.motors[name], needed)}

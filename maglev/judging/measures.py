@@ -1,31 +1,31 @@
-"""What was measured on a run as rows of one shape, for tables and comparisons."""
+"""What was measured on a run as rows of one shape, for claims, tables, comparisons and studies."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
-from maglev.judging.metrics import Metrics, StepResponse
+from maglev.judging.metrics import Metrics
+from maglev.schema.quantities import METRICS, metric_text, printed
 from maglev.schema.run_plan import RunPlan
-from maglev.units import to_unit
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One number that was measured on a run; of every one, less is better.
+    """One number that was measured on a run; of every one of an axis or a motor, less is better.
 
     Attributes
     ----------
     quantity : str
-        Such as "settling to 10 µm" or "peak phase current".
+        Name as in the table of quantities, with the band of a settling time, such as "settling time to 10 µm".
     of : str
-        The axis or the motor.
+        The axis or the motor; empty of the whole run.
     time : float or None
         s, of the step that it is about; None of the whole run.
     value : float
-        SI; inf for what never came to an end.
+        SI; inf for what never came to an end, or never happened; 1 and 0 for yes and no.
     unit : str
-        "s", "m", "rad", "A", or empty text of a share.
+        "s", "m", "rad", "A", "1" of a share, or empty text of a count and of yes and no.
     """
 
     quantity: str
@@ -34,40 +34,57 @@ class Measure:
     value: float
     unit: str
 
+    @property
+    def text(self) -> str:
+        """Value with its unit."""
+        return metric_text(self.quantity, self.value, self.unit)
+
+
+class Value(NamedTuple):
+    """A value of a metric of the table: of which axis or motor, at which step (s), to which band."""
+
+    of: str
+    value: float | bool
+    time: float | None = None
+    band: float | None = None
+
+
+def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
+    """Every value, SI, of a metric of the table but those of columns; name as Python has it."""
+    on = METRICS[name].on
+    if on == "axis":
+        yield from (Value(axis, error) for axis, error in getattr(metrics, f"{name}s").items())
+    elif on == "tracking":
+        yield from (Value(each.axis, getattr(each, name)) for each in metrics.tracking)
+    elif on == "motor":
+        yield from (Value(each.motor, getattr(each, name)) for each in metrics.motors)
+    elif on == "step":
+        for step in metrics.steps:
+            found = getattr(step, name)
+            yield from (Value(step.axis, value, step.time, band) for band, value in
+                        (found.items() if name == "settling_time" else [(None, found)]))
+    elif on == "run":
+        yield Value("", {"trip_time": inf if metrics.tripped is None else metrics.tripped,
+                         "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
+                         "lost_setpoints": float(len(metrics.lost)), "failed": metrics.failed,
+                         "tripped": metrics.tripped is not None,
+                         "stop_contact": metrics.stop_contact is not None}[name])
+
 
 def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
-    """Every number of the metrics of a run: those of the whole run first, then those of each step."""
-    return (*of_the_run(plan, metrics), *(measure for step in metrics.steps
-                                           for measure in of_a_step(step, plan.axes[step.axis].unit)))
+    """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
+    found = []
+    for name, quantity in METRICS.items():
+        for of, value, time, band in values_of(metrics, name):
+            axis_unit = plan.axes[of].unit if quantity.of_axes else ""
+            # Whether it touched a stop or tripped is in the times of these.
+            if (getattr(plan.motors[of], quantity.recorded) if quantity.on == "motor"
+                    else quantity.yes_no is None or name == "failed"):
+                found.append(Measure(quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"), of,
+                                     time, float(value), axis_unit if quantity.unit == "m" else quantity.unit or ""))
+    return tuple(found)
 
 
 def measures_data(found: Iterable[Measure]) -> list[dict[str, Any]]:
-    """Measures as JSON has them; null for what never came to an end."""
+    """Measures as JSON has them; null for what never came to an end, or never happened."""
     return [{**asdict(each), "value": each.value if each.value < inf else None} for each in found]
-
-
-def of_the_run(plan: RunPlan, metrics: Metrics) -> Iterator[Measure]:
-    """Errors and currents over the whole run, as far as they were recorded; tracking errors from where they count."""
-    for axis, error in metrics.rms_errors.items():
-        yield Measure("rms error", axis, None, error, plan.axes[axis].unit)
-    for axis, error in metrics.end_errors.items():
-        yield Measure("error at the end", axis, None, error, plan.axes[axis].unit)
-    for tracking in metrics.tracking:
-        unit = plan.axes[tracking.axis].unit
-        yield Measure("mean tracking error", tracking.axis, None, tracking.mean, unit)
-        yield Measure("peak tracking error", tracking.axis, None, tracking.peak, unit)
-        yield Measure("transient of tracking", tracking.axis, None, tracking.settling, "s")
-    for motor in metrics.motors:
-        if plan.motors[motor.motor].currents:
-            yield Measure("peak phase current", motor.motor, None, motor.peak_current, "A")
-            yield Measure("mean phase current", motor.motor, None, motor.mean_current, "A")
-        if plan.motors[motor.motor].commands:
-            yield Measure("peak command", motor.motor, None, motor.peak_command, "A")
-
-
-def of_a_step(step: StepResponse, unit: str) -> Iterator[Measure]:
-    """What was measured on one step of one axis, which is in m or rad."""
-    for band, settling in step.settling.items():
-        yield Measure(f"settling to {to_unit(band, f'u{unit}'):g} µ{unit}", step.axis, step.time, settling, "s")
-    yield Measure("overshoot", step.axis, step.time, step.overshoot, "")
-    yield Measure("steady-state error", step.axis, step.time, step.steady_state_error, unit)

@@ -26,7 +26,7 @@ class StepResponse:
     time: float                     # s, of the step
     start: float                    # m, of a rotation rad, reference before
     target: float                   # m, reference after
-    settling: Mapping[float, float]   # band (m): time (s) from the step to the last sample outside, inf = not settled
+    settling_time: Mapping[float, float]   # band (m): s from the step to the last sample outside, inf = not settled
     overshoot: float                # share of the step size, 0.3 = 30 %
     steady_state_error: float       # m, mean |e| over the last 10 % of the window
 
@@ -36,9 +36,9 @@ class TrackingError:
     """Tracking of one axis."""
 
     axis: str
-    mean: float       # m, mean |e| from `tracking_from` on
-    peak: float       # m, largest |e| from `tracking_from` on
-    settling: float   # s, last time |e| was beyond 1.1 times that peak; 0 if never
+    mean_tracking_error: float   # m, mean |e| from `tracking_from` on
+    peak_tracking_error: float   # m, largest |e| from `tracking_from` on
+    tracking_transient: float    # s, last time |e| was beyond 1.1 times that peak; 0 if never
 
 
 @dataclass(frozen=True)
@@ -241,5 +241,5 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
                                f"{tracking_from} s")
     peak = float(error[steady].max())
     beyond = np.flatnonzero(error > TRANSIENT * peak)
-    settling = float(time[beyond[-1]] - time[0]) if len(beyond) else 0.0
-    return TrackingError(axis, float(error[steady].mean()), peak, settling)
+    transient = float(time[beyond[-1]] - time[0]) if len(beyond) else 0.0
+    return TrackingError(axis, float(error[steady].mean()), peak, transient)

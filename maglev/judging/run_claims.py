@@ -1,13 +1,12 @@
 """Claims about runs: the values of a run's metrics that they are judged on."""
 
-import math
 from collections.abc import Mapping, Sequence
 
 from maglev.errors import MeasurementError, nearest
+from maglev.judging.measures import values_of
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult, MeasuredValue, Sides, judge
 from maglev.schema.claims import RunClaim
-from maglev.schema.quantities import METRICS
 
 
 def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
@@ -66,18 +65,6 @@ def extreme(claim: RunClaim, drawn: Sequence[Metrics]) -> float:
 
 def metric_values(claim: RunClaim, metrics: Metrics, axes: Sequence[str] | None) -> list[MeasuredValue]:
     """Values of the claim's metric on the given axes or on the claim's motors; None for all."""
-    name = str(claim.quantity)
-    on = METRICS[name].on
-    if on == "step":
-        return [MeasuredValue(step.settling[claim.band] if claim.band is not None else getattr(step, name),
-                              (step.axis, step.time)) for step in metrics.steps if axes is None or step.axis in axes]
-    if on == "tracking":
-        return [MeasuredValue(getattr(axis, name.removeprefix("tracking_")), (axis.axis, 0.0))
-                for axis in metrics.tracking if axes is None or axis.axis in axes]
-    if on == "motor":
-        return [MeasuredValue(getattr(motor, name), (motor.motor, 0.0)) for motor in metrics.motors
-                if claim.motors is None or motor.motor in claim.motors]
-    return [MeasuredValue({"trip_time": math.inf if metrics.tripped is None else metrics.tripped,
-                           "lost_setpoints": float(len(metrics.lost)),
-                           "stop_contact": metrics.stop_contact is not None, "tripped": metrics.tripped is not None,
-                           "failed": metrics.failed}[name])]
+    chosen = claim.motors if axes is None else axes
+    return [MeasuredValue(value, (of, time or 0.0)) for of, value, time, band in values_of(metrics, str(claim.quantity))
+            if band == claim.band and (chosen is None or of in chosen)]

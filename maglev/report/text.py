@@ -1,8 +1,7 @@
 """Metrics and verdicts as tables for the terminal and the text report."""
 
-import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 
 from rich.console import Console
@@ -13,7 +12,8 @@ from rich.text import Text
 from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
-from maglev.judging.metrics import Metrics, StepResponse
+from maglev.judging.measures import Measure, measures
+from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import (
     MET_OR_NOT,
     VERDICTS,
@@ -32,9 +32,8 @@ from maglev.judging.verdicts import (
 from maglev.procedures.outcome import Outcome
 from maglev.report.plain import plain_console
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
-from maglev.schema.quantities import PRINTED_UNITS, length
+from maglev.schema.quantities import PRINTED_UNITS, printed
 from maglev.schema.run_plan import RunPlan
-from maglev.units import to_unit
 
 REPORT_WIDTH = 120   # characters
 
@@ -87,44 +86,32 @@ def heading(name: str, title: str) -> Text:
 
 
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
-    """Tables of the steps, the tracking errors and the currents, as far as the run has them."""
-    tables = []
-    if metrics.steps:
-        for unit in dict.fromkeys(plan.axes[step.axis].unit for step in metrics.steps):
-            tables.append(step_table(plan, [step for step in metrics.steps if plan.axes[step.axis].unit == unit], unit))
-    if metrics.tracking:
-        table = Table(title=f"Tracking error from t = {plan.metrics.tracking_from:g} s on")
-        for name in ("axis", "mean", "peak"):
-            table.add_column(name, justify="right")
-        for tracking in metrics.tracking:
-            unit = plan.axes[tracking.axis].unit
-            table.add_row(tracking.axis, length(tracking.mean, unit), length(tracking.peak, unit))
-        tables.append(table)
-    if not metrics.motors:
-        return tables
-    table = Table(title="Currents: largest absolute values")
-    for name in ("motor", "phase current (A)", "command (A)"):
-        table.add_column(name, justify="right")
-    for motor in metrics.motors:
-        names = plan.motors[motor.motor]
-        table.add_row(motor.motor, f"{motor.peak_current:.2f}" if names.currents else "not recorded",
-                      f"{motor.peak_command:.2f}" if names.commands else "not recorded")
-    tables.append(table)
-    return tables
+    """Tables of the steps, the errors and the currents, as far as the run has them; of what is in m or rad apart."""
+    groups: dict[tuple[str, str], list[Measure]] = {}
+    for each in measures(plan, metrics):
+        if each.of:
+            unit = plan.axes[each.of].unit if each.of in plan.axes else ""
+            groups.setdefault(("step" if each.time is not None else "axis" if unit else "motor", unit), []).append(each)
+    steps: dict[tuple[str, float | None], Sequence[str]] = {(step.axis, step.time): (f"{step.time:g} s", step.axis, *(
+        printed(value, "", PRINTED_UNITS[plan.axes[step.axis].unit]) for value in (step.start, step.target)))
+        for step in metrics.steps}
+    begin = plan.metrics.tracking_from
+    heads = {"step": ("Steps: settling is the time to the last error beyond a band", ("t", "axis", "from", "to")),
+             "axis": ("Errors" if begin is None else f"Errors; of tracking from t = {begin:g} s on", ("axis",)),
+             "motor": ("Currents: absolute values", ("motor",))}
+    return [measure_table(*heads[kind], found, steps) for (kind, _), found in groups.items()]
 
 
-def step_table(plan: RunPlan, steps: Sequence[StepResponse], unit: str) -> Table:
-    """Table of the steps of the axes that are in a unit, m or rad."""
-    milli, bands = PRINTED_UNITS[unit], plan.metrics.bands_of(plan.axes[steps[0].axis])
-    table = Table(title="Steps: time from the step to the last error beyond a band")
-    for name in ("t (s)", "axis", f"step ({milli})", *(f"settled to {length(band, unit)}" for band in bands),
-                 "overshoot", "steady-state error"):
-        table.add_column(name, justify="right")
-    for step in steps:
-        table.add_row(f"{step.time:g}", step.axis,
-                      f"{to_unit(step.start, milli):g} → {to_unit(step.target, milli):g}",
-                      *(seconds(step.settling[band]) for band in bands),
-                      f"{100.0 * step.overshoot:.1f} %", length(step.steady_state_error, unit))
+def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure],
+                  steps: Mapping[tuple[str, float | None], Sequence[str]]) -> Table:
+    """Table with a row for each axis, motor or step, whose first cells are in `steps`, and a column for each metric."""
+    columns = dict.fromkeys(each.quantity for each in found)
+    table = Table(*(Column(name, justify="right") for name in (*heads, *columns)), title=title)
+    rows: dict[tuple[str, float | None], dict[str, str]] = {}
+    for each in found:
+        rows.setdefault((each.of, each.time), {})[each.quantity] = each.text
+    for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0):
+        table.add_row(*steps.get(place, place[:1]), *(cells.get(name, "–") for name in columns))
     return table
 
 
@@ -257,7 +244,7 @@ def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expecte
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run held, with everything that disturbed it and its error at the end."""
-    words = [*troubles(result), *(f"largest error at the end {error}" for error in end_error(result.plan, metrics))]
+    words = [*troubles(result), *(f"largest end error {error}" for error in end_error(result.plan, metrics))]
     return held(metrics) + (": " if words else "") + ", ".join(words)
 
 
@@ -275,15 +262,9 @@ def held(metrics: Metrics) -> str:
 
 
 def end_error(plan: RunPlan, metrics: Metrics) -> list[str]:
-    """The largest error at the end with its axis, if there are axes, and the largest one of the rotations."""
+    """The largest end error with its axis, if there are axes, and the largest one of the rotations."""
     worst: dict[str, tuple[float, str]] = {}
     for axis, error in metrics.end_errors.items():
         unit = plan.axes[axis].unit
         worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda found: found[0])
-    return [f"{length(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]
-
-
-def seconds(time: float) -> str:
-    """A settling time."""
-    return "not settled" if math.isinf(time) else f"{time:.2f} s"
-
+    return [f"{printed(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]

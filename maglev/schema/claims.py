@@ -8,16 +8,17 @@ from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_va
 
 from maglev.errors import QuantityError, nearest
 from maglev.schema.quantities import (
+    FORMER,
     METRICS,
     PICKED_BY,
-    PRINTED_UNITS,
     PROCEDURE_VALUES,
     MeasuredQuantity,
     in_words,
     place,
+    printed,
 )
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
-from maglev.units import parse_quantity, read_quantity, si_unit, to_unit
+from maglev.units import parse_quantity, read_quantity, si_unit
 from pmlsm.rigs import RIGS
 
 ConstantName = Annotated[str, AfterValidator(lambda name: known_constant(name))]
@@ -101,7 +102,7 @@ class Claim(Table):
     @classmethod
     def known_quantity(cls, name: Any) -> Any:
         """Refuse a name that no quantity has."""
-        known = [*cls.KNOWN]
+        known, name = [*cls.KNOWN], FORMER.get(str(name), name)
         if name is not None and name not in known:
             names = ", ".join(map(repr, known[:-1]))
             raise ValueError(f"expected {names} or {known[-1]!r}, nearest is {nearest(str(name), known)}")
@@ -201,7 +202,7 @@ class Claim(Table):
     @property
     def name(self) -> str:
         """The quantity in words, such as "mean tracking error"."""
-        return (self.measured.words if self.measured else "") or str(self.quantity).replace("_", " ")
+        return self.measured.words if self.measured else ""
 
     @property
     def comparative(self) -> bool:
@@ -223,7 +224,7 @@ class Claim(Table):
         if value is None or self.measured is None:
             return ""
         if self.unit and self.measured.unit is None:
-            return f"{to_unit(value, self.unit):.4g} {self.unit}"
+            return printed(value, "", self.unit)
         return self.measured.printed(value, self.axis_unit)
 
     @property
@@ -233,7 +234,7 @@ class Claim(Table):
             return ""
         if isinstance(self.target, tuple):
             low, high = map(self.printed, self.target)
-            return f"{self.subject} in {low.partition(' ')[0]} … {high}"
+            return f"{self.subject} in {low.removesuffix(high[high.find(' '):])} … {high}"
         if self.relation == "is":
             return self.printed(self.target)
         if not self.comparative:
@@ -298,13 +299,12 @@ class RunClaim(Claim):
 
     @property
     def subject(self) -> str:
-        """What is measured, such as "settling time to 0.1 mm"."""
-        milli = PRINTED_UNITS[self.axis_unit]
-        band = "" if self.band is None else f" to {to_unit(self.band, milli):g} {milli}"
+        """What is measured, such as "settling time to 0.1 mm of x"."""
         if self.columns is not None:
             others = [f"also of {run}" for run in self.together_with or ()]
-            band = " " + ", ".join([*map(in_words, self.columns), *others])
-        return " of ".join(filter(None, (self.name, ", ".join(self.axes or self.motors or ())))) + band
+            return f"{self.name} " + ", ".join([*map(in_words, self.columns), *others])
+        name = self.name if self.band is None else f"{self.name} to {printed(self.band, self.axis_unit)}"
+        return " of ".join(filter(None, (name, ", ".join(self.axes or self.motors or ()))))
 
     @property
     def elsewhere(self) -> str | None:

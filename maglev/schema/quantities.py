@@ -1,17 +1,43 @@
-"""What can be measured and claimed: the metrics of a run and the values that a procedure finds, with their units."""
+"""What is measured and claimed: the one table of quantities with their names and units, and how values are printed."""
 
 import math
 from typing import Literal, NamedTuple
 
 from maglev.units import to_unit
 
-PRINTED_UNITS = {"s": "s", "1": "%", "m": "mm", "rad": "mrad", "A": "A", "N": "N"}   # by the SI unit
+# Units that people read, by the SI unit, and what a small value has in place of them.
+PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s"}
+SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms"}
+SMALL = 0.1   # of the unit, below which it has another one
 
 # What a quantity is measured on, and the keys with which a claim may pick some of its values.
-MeasuredOn = Literal["step", "tracking", "motor", "column", "run", "procedure"]
+MeasuredOn = Literal["axis", "tracking", "step", "motor", "column", "run", "procedure"]
 PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
-    "step": ("axes",), "tracking": ("axes",), "motor": ("motors",), "column": ("together_with",), "run": (),
-    "procedure": ("epsilon", "axes", "gaps")}
+    "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "column": ("together_with",),
+    "run": (), "procedure": ("epsilon", "axes", "gaps")}
+
+
+def printed(value: float, unit: str, wanted: str | None = None) -> str:
+    """Print a finite SI value with its unit: the one rule for tables, verdicts and pages.
+
+    Lengths, angles and times are in mm, mrad and s, or below a tenth of these in µm, µrad and ms; shares ("1") in per
+    cent; all else as it is: three significant digits, of more than 100 all before the point. Four digits have values in
+    a unit that somebody `wanted`, and plain numbers.
+    """
+    if wanted or not unit:
+        return f"{to_unit(value, wanted) if wanted else value:.4g} {wanted or ''}".rstrip()
+    shown = PRINTED_UNITS.get(unit, unit)
+    if value != 0.0 and abs(to_unit(value, shown)) < SMALL:
+        shown = SMALL_UNITS.get(shown, shown)
+    number = to_unit(value, shown)
+    return f"{number:.0f} {shown}" if abs(number) >= 100.0 else f"{number:.3g} {shown}"
+
+
+def metric_text(name: str, value: float, unit: str) -> str:
+    """Print a value of a metric whose name begins as in the table, such as "settling time to 10 µm of x"."""
+    if math.isinf(value):
+        return next((each.infinite for each in METRICS.values() if name.startswith(each.words)), "inf")
+    return printed(value, unit)
 
 
 class MeasuredQuantity(NamedTuple):
@@ -19,32 +45,37 @@ class MeasuredQuantity(NamedTuple):
 
     Attributes
     ----------
+    words : str
+        What it is called everywhere; a file and Python have an underscore in place of each space or hyphen.
     on : str
-        A step of an axis, the tracking of an axis, a motor, a recorded column, the whole run, or a procedure.
+        An axis or its tracking, a step of it, a motor, a recorded column, the whole run, or a procedure.
     unit : str or None
-        SI unit of measured values and of plain numbers as targets; None: a plain number. Of a count it is none, that
-        of a constant depends on the constant, and a claim about a column gives its own.
+        SI unit of measured values and of plain numbers as targets, "1" of shares; None: a plain number. What is in m
+        is in rad on a rotation. Of a count it is none, that of a constant depends on the constant, and a claim about a
+        column gives its own.
     needs : str or None
         Key without which a claim does not say what it is about.
+    recorded : str
+        What a run must have recorded for it: "currents", "commands", "trip", "stop contact"; empty if no more than
+        every run has.
     infinite : str
         Words for an infinite value.
     yes_no : (str, str) or None
         Words for that it happened and that it did not; None of a number.
-    words : str
-        What it is called to readers; empty if by its name.
     """
 
+    words: str
     on: MeasuredOn
     unit: str | None = None
     needs: str | None = None
+    recorded: str = ""
     infinite: str = "inf"
     yes_no: tuple[str, str] | None = None
-    words: str = ""
 
     @property
     def of_axes(self) -> bool:
         """Whether each axis of a run has values of its own."""
-        return self.on in ("step", "tracking")
+        return self.on in ("axis", "tracking", "step")
 
     def printed(self, value: float | bool, axis_unit: str = "m") -> str:
         """Print a value with its unit; of an axis in rad its lengths are angles."""
@@ -52,52 +83,53 @@ class MeasuredQuantity(NamedTuple):
             return self.yes_no[0] if value else self.yes_no[1]
         if math.isinf(value):
             return self.infinite
-        if self.unit is None:
-            return f"{value:.4g}"
-        unit = PRINTED_UNITS[axis_unit if self.unit == "m" else self.unit]
-        return f"{to_unit(value, unit):.3g} {unit}"
+        return printed(value, axis_unit if self.unit == "m" else self.unit or "")
 
 
-METRICS = {
-    "settling_time": MeasuredQuantity("step", "s", needs="band", infinite="not settled"),
-    "overshoot": MeasuredQuantity("step", "1"),                # share of the step
-    "steady_state_error": MeasuredQuantity("step", "m", words="steady-state error"),
-    "tracking_mean": MeasuredQuantity("tracking", "m", words="mean tracking error"),
-    "tracking_peak": MeasuredQuantity("tracking", "m", words="largest tracking error"),
-    "tracking_settling": MeasuredQuantity("tracking", "s", words="transient of tracking"),
-    "peak_current": MeasuredQuantity("motor", "A"),
-    "mean_current": MeasuredQuantity("motor", "A"),
-    "peak_command": MeasuredQuantity("motor", "A"),
-    "mean_command": MeasuredQuantity("motor", "A"),
-    "lowest": MeasuredQuantity("column", needs="columns"),    # value over the run
-    "highest": MeasuredQuantity("column", needs="columns"),
-    "largest": MeasuredQuantity("column", needs="columns"),   # absolute value
-    "trip_time": MeasuredQuantity("run", "s", infinite="never", words="time until the trip"),
-    "lost_setpoints": MeasuredQuantity("run", words="set-points at which it failed"),
-    "stop_contact": MeasuredQuantity("run", yes_no=("touched an end stop", "touched no end stop")),
-    "tripped": MeasuredQuantity("run", yes_no=("tripped", "did not trip")),
-    "failed": MeasuredQuantity("run", yes_no=("lost the stage", "kept the stage in the air"))}
+def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
+    """Quantities by their names as Python has them."""
+    return {each.words.replace("set-", "set").replace("-", " ").replace(" ", "_"): each for each in quantities}
+
+
+METRICS = by_name(
+    MeasuredQuantity("failed", "run", recorded="stop contact", yes_no=("lost the stage", "kept the stage in the air")),
+    MeasuredQuantity("trip time", "run", "s", recorded="trip", infinite="never"),
+    MeasuredQuantity("stop contact time", "run", "s", recorded="stop contact", infinite="never"),
+    MeasuredQuantity("lost set-points", "run", recorded="stop contact"),
+    MeasuredQuantity("tripped", "run", recorded="trip", yes_no=("tripped", "did not trip")),
+    MeasuredQuantity("stop contact", "run", recorded="stop contact",
+                     yes_no=("touched an end stop", "touched no end stop")),
+    MeasuredQuantity("rms error", "axis", "m"),                # over the whole run
+    MeasuredQuantity("end error", "axis", "m"),
+    MeasuredQuantity("mean tracking error", "tracking", "m"),
+    MeasuredQuantity("peak tracking error", "tracking", "m"),
+    MeasuredQuantity("tracking transient", "tracking", "s"),
+    MeasuredQuantity("peak current", "motor", "A", recorded="currents"),
+    MeasuredQuantity("mean current", "motor", "A", recorded="currents"),
+    MeasuredQuantity("peak command", "motor", "A", recorded="commands"),
+    MeasuredQuantity("mean command", "motor", "A", recorded="commands"),
+    MeasuredQuantity("settling time", "step", "s", needs="band", infinite="not settled"),
+    MeasuredQuantity("overshoot", "step", "1"),                # share of the step
+    MeasuredQuantity("steady-state error", "step", "m"),
+    MeasuredQuantity("lowest", "column", needs="columns"),     # value over the run
+    MeasuredQuantity("highest", "column", needs="columns"),
+    MeasuredQuantity("largest", "column", needs="columns"))    # absolute value
+FORMER = {"tracking_mean": "mean_tracking_error", "tracking_peak": "peak_tracking_error",
+          "tracking_settling": "tracking_transient"}   # names that files may still have
 
 # Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
-PROCEDURE_VALUES = {
-    "constant": MeasuredQuantity("procedure", needs="constant"),           # estimate
-    "average_constant": MeasuredQuantity("procedure", needs="constant"),   # mean over the air gaps
-    "thrust": MeasuredQuantity("procedure"),                        # L at an air gap, by parabola fit, m/(s² A)
-    "estimated_thrust": MeasuredQuantity("procedure"),              # L at an air gap, by the estimator
-    "estimator_deviation": MeasuredQuantity("procedure", "1"),      # of L by the estimator from L by parabola fit
-    "simultaneous_deviation": MeasuredQuantity("procedure", "1"),   # of L with both axes moving from L with one
-    "equilibrium_current": MeasuredQuantity("procedure", "A"),      # measured
-    "equilibrium_deviation": MeasuredQuantity("procedure", "A"),    # of the predicted current from the measured one
-    "cogging_force": MeasuredQuantity("procedure", "N"),            # peak
-    "position_deviation": MeasuredQuantity("procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
-    "speed_deviation": MeasuredQuantity("procedure", "1")}
-
-
-def length(value: float, unit: str = "m") -> str:
-    """A length in mm, or µm if it is small; of an axis in rad an angle in mrad or µrad."""
-    milli = PRINTED_UNITS[unit]
-    micro = milli.replace("m", "µ", 1)
-    return f"{to_unit(value, milli):.3g} {milli}" if value >= 0.1e-3 else f"{to_unit(value, micro):.3g} {micro}"
+PROCEDURE_VALUES = by_name(
+    MeasuredQuantity("constant", "procedure", needs="constant"),           # estimate
+    MeasuredQuantity("average constant", "procedure", needs="constant"),   # mean over the air gaps
+    MeasuredQuantity("thrust", "procedure"),                        # L at an air gap, by parabola fit, m/(s² A)
+    MeasuredQuantity("estimated thrust", "procedure"),              # L at an air gap, by the estimator
+    MeasuredQuantity("estimator deviation", "procedure", "1"),      # of L by the estimator from L by parabola fit
+    MeasuredQuantity("simultaneous deviation", "procedure", "1"),   # of L with both axes moving from L with one
+    MeasuredQuantity("equilibrium current", "procedure", "A"),      # measured
+    MeasuredQuantity("equilibrium deviation", "procedure", "A"),    # of the predicted current from the measured one
+    MeasuredQuantity("cogging force", "procedure", "N"),            # peak
+    MeasuredQuantity("position deviation", "procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
+    MeasuredQuantity("speed deviation", "procedure", "1"))
 
 
 def in_words(column: str) -> str:

@@ -1,5 +1,6 @@
 """What a study keeps of each flight: columns of metrics by name, and the limits on them."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, isnan
@@ -8,21 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import QuantityError, ScenarioError, nearest
-from maglev.judging.measures import Measure, measures
+from maglev.judging.measures import measures
 from maglev.judging.metrics import Metrics, evaluate
+from maglev.schema.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
-from maglev.units import read_quantity
+from maglev.units import read_quantity, si_unit
 
 # Of every flight; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
-EVENTS = {"failed": "", "time of trip": "s", "time of stop contact": "s", "lost set-points": ""}
+EVENTS = ("failed", "trip time", "stop contact time", "lost set-points")
 
 AT_STEP = " at t = "   # in the name of a metric of one step
+BAND = re.compile(r"(?<=settling time to )[\d.]+ ?[^\s\d]+")
 
 
 @dataclass(frozen=True)
 class Column:
-    """A metric that a study keeps: its name, its SI unit (empty of a share or a count), and its limits."""
+    """A metric that a study keeps: its name, its SI unit ("1" of a share, empty of a count), and its limits."""
 
     name: str
     unit: str
@@ -40,24 +43,15 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
     "overshoot of x at t = 6 s" is that of one step, "overshoot of x" the largest of all steps.
     """
     found: dict[str, tuple[float, str]] = {}
-    for name, value in zip(EVENTS, (float(metrics.failed), inf if metrics.tripped is None else metrics.tripped,
-                                    inf if metrics.stop_contact is None else metrics.stop_contact,
-                                    float(len(metrics.lost))), strict=True):
-        found[name] = value, EVENTS[name]
     steps: dict[str, tuple[float, str]] = {}
     for each in measures(plan, metrics):
-        name = group_of(each)
+        name = f"{each.quantity} of {each.of}" if each.of else each.quantity
         if each.time is not None:
             steps[f"{name}{AT_STEP}{each.time:g} s"] = each.value, each.unit
             found[name] = max(found.get(name, (-inf, ""))[0], each.value), each.unit
         else:
             found[name] = each.value, each.unit
     return {**found, **steps}
-
-
-def group_of(measure: Measure) -> str:
-    """Name of a measure, whichever step it is about."""
-    return f"{measure.quantity} of {measure.of}"
 
 
 def metrics_at_rest(plan: RunPlan, time: NDArray[np.float64], drives: Mapping[str, NDArray[np.float64]]) -> Metrics:
@@ -103,13 +97,22 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
 
 def meant(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
     """Names that a name means; ScenarioError with the nearest if there is none."""
-    name = asked.replace("um", "µm").replace("\N{GREEK SMALL LETTER MU}m", "µm").replace("µµ", "µ")
+    try:
+        name = BAND.sub(lambda found: as_named(found[0]), asked)
+    except QuantityError as error:
+        raise ScenarioError(f"{origin}: {asked!r}: {error}") from None
     if name in known:
         return [name]
     found = [each for each in known if each.startswith(f"{name} of ") and AT_STEP not in each]
     if not found:
         raise ScenarioError(f"{origin}: there is no metric {asked!r}; nearest is {nearest(name, known)}")
     return found
+
+
+def as_named(band: str) -> str:
+    """A band as names of metrics have it, however it is written: "0.1 mm" of "100 um"."""
+    value, unit = read_quantity(band)
+    return printed(value, si_unit(str(unit)))
 
 
 def limit_value(written: object, unit: str, key: str) -> float:

@@ -41,7 +41,7 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -
     Parameters
     ----------
     columns : mapping of str to ndarray, shape (samples,)
-        Metrics of a study: "time of trip", "time of stop contact", and "error at the end of" every axis.
+        Metrics of a study: "trip time", "stop contact time", and "end error of" every axis.
     at_limit : ndarray of bool, shape (samples,)
         Whether a command ends at its limit.
 
@@ -50,9 +50,9 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -
     ndarray of int, shape (samples,)
         Indices of `OUTCOMES`.
     """
-    near = np.all([values <= NEAR for name, values in columns.items() if name.startswith("error at the end of ")],
+    near = np.all([values <= NEAR for name, values in columns.items() if name.startswith("end error of ")],
                   axis=0)
-    tripped, touched = (np.isfinite(columns[name]) for name in ("time of trip", "time of stop contact"))
+    tripped, touched = (np.isfinite(columns[name]) for name in ("trip time", "stop contact time"))
     # A trip lets the mover fall on a stop, and what lies on a stop is at its limit: the first cause counts.
     return np.select([tripped, near & ~touched, near, touched, at_limit], [TRIPPED, SETTLED, RECOVERED, STOPPED,
                                                                            LIMITED], ASTRAY)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Column, Table
 
-from maglev.comparison.table import shown
+from maglev.schema.quantities import metric_text
 from maglev.studies.columns import EVENTS
 from maglev.tuning.cost import Cost
 from maglev.tuning.schema import TuneFile
@@ -40,18 +40,18 @@ def show_found(console: Console, tuning: TuneFile, cost: Cost, found: Found) -> 
         for i, column in enumerate(cost.columns):
             if column.name in EVENTS and column.name != "failed":
                 continue
-            table.add_row(column.name, *row(before[:, i], after[:, i], column.unit))
+            table.add_row(*row(column.name, before[:, i], after[:, i], column.unit))
         console.print(table)
         within = (cost.excess(after[None], before) == 0.0).mean()
         console.print(f"{within:.0%} of the plants within all limits", highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in found.parameters.items()), highlight=False)
 
 
-def row(before: Array, after: Array, unit: str) -> list[str]:
-    """Entries of a metric: medians, the largest that have an end, shares without one, and where it became less."""
-    cells = []
+def row(name: str, before: Array, after: Array, unit: str) -> list[str]:
+    """Row of a metric: name, medians, the largest that have an end, shares without one, and where it became less."""
+    cells = [name]
     for summary in (median, largest):
-        cells += [shown(summary(values), unit) for values in (before, after)]
+        cells += [metric_text(name, summary(values), unit) for values in (before, after)]
     cells += [f"{np.mean(~np.isfinite(values)):.0%}" for values in (before, after)]
     return [*cells, f"{np.mean(after < before):.0%}"]
 

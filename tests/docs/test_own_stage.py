@@ -24,4 +24,4 @@ def test_commands_lead_to_a_picture(tmp_path: Path) -> None:
             changed = sum(one != other for one, other in zip(before.split("\n"), after.split("\n"), strict=True))
             assert changed >= command.count("s/")   # every substitution finds its line
     assert (tmp_path / "results" / "mine-setpoints.png").stat().st_size > 10_000
-    assert "held: largest error at the end" in done.stdout
+    assert "held: largest end error" in done.stdout

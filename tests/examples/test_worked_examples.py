@@ -76,7 +76,7 @@ def said(table: str) -> dict[str, list[list[float]]]:
 
 def responds(run: maglev.Run, settling: list[float], overshoot: list[float]) -> None:
     """Settling to 10 µm (s) and overshoot (%) are as they are said; a start 0.3 µm off moves them by 0.02 and 0.1."""
-    assert [step.settling[10e-6] for step in run.metrics.steps] == pytest.approx(settling, abs=0.05)
+    assert [step.settling_time[10e-6] for step in run.metrics.steps] == pytest.approx(settling, abs=0.05)
     assert [1e2 * step.overshoot for step in run.metrics.steps] == pytest.approx(overshoot, abs=0.3)
 
 
@@ -120,7 +120,7 @@ def test_lqi_recovers_where_its_references_ask_for_more_than_the_limit(
     run = flown(lqi.LQI, LARGE_STEP, fastest_fmus, tmp_path)
     assert (np.abs(run["controller.alpha.i_q_cmd"]) == 4.0).sum() > 300   # ms
     assert not run.metrics.failed
-    assert max(step.settling[10e-6] for step in run.metrics.steps) < 1.0
+    assert max(step.settling_time[10e-6] for step in run.metrics.steps) < 1.0
     assert max(step.overshoot for step in run.metrics.steps) < 0.2
 
 

@@ -68,7 +68,7 @@ def test_what_was_evaluated_is_not_evaluated_again():
 
 
 def claim(**keys):
-    return RunClaim.model_validate({"text": "a", "source": "p. 1", "metric": "tracking_mean", **keys})
+    return RunClaim.model_validate({"text": "a", "source": "p. 1", "metric": "mean_tracking_error", **keys})
 
 
 @pytest.mark.parametrize(("keys", "value", "expected"), [

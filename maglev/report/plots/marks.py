@@ -53,11 +53,10 @@ def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Itera
         yield from marks_of_steps(claim, target, run, shown, axes)
     elif claim.measured.on == "tracking":
         for axis in axes:
-            yield (Mark("error", axis, time=target) if quantity == "tracking_settling" else
+            yield (Mark("error", axis, time=target) if quantity == "tracking_transient" else
                    Mark("error", axis, level=target, start=plan.metrics.tracking_from or 0.0))
     elif claim.measured.on == "motor":
-        kind = "currents" if quantity in ("peak_current", "mean_current") else "commands"
-        yield from (Mark(kind, motor, level=sign * target) for motor in claim.motors or plan.motors
+        yield from (Mark(claim.measured.recorded, motor, level=sign * target) for motor in claim.motors or plan.motors
                     for sign in (1.0, -1.0))
     elif claim.measured.on == "column":
         yield from (Mark(panel.kind, panel.of, level=sign * target) for panel in shown.panels

@@ -14,19 +14,19 @@ from fmi_export.whole_file import write_whole
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
 from maglev.report.page import json_in_html, read
+from maglev.schema.quantities import PRINTED_UNITS, metric_text
 from maglev.studies.page.again import command_of
 from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
-from maglev.studies.page.text import COUNTS, limits_text, metrics_of, text
+from maglev.studies.page.text import limits_text, metrics_of
+from maglev.units import UNITS, factor
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js",)   # of the report: its data, and what goes wrong
 OWN_SCRIPTS = ("look.js", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
-# Units that plots have instead of SI: name, and how many are one.
-UNITS = {"m": ("mm", 1e3), "rad": ("mrad", 1e3), "": ("%", 1e2)}
 
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
@@ -76,11 +76,6 @@ def design_text(about: Mapping[str, Any]) -> str:
     return f"design: {design['kind']}, {design['samples']} samples, seed {design['seed']}"
 
 
-def scale(name: str, unit: str) -> tuple[str, float]:
-    """Unit in which a column is drawn, and how many of it one SI unit is."""
-    return ("", 1.0) if name in COUNTS else UNITS.get(unit, (unit, 1.0))
-
-
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
          drawn: np.ndarray[Any, np.dtype[np.intp]], indices: Sequence[Indices]) -> dict[str, Any]:
     """What the page's script draws."""
@@ -89,10 +84,11 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     varied = [each["name"] for each in about["vary"]]
     columns = []
     for name in [*varied, *(name for name, _ in metrics)]:
-        unit, factor = (units[name], 1.0) if name in varied and not units[name] else scale(name, units[name])
-        limits = {key: factor * value for key, value in about["limits"].get(name, {}).items() if value is not None}
+        unit = PRINTED_UNITS.get(units[name], units[name])
+        scale = 1.0 / factor(unit) if unit in UNITS else 1.0
+        limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
-            None if value is None or not math.isfinite(value) else float(f"{factor * value:.6g}")
+            None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")
             for value in chosen[name].to_pylist()]})
     return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns,
             "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()],
@@ -107,7 +103,8 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     for name, unit, values in metrics_of(table):
         if not len(values):
             continue
-        cells = [text(name, float(each), unit) for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest")]
+        quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()
+        cells = [metric_text(name, each, unit) for each in quantiles]
         limits = about["limits"].get(name, {})
         low, high = (limits.get("min"), limits.get("max"))
         beyond = int(np.sum((values < (-math.inf if low is None else low)) | (values > (math.inf if high is None
@@ -150,13 +147,12 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
             found.setdefault(sample, "failed: a stop, a trip, or a large error at the end")
     limited = [item for item in metrics if item[0] in about["limits"]]
     for name, unit in limited or metrics:
-        # Less is better of every metric but the times of events.
-        if name.startswith("time of"):
+        if name in ("trip time", "stop contact time"):   # of all others, less is better
             continue
         values = table[name].to_pylist()
         sample = max(range(len(values)), key=lambda i: -math.inf if values[i] is None else values[i])
         if values[sample] is not None:
-            found.setdefault(sample, f"largest {name}: {text(name, values[sample], unit)}")
+            found.setdefault(sample, f"largest {name}: {metric_text(name, values[sample], unit)}")
     return list(found.items())[:MOST_WORST]
 
 

@@ -1,6 +1,5 @@
 """What a study found, for the terminal."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,11 +8,10 @@ import pyarrow as pa
 from rich.console import Console
 from rich.table import Column, Table
 
-from maglev.comparison.table import shown
+from maglev.schema.quantities import metric_text
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
-COUNTS = ("lost set-points",)   # metrics that are no share, though without a unit
 
 
 def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> None:
@@ -29,7 +27,8 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
         if len(values) == 0:
             continue
         quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest")
-        columns.add_row(name, *(text(name, float(each), unit) for each in quantiles), limits_text(about, name, unit))
+        columns.add_row(name, *(metric_text(name, each, unit) for each in quantiles.tolist()),
+                        limits_text(about, name, unit))
     console.print(columns)
     for row, why in failures[:MOST_SHOWN]:
         console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
@@ -49,15 +48,6 @@ def metrics_of(table: pa.Table) -> list[tuple[str, str, np.ndarray[Any, np.dtype
 def limits_text(about: Mapping[str, Any], name: str, unit: str) -> str:
     """Limits on a metric; empty if there are none."""
     limits = about["limits"].get(name, {})
-    words = [f"{sign} {text(name, limits[key], unit)}" for key, sign in (("min", "≥"), ("max", "≤"))
+    words = [f"{sign} {metric_text(name, limits[key], unit)}" for key, sign in (("min", "≥"), ("max", "≤"))
              if limits.get(key) is not None]
     return ", ".join(words)
-
-
-def text(name: str, value: float, unit: str) -> str:
-    """A value as people read it."""
-    if name in COUNTS:
-        return f"{value:g}"
-    if name.startswith("time of") and math.isinf(value):
-        return "never"
-    return shown(value, unit)

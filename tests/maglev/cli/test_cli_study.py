@@ -28,7 +28,7 @@ interval = "5 ms"
 [[variants.ours.claims]]
 text = "Ours is better"
 source = "p. 1"
-metric = "tracking_mean"
+metric = "mean_tracking_error"
 relation = "<"
 than = "hold-theirs"
 [variants.theirs]

@@ -50,22 +50,23 @@ def test_a_motor_without_recorded_currents_has_no_best_peak(plan: RunPlan) -> No
     metrics = evaluate(plan, time, columns_of(plan, time, {"v": 0.0 * time, "h": 0.0 * time}))
     motors = {name: motor.model_copy(update={"currents": []}) for name, motor in plan.motors.items()}
     without = plan.model_copy(update={"motors": motors})
-    assert "peak phase current" in {each.quantity for each in measures(plan, metrics)}
-    assert "peak phase current" not in {each.quantity for each in measures(without, metrics)}
+    assert "peak current" in {each.quantity for each in measures(plan, metrics)}
+    assert "peak current" not in {each.quantity for each in measures(without, metrics)}
 
 
 def settled(*times: float) -> list[Measure]:
     """Settling times of an axis after steps at 0, 1, … s."""
-    return [Measure("settling to 10 µm", "y", float(k), value, "s") for k, value in enumerate(times)]
+    return [Measure("settling time to 10 µm", "y", float(k), value, "s") for k, value in enumerate(times)]
 
 
 def test_every_step_is_a_row_and_the_worst_of_all_is_the_summary() -> None:
     rows = side_by_side({"a": settled(1.0, 3.0), "b": settled(2.0, math.inf)})
     assert [(row.name, dict(row.values), row.best) for row in rows] == [
-        ("settling to 10 µm at 0 s", {"a": 1.0, "b": 2.0}, ("a",)),
-        ("settling to 10 µm at 1 s", {"a": 3.0, "b": math.inf}, ("a",))]
+        ("settling time to 10 µm at 0 s", {"a": 1.0, "b": 2.0}, ("a",)),
+        ("settling time to 10 µm at 1 s", {"a": 3.0, "b": math.inf}, ("a",))]
     (worst,) = summary(rows)
-    assert (worst.name, worst.text("a"), worst.text("b")) == ("settling to 10 µm, worst of 2", "3 s", "not settled")
+    assert worst.name == "settling time to 10 µm, worst of 2"
+    assert (worst.text("a"), worst.text("b")) == ("3 s", "not settled")
 
 
 def test_what_one_run_lacks_is_a_dash_and_not_its_best() -> None:

@@ -52,15 +52,15 @@ SETTLING = {"metric": "settling_time", "band": "0.1 mm"}
     ({**SETTLING, "relation": ">", "target": 5}, ("not reproduced", 2.0)),
     ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, ("within 10 %", 0.32)),
     ({"metric": "steady_state_error", "relation": "<", "target": "0.1 mm"}, ("reproduced", 1e-5)),
-    ({"metric": "tracking_mean", "axes": ["y"], "relation": "about", "target": "0.059 mm", "digits": 2},
+    ({"metric": "mean_tracking_error", "axes": ["y"], "relation": "about", "target": "0.059 mm", "digits": 2},
      ("reproduced", 0.0592e-3)),
-    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
+    ({"metric": "mean_tracking_error", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
      ("within 10 %", 0.127e-3)),
-    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.11 mm", "digits": 2},
+    ({"metric": "mean_tracking_error", "axis": "x", "relation": "about", "target": "0.11 mm", "digits": 2},
      ("not reproduced", 0.127e-3)),
-    ({"metric": "tracking_peak", "axis": "x", "relation": "about", "target": "0.4 mm", "digits": 1},
+    ({"metric": "peak_tracking_error", "axis": "x", "relation": "about", "target": "0.4 mm", "digits": 1},
      ("reproduced", 0.4e-3)),
-    ({"metric": "tracking_settling", "relation": "<", "target": 3}, ("reproduced", 2.0)),
+    ({"metric": "tracking_transient", "relation": "<", "target": 3}, ("reproduced", 2.0)),
     ({"metric": "peak_current", "relation": "<", "target": "9 A"}, ("reproduced", 5.0)),
     ({"metric": "peak_command", "motor": "alpha", "relation": "<", "target": "6.5 A"}, ("reproduced", 6.0)),
     ({"metric": "mean_current", "motors": ["beta"], "relation": ">", "target": 1}, ("reproduced", 1.5)),
@@ -81,7 +81,7 @@ def test_verdicts(table, expected):
 def test_about_means_within_a_twentieth_however_many_digits_are_printed(value, figure, expected):
     for digits in ({}, {"digits": 1}, {"digits": 4}):
         metrics = Metrics((), (TrackingError("y", value, value, 0.0),), (), {}, None, None, False)
-        assert verdict(metrics, metric="tracking_mean", relation="about", target=figure, **digits)[0] == expected
+        assert verdict(metrics, metric="mean_tracking_error", relation="about", target=figure, **digits)[0] == expected
 
 
 @given(st.lists(st.tuples(st.floats(1e-3, 1e3), st.floats(0.5, 1.5)), min_size=2, max_size=2))
@@ -91,7 +91,7 @@ def test_what_comes_closer_to_its_figure_never_has_the_worse_verdict(pairs):
     found = []
     for figure, share in pairs:
         metrics = Metrics((), (TrackingError("y", figure * share, 0.0, 0.0),), (), {}, None, None, False)
-        result, measured = verdict(metrics, metric="tracking_mean", relation="about", target=figure, digits=2)
+        result, measured = verdict(metrics, metric="mean_tracking_error", relation="about", target=figure, digits=2)
         found.append((abs(measured - figure) / figure, order.index(result)))
     (near, first), (far, second) = sorted(found)
     assert first <= second or far - near < 1e-8
@@ -114,10 +114,10 @@ def test_a_claim_of_ones_own_is_met_or_not():
 
 
 @pytest.mark.parametrize(("table", "text", "criterion"), [
-    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time of y to 0.1 mm < 5 s"),
-    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time of x to 0.1 mm < 5 s"),
+    ({**SETTLING, "axis": "y", "relation": "<", "target": "5 s"}, "4 s", "settling time to 0.1 mm of y < 5 s"),
+    ({**SETTLING, "axis": "x", "relation": "<", "target": "5 s"}, "not settled", "settling time to 0.1 mm of x < 5 s"),
     ({"metric": "overshoot", "axis": "y", "relation": "<", "target": "30 %"}, "32 %", "overshoot of y < 30 %"),
-    ({"metric": "tracking_mean", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
+    ({"metric": "mean_tracking_error", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
      "0.127 mm", "mean tracking error of x about 0.12 mm"),
     ({"metric": "failed", "relation": "is", "target": False}, "lost the stage", "kept the stage in the air"),
     ({"not_testable": "needs the rig"}, "", "")])

@@ -42,7 +42,7 @@ def test_second_order_step(zeta, omega, ends):
     assert (step.axis, step.time, step.start, step.target) == ("y", 1.0, start, target)
     assert step.overshoot == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), rel=5e-3)
     # The envelope of the error bounds the settling time from above, one half period less from below.
-    for band, settling in step.settling.items():
+    for band, settling in step.settling_time.items():
         envelope = math.log(abs(target - start) / (band * math.sqrt(1.0 - zeta**2))) / (zeta * omega)
         half_period = math.pi / (omega * math.sqrt(1.0 - zeta**2))
         assert envelope - half_period - 2e-3 <= settling <= envelope + 2e-3
@@ -54,8 +54,8 @@ def test_first_order_settles_when_it_says():
     metrics = evaluate(plan(), TIME, {"plant.y.position": position,
                                           "controller.y.reference": step_at_1_s(0.02, 0.03)})
     (step,) = metrics.steps
-    assert step.settling[1e-4] == pytest.approx(math.log(100.0) / 5.0, abs=1.5e-3)
-    assert step.settling[1e-5] == pytest.approx(math.log(1000.0) / 5.0, abs=1.5e-3)
+    assert step.settling_time[1e-4] == pytest.approx(math.log(100.0) / 5.0, abs=1.5e-3)
+    assert step.settling_time[1e-5] == pytest.approx(math.log(1000.0) / 5.0, abs=1.5e-3)
     assert step.overshoot == 0.0
     assert step.steady_state_error == pytest.approx(0.0, abs=1e-12)
 
@@ -74,9 +74,9 @@ def test_window_ends_at_the_next_step_of_any_axis():
     columns["x.p"] = np.where(TIME >= 5.0, 3e-3, 0.0)
     y, x = evaluate(plan(axes=axes), TIME, columns).steps
     assert (y.axis, y.time, x.axis, x.time) == ("y", 1.0, "x", 4.0)
-    assert y.settling[1e-4] == pytest.approx(0.999)
+    assert y.settling_time[1e-4] == pytest.approx(0.999)
     assert y.steady_state_error == 0.0
-    assert x.settling[1e-4] == pytest.approx(0.999)
+    assert x.settling_time[1e-4] == pytest.approx(0.999)
 
 
 def test_a_rotation_has_bands_and_a_limit_of_its_own():
@@ -86,12 +86,12 @@ def test_a_rotation_has_bands_and_a_limit_of_its_own():
     settings = MetricSettings(bands=["0.1 mm"], tilt_bands=["5 mrad", "1 mrad"], fail_tilt="3.9 mrad")
     tilted = plan(axes=axes, metrics=settings)
     metrics = evaluate(tilted, TIME, columns)
-    assert [dict(step.settling) for step in metrics.steps] == [
+    assert [dict(step.settling_time) for step in metrics.steps] == [
         {1e-4: pytest.approx(0.999)}, {5e-3: pytest.approx(1.999), 1e-3: math.inf}]
     assert metrics.failed and metrics.lost == (1.0,)
     assert not evaluate(plan(axes=axes, metrics=MetricSettings(fail_tilt="4.1 mrad")), TIME, columns).failed
     assert {(each.quantity, each.of, each.unit) for each in measures(tilted, metrics)} >= {
-        ("settling to 5000 µrad", "roll", "s"), ("settling to 100 µm", "y", "s"), ("error at the end", "roll", "rad")}
+        ("settling time to 5 mrad", "roll", "s"), ("settling time to 0.1 mm", "y", "s"), ("end error", "roll", "rad")}
 
 
 def test_a_moving_reference_has_no_steps():
@@ -107,9 +107,9 @@ def test_tracking():
     settings = MetricSettings(tracking_from=5.0, fail_error=1.0)
     (tracking,) = evaluate(plan(metrics=settings), TIME, {
         "plant.y.position": reference + error, "controller.y.reference": reference}).tracking
-    assert tracking.mean == pytest.approx(0.1, rel=1e-2)
-    assert tracking.peak == pytest.approx(0.1)
-    assert tracking.settling == pytest.approx(2.999)
+    assert tracking.mean_tracking_error == pytest.approx(0.1, rel=1e-2)
+    assert tracking.peak_tracking_error == pytest.approx(0.1)
+    assert tracking.tracking_transient == pytest.approx(2.999)
 
 
 def test_tracking_from_beyond_the_end_is_refused():

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
-from maglev.schema.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES
+from maglev.schema.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES, metric_text, printed
 
 # A claim of each kind about a number with a unit, and how it compares with another place.
 RUN = {"metric": "peak_current", "relation": "<", "target": "2 A"}
@@ -133,7 +133,7 @@ def test_rules_of_claims_about_procedures(table: dict[str, Any], words: list[str
     ({**OVERSHOOT, "metric": "settling_time", "band": "0.1 mm", "target": "5 s"}, 5.0,
      "settling time to 0.1 mm < 5 s"),
     ({"metric": "lost_setpoints", "relation": "about", "target": 2, "digits": 1}, 2.0,
-     "set-points at which it failed about 2"),
+     "lost set-points about 2"),
     ({"metric": "failed", "relation": "is", "target": False}, False, "kept the stage in the air"),
     ({"metric": "overshoot", "relation": "<", "than": "fast"}, None, "overshoot < that of fast"),
     ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0.5}, None, "overshoot < 0.5 × that of fast"),
@@ -174,20 +174,41 @@ def test_one_name_is_a_list_of_it() -> None:
 def test_quantities_are_told_apart_and_have_units_to_print() -> None:
     assert not set(METRICS) & set(PROCEDURE_VALUES)
     for quantity in [*METRICS.values(), *PROCEDURE_VALUES.values()]:
-        assert quantity.unit in {None, *PRINTED_UNITS}
+        assert quantity.unit in {None, "s", "A", "N", *PRINTED_UNITS}
         assert not (quantity.yes_no and quantity.unit)
     assert {quantity.on == "procedure" for quantity in METRICS.values()} == {False}
     assert {quantity.on for quantity in PROCEDURE_VALUES.values()} == {"procedure"}
 
 
 @pytest.mark.parametrize(("name", "value", "text"), [
-    ("overshoot", 0.3234, "32.3 %"), ("tracking_mean", 0.0592e-3, "0.0592 mm"), ("settling_time", 4.0, "4 s"),
+    ("overshoot", 0.3234, "32.3 %"), ("mean_tracking_error", 0.0592e-3, "59.2 µm"), ("settling_time", 4.0, "4 s"),
     ("settling_time", float("inf"), "not settled"), ("trip_time", float("inf"), "never"),
     ("failed", True, "lost the stage"),
     ("stop_contact", False, "touched no end stop"), ("lost_setpoints", 3.0, "3"), ("peak_current", 6.0, "6 A"),
     ("constant", 13.944, "13.94"), ("cogging_force", 4.7, "4.7 N"), ("estimator_deviation", 0.1 / 3.0, "3.33 %")])
 def test_values_are_printed_in_the_units_of_the_thesis(name: str, value: float | bool, text: str) -> None:
     assert (METRICS | PROCEDURE_VALUES)[name].printed(value) == text
+
+
+@pytest.mark.parametrize(("value", "unit", "text"), [
+    (12e-6, "m", "12 µm"), (0.1e-3, "m", "0.1 mm"), (-0.05e-3, "m", "-50 µm"), (1.2345e-3, "m", "1.23 mm"),
+    (0.0, "m", "0 mm"),
+    (4.56e-6, "rad", "4.56 µrad"), (2e-3, "rad", "2 mrad"), (0.02, "s", "20 ms"), (0.5, "s", "0.5 s"),
+    (0.0542, "A", "0.0542 A"),
+    (0.3234, "1", "32.3 %"), (12.345, "1", "1234 %"), (768.24, "", "768.2"), (0.2, "m/s", "200 mm/s")])
+def test_one_rule_prints_all_values(value: float, unit: str, text: str) -> None:
+    assert printed(value, unit) == text
+
+
+def test_a_value_in_a_wanted_unit_has_four_digits() -> None:
+    assert printed(0.019876, "m", "mm") == "19.88 mm"
+    assert metric_text("settling time to 10 µm of x", float("inf"), "s") == "not settled"
+    assert metric_text("stop contact time", float("inf"), "s") == "never"
+
+
+def test_a_name_of_before_is_read() -> None:
+    assert RunClaim.model_validate({"text": "a", "source": "p. 1", "metric": "tracking_peak", "relation": "<",
+                                    "target": 1.0}).quantity == "peak_tracking_error"
 
 
 BOUND = {"figure": "4.27", "metric": "highest", "column": "plant.h.encoder", "unit": "mm", "target": [60, 80]}

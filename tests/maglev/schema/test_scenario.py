@@ -133,8 +133,8 @@ def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, n
 
 def test_tracking_claim_needs_a_start_of_tracking(write):
     message = refusal(write(('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
-                             'metric = "tracking_peak"\nrelation = "<"\ntarget = "1 mm"')))
-    assert "claims[0].metric = 'tracking_peak': expected metrics.tracking_from" in message
+                             'metric = "peak_tracking_error"\nrelation = "<"\ntarget = "1 mm"')))
+    assert "claims[0].metric = 'peak_tracking_error': expected metrics.tracking_from" in message
 
 
 def test_unknown_name_names_the_nearest():
@@ -224,11 +224,11 @@ TILT_BANDS = ('bands = ["0.1 mm", "10 um"]', 'bands = ["0.1 mm", "10 um"]\ntilt_
 def test_claims_about_rotations_are_in_rad(write):
     about_roll = ('axis = "y"\nband = "10 um"', 'axis = "roll"\nband = "0.1 mrad"')
     plan = load_plan(write(ROLL, TILT_BANDS, about_roll))
-    assert plan.claims[0].criterion == "settling time of roll to 0.1 mrad < 5 s"
+    assert plan.claims[0].criterion == "settling time to 0.1 mrad of roll < 5 s"
     of_error = ('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
                 'metric = "steady_state_error"\naxis = "roll"\nrelation = "<"\ntarget = "50 urad"')
     claim = load_plan(write(ROLL, of_error)).claims[0]
-    assert (claim.target, claim.criterion) == (50e-6, "steady-state error of roll < 0.05 mrad")
+    assert (claim.target, claim.criterion) == (50e-6, "steady-state error of roll < 50 µrad")
 
 
 @pytest.mark.parametrize(("changes", "expected"), [

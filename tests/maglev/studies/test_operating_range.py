@@ -37,8 +37,8 @@ DOCS = Path(__file__).parents[3] / "docs"
     (inf, 0.6, 1.1e-4, False, STOPPED), (inf, 0.6, 1.1e-4, True, STOPPED), (0.7, 0.6, 1.1e-4, False, TRIPPED),
     (inf, inf, 1.1e-4, True, LIMITED), (inf, inf, 1.1e-4, False, ASTRAY)])
 def test_the_first_cause_counts(tripped: float, touched: float, error: float, at_limit: bool, outcome: int) -> None:
-    columns = {"time of trip": [tripped], "time of stop contact": [touched], "error at the end of y": [error],
-               "error at the end of x": [0.0]}
+    columns = {"trip time": [tripped], "stop contact time": [touched], "end error of y": [error],
+               "end error of x": [0.0]}
     found = outcomes({name: np.array(values) for name, values in columns.items()}, np.array([at_limit]))
     assert found.tolist() == [outcome]
 
@@ -63,7 +63,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         {"set": "reference.v.end", "name": "target gap", "kind": "list", "values": ["19.5 mm", "20 mm"]},
         {"set": "reference.h.end", "name": "horizontal step", "kind": "list", "values": [0.0]},
         {"set": "plant.C1", "name": "constants", "mode": "factor", "kind": "list", "values": [0.95, 1.0]}],
-        metrics=["error at the end"], keep=["controller.motor.i_d_cmd", "controller.motor.i_q_cmd"])
+        metrics=["end error"], keep=["controller.motor.i_d_cmd", "controller.motor.i_q_cmd"])
     path = run_study(study, tmp_path, 1, None, False, lambda _done, _all: None, print)
     found = read_map(path)
     assert found.outcomes.shape == (3, 2, 1, 2)
@@ -72,8 +72,8 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         place = (*(int(np.argmin(np.abs(axis - row[name]))) for axis, name in (
             (found.initial, "initial gap"), (found.target, "target gap"))), 0,
             int(np.argmin(np.abs(found.constants - row["constants"]))))
-        assert (found.outcomes[place] in (STOPPED, RECOVERED)) == (row["time of stop contact"] < inf)
-    assert {row["time of stop contact"] < inf for row in table} == {True, False}
+        assert (found.outcomes[place] in (STOPPED, RECOVERED)) == (row["stop contact time"] < inf)
+    assert {row["stop contact time"] < inf for row in table} == {True, False}
     origin = origin_of([path, path])
     assert origin.guids.keys() == {"Plant2DOF", "Regulator2DOF"}
     write_maps(tmp_path / "maps.json", {"2dof": RigMaps({"nonlinear": found}, origin)})
