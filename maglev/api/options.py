@@ -9,6 +9,7 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.errors import QuantityError, ScenarioError
+from maglev.experiment.following import FOLLOW
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.replacement import Replacement
 from maglev.experiment.selection import prepare_all
@@ -81,6 +82,8 @@ def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
     settings, model = settings_of(options.get("set")), options.get("model")
     if model is None:
         return settings
+    if str(model) == "plant":
+        return [FOLLOW, *settings]
     rigs = {plan.rig.name: plan.rig for plan in plans if plan.rig is not None}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")

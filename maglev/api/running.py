@@ -127,7 +127,8 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     set : mapping of str to value, optional
         Start values that go before the plan's, by `fmu.variable`; SI, or text with a unit: {"plant.y.mass": "7.2 kg"}.
     model : path, optional
-        Constants of plant and controller, a file that `identify` has written; `set` goes before it.
+        Constants of plant and controller, a file that `identify` has written; or "plant": the model of the controller
+        follows the masses of the plant. `set` goes before it.
     plant, controller : path, optional
         FMUs that take the place of the plan's. The controller can also be a class, or the path of a Python file with
         one, "lqi.py" or "lqi.py:LQI" (docs/controllers.md).

@@ -32,9 +32,9 @@ Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the p
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
     "be repeated.", show_default=False)]
-Model = Annotated[Path | None, typer.Option("--model", metavar="TOML", help="Constants of plant and controller, as "
-                                            "`maglev identify` writes them; --set goes before them.",
-                                            show_default=False)]
+Model = Annotated[Path | None, typer.Option(
+    "--model", metavar="TOML", help="Constants of plant and controller, as `maglev identify` writes them; or `plant`: "
+    "the controller's model follows the masses of the plant. --set goes before them.", show_default=False)]
 Plant = Annotated[Path | None, typer.Option(help="Another plant FMU, with the same ports or a map.",
                                             show_default=False)]
 Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU with the same ports or a map, or a "

@@ -17,12 +17,13 @@ from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import FmuError, ScenarioError, nearest
+from maglev.experiment.following import FOLLOW, Following, Own, following
 from maglev.experiment.port_check import check_names
 from maglev.experiment.provenance import Provenance, departures_of, provenance
 from maglev.experiment.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.own_fmus import built_here
 from maglev.own_stage.adoption import know_stage
-from maglev.schema.run_plan import FmuTable, RunPlan
+from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
 from maglev.schema.settings import read_setting, with_references
 from maglev.written.source import copy_of, is_class, is_written
 
@@ -54,6 +55,8 @@ class Experiment:
         Longest time that a call of an FMU which is not of this project may take, s.
     departures : tuple of str
         Why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario.
+    following : Following, optional
+        How the controller's model follows the masses of the plant, if it does.
     """
 
     plan: RunPlan
@@ -67,6 +70,7 @@ class Experiment:
     put_in: tuple[str, ...] = ()
     timeout: float = TIMEOUT
     departures: tuple[str, ...] = ()
+    following: Following | None = None
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
@@ -187,7 +191,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         FMUs that take the place of the plan's, by name in the run.
     settings : iterable of str
         Start values that go before the plan's, `fmu.variable=value`, the value with or without a unit; or other
-        references, `reference.AXIS.amplitude=value`, see `with_reference`.
+        references, `reference.AXIS.amplitude=value`, see `with_reference`; or `FOLLOW`.
     step : float, optional
         Communication step that takes the place of the plan's, s.
     order : str
@@ -226,6 +230,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in left_out]})
     plan, settings, other_references = with_references(plan, settings)
     overruled: list[str] = []
+    follows, settings = FOLLOW in settings, [setting for setting in settings if setting != FOLLOW]
     for setting in settings:
         name, variable, value = read_setting(setting)
         known_participant(plan, f"--set {setting}", name)
@@ -234,6 +239,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         if source is not None:
             overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
     asked = {setting.partition("=")[0].strip() for setting in settings}
+    follow = followed(plan, files, start, start_from, asked) if follows else None
     left_out = {full: reason for full, reason in left_out.items() if full not in asked}
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name],
                                             "inherited": {}})
@@ -247,7 +253,27 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     departures = tuple(departures_of(plan, files, put_in))
     if changes or put_in or departures:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
-    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures)
+    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures, following=follow)
+
+
+def followed(plan: RunPlan, files: Mapping[str, Path], start: Mapping[str, dict[str, StartValue]],
+             start_from: Mapping[str, Mapping[str, RunOutput]], asked: set[str]) -> Following:
+    """Let the controller's model follow the plant in the start values of a run, but for what is asked for."""
+    def own(name: str) -> Own:
+        known_participant(plan, "--model plant", name)
+        return lambda variable: (float(start[name][variable].value) if variable in start[name] else
+                                 known_start(name, files[name], variable))
+
+    found = following(plan.rig, own("plant"), own("controller"), asked)
+    for full, value in found.settings({}).items():
+        variable = full.removeprefix("controller.")
+        if variable in start_from["controller"]:
+            raise ScenarioError(f"--model plant: {plan.name} takes {full} from "
+                                f"{start_from['controller'][variable].run}, expected only runs that take no constants "
+                                "from others")
+        start["controller"][variable] = StartValue(value, None, repr(value), "--model plant")
+        asked.add(full)
+    return found
 
 
 def know_stage_of(plan: RunPlan) -> None:

@@ -68,7 +68,8 @@ class Flight:
             If an FMU refuses a value or a step; the message says when.
         """
         start: dict[str, dict[str, float | bool]] = {}
-        for full, value in changes.items():
+        following = self.experiment.following
+        for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
             name, _, variable = full.partition(".")
             start.setdefault(name, {})[variable] = value
         try:
