@@ -82,9 +82,8 @@ def loop_with(each: GainSet, parameters: Mapping[str, float] | None = None) -> L
 def axis_rates(loop: Loop, axis: str) -> Array:
     """Rates (1/s) of the closed loop that belong to one axis, the slowest first, without bias."""
     closed = loop.closed
-    motors = dict(zip(loop.plant.equilibrium.horizontals, loop.plant.equilibrium.motors, strict=True))
-    currents = ({f"{motors[axis]}.i_q"} if axis in motors
-                else {f"{motor}.i_d" for motor in loop.plant.equilibrium.motors})
+    rig = loop.plant.equilibrium.rig
+    currents = {f"{motor.name}.i_q" for motor in rig.motors_of(axis)} or {f"{motor}.i_d" for motor in rig.motor_names}
     own = [k for k, name in enumerate(closed.states)
            if name.removeprefix("controller.").startswith(f"{axis}.") or name in currents]
     poles = np.linalg.eigvals(closed.A[np.ix_(own, own)]).astype(np.complex128)

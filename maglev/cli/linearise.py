@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 Blocks = Annotated[list[str], typer.Argument(metavar="PLANT [CONTROLLER]", show_default=False,
                                              help="A plant, a controller, or a plant and a controller for their loop.")]
 At = Annotated[list[str], typer.Option(
-    "--at", metavar="AXIS=POSITION", help="Where to linearise, m or with a unit: the gap `v` or `y`, and other axes "
-    "that are not at 0.", show_default=False)]
+    "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
+    "axes that are not at 0.", show_default=False)]
 Kind = Annotated[str, typer.Option("--currents", help="Inputs of a plant, outputs of a controller: `dq` or `phases`.")]
 Amplifier = Annotated[bool, typer.Option("--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")]
 Hold = Annotated[str | None, typer.Option(help="Sample time of a plant whose inputs are held, in s or with a unit.",
@@ -32,7 +32,8 @@ Parameters = Annotated[list[str] | None, typer.Option(
     "repeated.", show_default=False)]
 Openings = Annotated[list[str] | None, typer.Option(
     "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
-    "measurement, or `alpha.i_q_cmd`; every measured position if not given.", show_default=False)]
+    "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
+    "axis if not given.", show_default=False)]
 Plot = Annotated[bool, typer.Option("--plot", help="Bode and Nyquist pictures of the loop (needs matplotlib).")]
 AsJson = Annotated[Path | None, typer.Option(
     "--json", metavar="FILE", help="Also write the model, or poles and margins of the loop, as JSON.",
@@ -53,6 +54,8 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
     `maglev linearise PlantMine RegulatorMine --at y=25mm --rig mine.toml` of a stage of yours
 
     `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
+
+    `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
     """
     # numpy and scipy take their time to load: only who linearises waits for them.
     from maglev.linear.linearise import linearise as linearised

@@ -1,12 +1,16 @@
 """Where a stage rests: the currents that hold it at a gap, and whether its amplifiers can."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import hypot, sqrt
 from typing import Any
 
+import numpy as np
+from scipy.linalg import null_space
+
 from maglev.errors import LinearModelError, QuantityError, nearest
 from maglev.linear.model import Equilibrium
-from maglev.linear.motor_forces import MotorForces
+from maglev.linear.motors.forces import MotorForces
+from maglev.linear.motors.places import Matrix
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
 from maglev.units import parse_quantity
 from plant_fmu.attraction import attraction_factor
@@ -14,21 +18,27 @@ from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
+BALANCED = 1e-12 * GRAVITY   # m/s², what an equilibrium may leave
+ITERATIONS = 20              # more than Newton's method takes where there is one
+
 
 def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, Quantity | bool] | None = None
                 ) -> Equilibrium:
     """Find the equilibrium of a stage, or of the stage as a controller models it, at given positions.
 
     The horizontal rows give i_q, against the bias; the vertical one then i_d, the same in all motors: the smaller root
-    of (4.12), (5.7). Friction holds nothing, ripple and the modulation of the attraction count. A
-    controller's model has neither bias nor ripple nor modulation.
+    of (4.12), (5.7). Where the platform tilts, i_d changes evenly over it, so that the torques are in balance too; a
+    regulator that linearises each motor at its own gap changes the normal forces evenly instead, see
+    `linearise_loop`. Friction holds nothing, ripple, the modulation of the attraction, guides against a tilt and a
+    payload count. A controller's model has none of these, and no bias.
 
     Parameters
     ----------
     name : str
         A plant or controller, such as "Plant3DOF".
     at : mapping of str to float or str
-        Position of each axis, m or text with a unit; the vertical one must be there, the others are 0 if not given.
+        Position of each axis, m or rad or text with a unit; the vertical one must be there, the others are 0 if not
+        given.
     parameters : mapping, optional
         Parameters of the FMU that differ from their start values, by name.
 
@@ -41,65 +51,144 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     return equilibrium_of(name, block_of(name, parameters or {}), read_positions(name, at))
 
 
-def equilibrium_of(name: str, block: Any, positions: dict[str, float]) -> Equilibrium:
-    """Find the equilibrium of a block at the positions of its axes (m); see `equilibrium`."""
+def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: MotorForces | None = None) -> Equilibrium:
+    """Find the equilibrium of a block at the positions of its axes (m); see `equilibrium`.
+
+    With a `split` that is a model whose normal forces change evenly over a platform that tilts; without one the direct
+    currents do.
+    """
     rig = rig_of(name)
-    place = f"{name} at {rig.vertical.name} = {1e3 * positions[rig.vertical.name]:g} mm"
+    place = f"{name} at {', '.join(spelled(rig, positions, rig.vertical.name))}"
+    forces = MotorForces.of(rig, block)
+    check_gaps(place, rig, block, forces, positions)
     if name in CONTROLLERS:
-        n = len(rig.axes)
-        found = solve(place, rig, MotorForces.of(rig, block), positions, [0.0] * n, [0.0] * n, [1.0] * n)
+        found = solve(place, rig, forces, positions, np.eye(len(rig.axes))[0] * GRAVITY, split or model_of(name, block))
         check_limit(place, block, found)
         return found
     axes = [getattr(block, axis) for axis in rig.axis_names]
-    for axis_name, axis, position in zip(rig.axis_names, axes, positions.values(), strict=True):
+    for (axis_name, position), axis, text in zip(positions.items(), axes, spelled(rig, positions, *positions),
+                                                 strict=True):
         if axis.locked:
             raise LinearModelError(f"{name}: {axis_name}.locked = true, expected an axis that is free to move")
         if axis.stop.touched(position):
-            raise LinearModelError(f"{name} at {axis_name} = {1e3 * position:g} mm: beyond the end stops, expected "
+            raise LinearModelError(f"{name} at {text}: beyond the end stops, expected "
                                    f"{axis_name} within {1e3 * axis.stop.lower:g}…{1e3 * axis.stop.upper:g} mm")
-    found = solve(place, rig, MotorForces.of(rig, block), positions, [axis.bias for axis in axes],
-                  [axis.ripple.acceleration(position) for axis, position in zip(axes, positions.values(), strict=True)],
-                  mass_factors(rig, block))
+    ripples = [axis.ripple.acceleration(position) for axis, position in zip(axes, positions.values(), strict=True)]
+    found = solve(place, rig, forces, positions, loads(rig, block, positions) / mass_factors(rig, block) + ripples,
+                  split)
     check_amplifiers(place, block, found)
     return found
 
 
-def mass_factors(rig: Rig, block: Any) -> list[float]:
+def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
+    """Positions of some axes as text; where the platform is tilted, of the tilts as well."""
+    tilts = [tilt.name for tilt in rig.rotations if positions[tilt.name] != 0.0 and tilt.name not in axes]
+    return [f"{axis} = {1e3 * positions[axis]:g} m{rig.axes[rig.axis_names.index(axis)].unit('m')}"
+            for axis in (*axes, *tilts)]
+
+
+def model_of(name: str, block: Any) -> MotorForces | None:
+    """The model by which a controller makes the normal forces change evenly over a platform; None if currents do."""
+    rig = rig_of(name)
+    return MotorForces.of(rig, block) if rig.rotations and name.startswith("Regulator") else None
+
+
+def check_gaps(place: str, rig: Rig, block: Any, forces: MotorForces, positions: Mapping[str, float]) -> None:
+    """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
+    if not rig.rotations:
+        return
+    field = forces.motor.field
+    for motor, gap in zip(rig.motor_names, (forces.places.gaps @ list(positions.values())).tolist(), strict=True):
+        mount = getattr(block, f"{motor}_mount", None)
+        low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
+        if not low <= gap <= high:
+            raise LinearModelError(f"{place}: {motor}.gap = {1e3 * gap:.4g} mm, expected it within {1e3 * low:g}…"
+                                   f"{1e3 * high:g} mm{'' if mount is None else ', its end stops'}")
+
+
+def present_masses(rig: Rig, block: Any) -> Matrix:
+    """Mass or inertia of each axis of a plant with the payload on it, shape (axes,)."""
+    masses = np.array([getattr(block, axis).mass for axis in rig.axis_names])
+    if rig.rotations:
+        payload = block.payload
+        tilts = [payload.roll_inertia(), payload.pitch_inertia()]
+        masses += [tilts.pop(0) if axis.rotation else payload.mass for axis in rig.axes]
+    return masses
+
+
+def mass_factors(rig: Rig, block: Any) -> Matrix:
     """Nominal over actual mass of each axis of a plant: the constants C are accelerations at the nominal masses."""
-    axes = [getattr(block, axis) for axis in rig.axis_names]
-    return [axis.nominal_mass / axis.mass for axis in axes]
+    return np.array([getattr(block, axis).nominal_mass for axis in rig.axis_names]) / present_masses(rig, block)
 
 
-def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], biases: Sequence[float],
-          ripples: Sequence[float], factors: Sequence[float]) -> Equilibrium:
-    """Solve 0 = G + Δ + factor (motors + ripple) for i_d, and 0 = Δ + factor (motors + ripple) for each i_q.
+def loads(rig: Rig, block: Any, positions: Mapping[str, float]) -> Matrix:
+    """Accelerations (m/s²) of a plant by what is neither motor nor ripple: gravity, bias, payload, guides."""
+    found = np.array([getattr(block, axis).bias for axis in rig.axis_names])
+    found[0] += GRAVITY
+    if rig.rotations:
+        payload = block.payload
+        torques = [payload.roll_torque(), payload.pitch_torque()]
+        for tilt, torque in zip(rig.rotations, torques, strict=True):
+            guide = getattr(block, f"{tilt.name}_guide").torque(positions[tilt.name])
+            k = rig.axis_names.index(tilt.name)
+            found[k] += (torque + guide) / present_masses(rig, block)[k]
+    return found
 
-    Biases and ripples (m/s²) and factors on the forces of the motors are those of each axis, the vertical one first.
+
+def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], needed: Matrix,
+          split: MotorForces | None) -> Equilibrium:
+    """Solve 0 = needed + motors, the accelerations of the axes at nominal masses (m/s²), for i_q and i_d.
+
+    In closed form as though there were no tilt, which is all on a rig without; otherwise by Newton's method from there.
     """
-    gap, displacement = positions[rig.vertical.name], positions[rig.horizontal[0].name]
+    gap = positions[rig.vertical.name]
+    q = list(positions.values())
     f1, f2, f3, f4 = gap_functions(forces.motor, gap)
-    i_q = []
-    for axis, of_one in zip(forces.drives, forces.thrusts, strict=True):
-        needed = biases[axis] / factors[axis] + ripples[axis]
-        thrust = forces.drives.count(axis) * of_one   # all that drive it have the same current
-        if thrust * f1 == 0.0 and needed != 0.0:   # also of a constant that is nearly no number above 0
-            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed:g} m/s², "
-                                   "expected a thrust constant above 0")
-        i_q.append(needed / (thrust * f1) if needed else 0.0)
-    # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
     n = len(rig.motors)
+    currents = np.zeros(2 * n)
+    for k, axis in enumerate(rig.driven):
+        thrust = rig.driven.count(axis) * forces.thrusts[k]   # all that drive it have the same current
+        if thrust * f1 == 0.0 and needed[axis] != 0.0:   # also of a constant that is nearly no number above 0
+            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed[axis]:g} m/s², "
+                                   "expected a thrust constant above 0")
+        currents[2 * k + 1] = needed[axis] / (thrust * f1) if needed[axis] else 0.0
+    # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
     a = n * forces.iron * f4
     b = n * forces.coils * f3
-    c = (forces.attraction * f2 * attraction_factor(forces.modulation, displacement, forces.motor.slot_pitch)
-         + forces.iron * f4 * sum(q * q for q in i_q) - ripples[0] - (GRAVITY + biases[0]) / factors[0])
+    modulated = [attraction_factor(forces.modulation, along, forces.motor.slot_pitch)
+                 for along in (forces.places.slots @ q).tolist()]
+    c = (forces.attraction * f2 * sum(modulated) + forces.iron * f4 * float(currents @ currents) - float(needed[0]))
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
         raise LinearModelError(f"{place}: no direct current holds the mover, for the coils can push it off by "
                                f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more "
                                "than gravity, expected a larger gap or other constants")
-    i_d = 2.0 * c / (b + sqrt(discriminant))
-    return Equilibrium(positions, (i_d,) * n, tuple(i_q), rig.motor_names, tuple(motor.drives for motor in rig.motors),
+    currents[0::2] = 2.0 * c / (b + sqrt(discriminant))
+    if rig.rotations:
+        currents = balanced(place, forces, q, needed, currents, split)
+    along = tuple((forces.places.along @ q).tolist())
+    return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
                        forces.motor)
+
+
+def balanced(place: str, forces: MotorForces, positions: list[float], needed: Matrix, currents: Matrix,
+             split: MotorForces | None) -> Matrix:
+    """Currents (A) from which no axis accelerates, and of which, or of whose forces, all is spread evenly."""
+    uneven = null_space(forces.places.even.T).T
+    for _ in range(ITERATIONS):
+        _, by_current = forces.slopes(positions, currents)
+        spread, by_spread = currents, np.eye(len(currents))
+        if split is not None:
+            spread, _, _, by_spread = split.of_motors(positions, currents)
+        miss = np.concatenate([needed + forces.accelerations(positions, currents), uneven @ spread])
+        if np.abs(miss).max() < BALANCED:
+            return currents
+        slopes = np.vstack([by_current, uneven @ by_spread])
+        if not np.all(np.isfinite(slopes)) or np.linalg.matrix_rank(slopes) < len(currents):
+            break
+        currents = currents - np.linalg.solve(slopes, miss)
+    raise LinearModelError(f"{place}: no currents hold the platform, expected less tilt, a larger gap or other "
+                           "constants")
 
 
 def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
@@ -139,7 +228,7 @@ def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
             raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected one of "
                                    f"{', '.join(rig.axis_names)}; nearest is {nearest(axis, rig.axis_names)}")
         try:
-            positions[axis] = parse_quantity(given, "m")
+            positions[axis] = parse_quantity(given, rig.axes[rig.axis_names.index(axis)].unit("m"))
         except QuantityError as error:
             raise LinearModelError(f"{name} at {axis}: {error}") from None
     vertical = rig.vertical.name

@@ -34,10 +34,10 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     Parameters
     ----------
     name : str
-        "Plant2DOF", "Plant3DOF", or a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF".
+        A plant such as "Plant3DOF", or a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF".
     at : mapping of str to float or str, or Equilibrium
-        Position of each axis, m or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are 0 if
-        not given. Of a controller alone, the currents are then those of its own model; with the equilibrium of a
+        Position of each axis, m or rad or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are
+        0 if not given. Of a controller alone, the currents are then those of its own model; with the equilibrium of a
         plant, as in `linearise("Regulator3DOF", plant.equilibrium)`, it is linearised where that plant rests.
     currents : {"dq", "phases"}
         Inputs of a plant, outputs of a controller: direct and quadrature currents or phase currents. Those in d and q
@@ -48,7 +48,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
         Sample time, s or text such as "0.2 ms", of a plant whose phase currents are held between the samples; exact.
         Without it a plant is continuous in time.
     forces : bool
-        Whether the external forces on the axes are inputs of the plant, too.
+        Whether the external forces, or torques, on the axes are inputs of the plant, too.
     parameters : mapping, optional
         Parameters of the FMU that differ from their start values, such as {"y.mass": 7.2, "C3": 330.0}.
 
@@ -56,8 +56,8 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     -------
     LinearModel
         Of a plant: states are positions, velocities and, with lag, delivered i_d, i_q of each motor; outputs are
-        positions. Of a controller: inputs are reference, its rate and measurement of each axis, outputs the commanded
-        currents.
+        positions, and where the platform tilts, the gaps at the motors, which its controllers measure. Of a controller:
+        inputs are reference and rate of each axis and the measurements, outputs the commanded currents.
 
     Raises
     ------

@@ -7,23 +7,24 @@ from typing import Any
 import numpy as np
 
 from maglev.errors import LinearModelError, nearest
+from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import linearise
 from maglev.linear.margins import Margins, margins_of
-from maglev.linear.model import Complex, LinearModel
-from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
+from maglev.linear.model import Complex, LinearModel, Matrix
+from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity, block_of
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
     """A sampled plant and a controller that measures its positions and commands its currents.
 
-    A controller of one's own is a `LinearModel` as well: sampled as the plant, with inputs "<axis>.measured" and any
-    others, and outputs that are called like the plant's inputs.
+    A controller of one's own is a `LinearModel` as well: sampled as the plant, with inputs "<axis>.measured", or where
+    the platform tilts "<motor>.gap_measured", and any others, and outputs that are called like the plant's inputs.
 
     Attributes
     ----------
     plant, controller : LinearModel
-        The plant's outputs are the positions of its axes.
+        The plant's outputs are the positions of its axes, and where the platform tilts, the gaps at the motors.
 
     Raises
     ------
@@ -41,31 +42,45 @@ class Loop:
                                    f"{controller.sample_time} s: expected the same sample time of both")
         for name in plant.inputs:
             controller.index("output", name)
-        for name in self.measured:
-            controller.index("input", name)
+        if np.linalg.matrix_rank(self.sensed) < np.linalg.matrix_rank(plant.C):
+            for name in self.measured:
+                controller.index("input", name)
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Inputs of the controller that the plant's positions go to."""
-        return tuple(name.replace(".position", ".measured") for name in self.plant.outputs)
+        """What is measured of each axis; where the platform tilts, some of it is in the gaps at the motors."""
+        return tuple(f"{axis}.measured" for axis in self.plant.equilibrium.positions
+                     if f"{axis}.position" in self.plant.outputs)
+
+    @property
+    def signals(self) -> dict[str, str]:
+        """Outputs of the plant by the inputs of the controller that they go to."""
+        names = {name.replace(".position", ".measured").replace(".gap", ".gap_measured"): name
+                 for name in self.plant.outputs}
+        return {name: output for name, output in names.items() if name in self.controller.inputs}
+
+    @property
+    def sensed(self) -> Matrix:
+        """Signals by the states of the plant, shape (signals, states)."""
+        return self.plant.select(self.plant.inputs, tuple(self.signals.values())).C
 
     @property
     def references(self) -> tuple[str, ...]:
         """The other inputs of the controller."""
-        return tuple(name for name in self.controller.inputs if name not in self.measured)
+        return tuple(name for name in self.controller.inputs if name not in self.signals)
 
     @property
     def openings(self) -> tuple[str, ...]:
-        """Where the loop can be opened: every measured position and every command."""
-        return (*self.measured, *self.plant.inputs)
+        """Where the loop can be opened: what is measured of every axis, every other measurement, and every command."""
+        return (*dict.fromkeys((*self.measured, *self.signals)), *self.plant.inputs)
 
     @property
     def closed(self) -> LinearModel:
         """The closed loop, from references to positions."""
-        controller = self.controller.select((*self.references, *self.measured), self.plant.inputs)
-        r = len(self.references)
-        a = np.block([[self.plant.A + self.plant.B @ controller.D[:, r:] @ self.plant.C, self.plant.B @ controller.C],
-                      [controller.B[:, r:] @ self.plant.C, controller.A]])
+        controller = self.controller.select((*self.references, *self.signals), self.plant.inputs)
+        r, sensed = len(self.references), self.sensed
+        a = np.block([[self.plant.A + self.plant.B @ controller.D[:, r:] @ sensed, self.plant.B @ controller.C],
+                      [controller.B[:, r:] @ sensed, controller.A]])
         b = np.vstack([self.plant.B @ controller.D[:, :r], controller.B[:, :r]])
         c = np.hstack([self.plant.C, np.zeros((len(self.plant.outputs), len(controller.states)))])
         states = (*self.plant.states, *(self.state_name(name) for name in controller.states))
@@ -97,8 +112,9 @@ class Loop:
         ----------
         at : str
             A measured position such as "y.measured", or just the axis: all that takes the measurement is opened, the
-            law and the commutation of its commands. Or a command such as "alpha.i_q_cmd", before the commutation,
-            which keeps the true displacement.
+            law and the commutation of its commands. Where it is in the gaps at the motors, such as "roll.measured",
+            these are opened together, each as far as the axis moves it; "alpha1.gap_measured" opens one alone. Or a
+            command such as "alpha.i_q_cmd", before the commutation, which keeps the true displacement.
 
         Raises
         ------
@@ -106,22 +122,36 @@ class Loop:
             If there is no such signal.
         """
         name = self.opening(at)
-        plant, controller, closed = self.plant, self.controller.select(self.measured, self.plant.inputs), self.closed
-        if name in self.measured:
-            k = self.measured.index(name)
-            # Two take a measurement: the law, and the commutation of its commands.
-            by_measured = controller.D + (0.0 if plant.commutation is None else plant.commutation)
-            b = np.vstack([plant.B @ by_measured[:, k:k + 1], controller.B[:, k:k + 1]])
-            c = np.hstack([plant.C[k:k + 1], np.zeros((1, len(controller.states)))])
-        else:
+        plant, closed, sensed = self.plant, self.closed, self.sensed
+        controller = self.controller.select(tuple(self.signals), plant.inputs)
+        if name in plant.inputs:
             k = plant.inputs.index(name)
             b = np.vstack([plant.B[:, k:k + 1], np.zeros((len(controller.states), 1))])
-            c = np.hstack([controller.D[k:k + 1] @ plant.C, controller.C[k:k + 1]])
+            c = np.hstack([controller.D[k:k + 1] @ sensed, controller.C[k:k + 1]])
+        else:
+            read, changed = self.measurement(name)
+            # Two take a measurement: the law, and the commutation of its commands.
+            by_signal = controller.D
+            if plant.commutation is not None:
+                by_signal = by_signal + plant.commutation @ plant.C @ np.linalg.pinv(sensed)
+            b = np.vstack([plant.B @ by_signal @ changed, controller.B @ changed])
+            c = np.hstack([read @ sensed, np.zeros((1, len(controller.states)))])
         # What goes in at the opening comes back as −L times it: the feedback is negative in 1 + L.
-        returned = f"{name}.returned"
+        returned, unit = f"{name}.returned", closed.units[name.replace(".measured", ".position")]
         return LinearModel(f"{closed.name}, opened at {name}", closed.states, (name,), (returned,), closed.A - b @ c, b,
-                           -c, np.zeros((1, 1)), {**closed.units, returned: closed.units[name]}, closed.sample_time,
-                           closed.equilibrium)
+                           -c, np.zeros((1, 1)), {**closed.units, name: unit, returned: unit},
+                           closed.sample_time, closed.equilibrium)
+
+    def measurement(self, name: str) -> tuple[Matrix, Matrix]:
+        """How a measurement reads in the signals, and how they change with it; shapes (1, signals) and (signals, 1)."""
+        signals = tuple(self.signals)
+        if name in signals:
+            one = np.eye(len(signals))[:, signals.index(name):signals.index(name) + 1]
+            return one.T, one
+        position = name.replace(".measured", ".position")
+        output = self.plant.C[self.plant.index("output", position)]
+        moved = self.sensed[:, self.plant.index("state", position)]
+        return (output @ np.linalg.pinv(self.sensed))[None], moved[:, None]
 
     def margins(self, at: str) -> Margins:
         """Margins of the loop opened at one signal, a name as of `opened`; its errors, and one if it is unstable."""
@@ -133,7 +163,7 @@ class Loop:
 
     def opening(self, at: str) -> str:
         """Full name of the signal at which a user opens the loop."""
-        for name in (at, f"{at}.measured", f"{at}_cmd"):
+        for name in (at, f"{at}.measured", f"{at}.gap_measured", f"{at}_cmd"):
             if name in self.openings:
                 return name
         raise LinearModelError(f"{self.closed.name}: no signal {at!r} to open the loop at, expected one of "
@@ -150,12 +180,13 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     """Linearise a plant and a controller where the plant rests, and close the loop.
 
     The loop is the sampled one that the master steps: measurement at t_k, phase currents commutated with it and held
-    until t_k + Ts.
+    until t_k + Ts. Where the platform tilts, more motors carry it than it takes: the currents of the equilibrium are
+    those to which this controller comes.
 
     Parameters
     ----------
     plant : str
-        "Plant2DOF" or "Plant3DOF".
+        Such as "Plant3DOF".
     controller : str or LinearModel
         One of the controllers, or a sampled linear model of one's own (see `Loop`).
     at : mapping of str to float or str
@@ -180,11 +211,14 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
         raise LinearModelError(f"{plant!r} is no plant, expected one of {', '.join(PLANTS)}; nearest is "
                                f"{nearest(plant, PLANTS)}")
     settings: dict[str, Any] = {"amplifier": amplifier, "parameters": plant_parameters}
-    rest = linearise(plant, at, **settings).equilibrium
+    split = None
     if isinstance(controller, str):
         if controller not in CONTROLLERS:
             raise LinearModelError(f"{controller!r} is no controller with a linear model, expected one of "
                                    f"{', '.join(CONTROLLERS)}; nearest is {nearest(controller, CONTROLLERS)}")
+        split = model_of(controller, block_of(controller, controller_parameters or {}))
+    rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
+    if isinstance(controller, str):
         controller = linearise(controller, rest, parameters=controller_parameters)
     elif controller_parameters:
         raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "

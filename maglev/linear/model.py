@@ -12,6 +12,7 @@ from maglev.errors import LinearModelError, nearest
 from maglev.linear.text import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import Rig
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,10 +28,10 @@ class Equilibrium:
         Of each axis, the vertical one first, m.
     i_d, i_q : tuple of float
         Of each motor, A. Both motors of the 3-DOF stage have the same i_d, as every controller here commands it.
-    motors : tuple of str
-        Their names.
-    horizontals : tuple of str
-        The axis that each of them drives.
+    rig : Rig
+        Whose axes and motors these are.
+    along : tuple of float
+        Displacement of each motor, m.
     motor : MotorGeometry
         Geometry of each.
     """
@@ -38,9 +39,19 @@ class Equilibrium:
     positions: dict[str, float]
     i_d: tuple[float, ...]
     i_q: tuple[float, ...]
-    motors: tuple[str, ...]
-    horizontals: tuple[str, ...]
+    rig: Rig
+    along: tuple[float, ...]
     motor: MotorGeometry
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """Names of the motors."""
+        return self.rig.motor_names
+
+    @property
+    def dq(self) -> Matrix:
+        """Direct and quadrature current of each motor in turn, A, shape (2 motors,)."""
+        return np.array(list(self.currents.values()))
 
     @property
     def currents(self) -> dict[str, float]:
@@ -52,15 +63,15 @@ class Equilibrium:
     def phases(self) -> dict[str, float]:
         """Phase currents of each motor by name, such as "alpha.i_a", A."""
         found = {}
-        for motor, axis, d, q in zip(self.motors, self.horizontals, self.i_d, self.i_q, strict=True):
-            angle = self.motor.electrical_angle(self.positions[axis])
-            for phase, value in zip("abc", phase_currents(d, q, angle), strict=True):
+        for motor, along, d, q in zip(self.motors, self.along, self.i_d, self.i_q, strict=True):
+            for phase, value in zip("abc", phase_currents(d, q, self.motor.electrical_angle(along)), strict=True):
                 found[f"{motor}.i_{phase}"] = value
         return found
 
     def __str__(self) -> str:
         """The equilibrium in one line."""
-        places = ", ".join(f"{axis} = {1e3 * value:g} mm" for axis, value in self.positions.items())
+        places = ", ".join(f"{axis.name} = {1e3 * self.positions[axis.name]:g} m{axis.unit('m')}"
+                           for axis in self.rig.axes)
         return f"{places}; {', '.join(f'{name} = {value:.4g} A' for name, value in self.currents.items())}"
 
 

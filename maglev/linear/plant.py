@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from maglev.linear.equilibrium import mass_factors
+from maglev.linear.equilibrium import mass_factors, present_masses
 from maglev.linear.model import Equilibrium, LinearModel, Matrix
-from maglev.linear.motor_forces import MotorForces
+from maglev.linear.motors.forces import MotorForces
+from maglev.linear.motors.places import MotorPlaces
 from plant_fmu.ripple import RIPPLE_PHASE
 from pmlsm.dq_transform import phase_currents
 from pmlsm.rig import Rig
@@ -20,9 +21,10 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
                  hold: float | None) -> LinearModel:
     """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
     axes, motors = len(rig.axes), len(rig.motors)
+    places = MotorPlaces.of(rig, block)
     by_position, by_velocity, by_current = acceleration_slopes(rig, block, at)
-    by_force = np.diag([1.0 / getattr(block, axis).mass for axis in rig.axis_names])
-    rotation = rotation_of(rig, at)
+    by_force = np.diag(1.0 / present_masses(rig, block))
+    rotation = rotation_of(places, at)
     lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motor_names]
     lagged = [lag > 0.0 for lag in lags for _ in "dq"]
     # Commands seen in the frame of the mover: phase currents stay where they are while it moves. Those in d and q move
@@ -40,17 +42,22 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     drive = np.vstack([np.zeros((axes, 2 * motors)), at_once, np.diag(rates)])
     push = np.vstack([np.zeros((axes, axes)), by_force, np.zeros((2 * motors, axes))])
     if phases:
-        drive = drive @ park_matrix(rig, at)
+        drive = drive @ park_matrix(at)
 
-    names = (*(f"{axis}.position" for axis in rig.axis_names), *(f"{axis}.velocity" for axis in rig.axis_names),
-             *(rig.dq_names[k] for k in kept))
+    state_units = {**{f"{axis.name}.position": axis.unit("m") for axis in rig.axes},
+                   **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes},
+                   **{rig.dq_names[k]: "A" for k in kept}}
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
-    external = tuple(f"{axis}.force" for axis in rig.axis_names)
-    units = {**{name: "m" if name.endswith("position") else "m/s" if name.endswith("velocity") else "A"
-                for name in names}, **dict.fromkeys(commands, "A"), **dict.fromkeys(external, "N")}
-    model = LinearModel(name, names, (*commands, *external), names[:axes], motion[np.ix_(states, states)],
-                        np.hstack([drive, push])[states], np.eye(len(states))[:axes],
-                        np.zeros((axes, len(commands) + axes)), units, None, at)
+    external = {axis.external: axis.unit("N") for axis in rig.axes}
+    names = tuple(state_units)
+    # Where the platform tilts, its encoders are at the motors.
+    gaps = tuple(f"{motor}.gap" for motor in rig.motor_names) if rig.rotations else ()
+    seen = np.vstack([np.eye(axes), places.gaps[:len(gaps)]])
+    model = LinearModel(name, names, (*commands, *external), (*names[:axes], *gaps), motion[np.ix_(states, states)],
+                        np.hstack([drive, push])[states], np.hstack([seen, np.zeros((len(seen), len(states) - axes))]),
+                        np.zeros((len(seen), len(commands) + axes)), {
+                            **state_units, **external, **dict.fromkeys(gaps, "m"), **dict.fromkeys(commands, "A")},
+                        None, at)
     if hold is not None:
         model = sampled(model, rotation, phases, hold)
     return model if forces else model.select(commands, model.outputs)
@@ -62,40 +69,43 @@ def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, 
     Shapes (axes, axes), (axes, axes), (axes, 2 motors). The forces of the motors and the ripple are
     accelerations at the nominal masses.
     """
-    factors = np.array(mass_factors(rig, block))[:, None]
-    by_position, by_current = MotorForces.of(rig, block).slopes(tuple(at.positions.values()), at.i_d, at.i_q)
+    factors, masses = mass_factors(rig, block)[:, None], present_masses(rig, block)
+    by_position, by_current = MotorForces.of(rig, block).slopes(list(at.positions.values()), at.dq)
     for k, (name, position) in enumerate(at.positions.items()):
         ripple = getattr(block, name).ripple
         if ripple.amplitude != 0.0 and ripple.period > 0.0:
             wave = 2.0 * pi / ripple.period
             by_position[k, k] += ripple.amplitude * wave * np.cos(wave * position + RIPPLE_PHASE)
-    moving = [getattr(block, axis) for axis in rig.axis_names]
-    by_velocity = np.diag([-axis.friction.viscous / axis.mass for axis in moving])
-    return factors * by_position, by_velocity, factors * by_current
+    by_position *= factors
+    for tilt in rig.rotations:
+        k, guide = rig.axis_names.index(tilt.name), getattr(block, f"{tilt.name}_guide")
+        if abs(at.positions[tilt.name]) > guide.play:
+            by_position[k, k] -= guide.stiffness / masses[k]
+    by_velocity = np.diag([-getattr(block, axis).friction.viscous for axis in rig.axis_names] / masses)
+    return by_position, by_velocity, factors * by_current
 
 
-def rotation_of(rig: Rig, at: Equilibrium) -> Matrix:
+def rotation_of(places: MotorPlaces, at: Equilibrium) -> Matrix:
     """Derivatives of i_d, i_q with respect to the positions while the phase currents stay, A/m, (2 motors, axes).
 
-    di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d.
+    di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d, with x the displacement of the motor.
     """
-    rotation = np.zeros((2 * len(rig.motors), len(rig.axes)))
-    for motor, (axis, d, q) in enumerate(zip(rig.driven, at.i_d, at.i_q, strict=True)):
-        rotation[2 * motor, axis] = at.motor.wave_number * q
-        rotation[2 * motor + 1, axis] = -at.motor.wave_number * d
+    rotation = np.zeros((2 * len(at.motors), len(at.positions)))
+    rotation[0::2] = at.motor.wave_number * np.array(at.i_q)[:, None] * places.along
+    rotation[1::2] = -at.motor.wave_number * np.array(at.i_d)[:, None] * places.along
     return rotation
 
 
-def park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
+def park_matrix(at: Equilibrium) -> Matrix:
     """Matrix of (2.1) from the phase currents of all motors to i_d, i_q at the positions, (2 motors, 3 motors)."""
-    inverse = inverse_park_matrix(rig, at)
+    inverse = inverse_park_matrix(at)
     # The three columns of phases are 120° apart: inverseᵀ inverse = 3/2 I.
     return np.asarray(2.0 / 3.0 * inverse.T)
 
 
-def inverse_park_matrix(rig: Rig, at: Equilibrium) -> Matrix:
+def inverse_park_matrix(at: Equilibrium) -> Matrix:
     """Matrix of (C.1) from i_d, i_q to the phase currents of all motors at the positions, (3 motors, 2 motors)."""
-    angles = [at.motor.electrical_angle(at.positions[axis]) for axis in at.horizontals]
+    angles = [at.motor.electrical_angle(along) for along in at.along]
     blocks = [np.array([phase_currents(1.0, 0.0, angle), phase_currents(0.0, 1.0, angle)]).T for angle in angles]
     return np.asarray(block_diag(*blocks))
 
@@ -106,5 +116,5 @@ def sampled(model: LinearModel, rotation: Matrix, phases: bool, hold: float) -> 
     if phases:
         return held
     commutation = np.zeros((len(held.inputs), len(held.outputs)))
-    commutation[:len(rotation)] = -rotation
+    commutation[:len(rotation), :rotation.shape[1]] = -rotation
     return replace(held, A=held.A + held.B @ commutation @ held.C, commutation=commutation)

@@ -19,8 +19,8 @@ from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY
 
 # Plant and controllers of a rig, these in the order in which they are offered.
-PLANTS = {rig: plant.name for rig, (plant, *_) in BLOCKS.items()}
-CONTROLLERS = {rig: tuple(each.name for each in controllers) for rig, (_, *controllers) in BLOCKS.items()}
+PLANTS = {rig: plant.name for rig, (plant, *_) in BLOCKS.items() if rig in RIGS}
+CONTROLLERS = {rig: tuple(each.name for each in BLOCKS[rig][1:]) for rig in PLANTS}
 FLOWN = tuple(name for rig in PLANTS for name in (PLANTS[rig], *CONTROLLERS[rig]))
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
 SIGNALS = ("constant", "steps", "sinusoids")

@@ -9,7 +9,8 @@ import numpy as np
 from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.errors import RigError
 from maglev.linear.design import gains_of, regulator_polynomial
-from maglev.linear.motor_forces import MotorForces
+from maglev.linear.motors.forces import MotorForces
+from maglev.linear.motors.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
 from pmlsm.rigs import EXAMPLE, RIGS
@@ -51,9 +52,9 @@ def scaled_gains(gains: Sequence[float], factor: float) -> tuple[float, ...]:
 def forces_of(rig: Rig) -> MotorForces:
     """Forces of the motors of a rig by the model of its controllers."""
     of = rig.model
-    return MotorForces(rig.carrying * of.attraction, rig.sharing * of.coils, rig.sharing * of.iron,
-                       tuple(rig.sharing * of.thrust[motor.drives] for motor in rig.motors), rig.driven,
-                       rig.motor())
+    return MotorForces(rig.sharing * of.attraction, rig.sharing * of.coils, rig.sharing * of.iron,
+                       tuple(rig.sharing * of.thrust[motor.drives] for motor in rig.motors), rig.motor(),
+                       MotorPlaces.of(rig))
 
 
 def unstable_rate(rig: Rig) -> float:
@@ -65,12 +66,13 @@ def unstable_rate(rig: Rig) -> float:
         If no direct current holds it there.
     """
     forces, gap, n = forces_of(rig), rig.vertical.start, len(rig.motors)
-    current, found = equilibrium_current(forces.motor, forces.attraction, n * forces.coils, n * forces.iron, gap)
+    current, found = equilibrium_current(forces.motor, n * forces.attraction, n * forces.coils, n * forces.iron, gap)
     if not found:
+        attracted = n * forces.attraction * gap_functions(forces.motor, gap)[1]
         raise RigError(f"no direct current holds the mover of {rig.vertical.mass:g} kg at {1e3 * gap:g} mm: without "
-                       f"one the motors attract it by {forces.attraction * gap_functions(forces.motor, gap)[1]:.3g} "
-                       "m/s², gravity takes 9.81 m/s², expected another gap, mass or attraction")
-    by_position, _ = forces.slopes([gap, *(axis.start for axis in rig.horizontal)], [current] * n, [0.0] * n)
+                       f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
+                       "gap, mass or attraction")
+    by_position, _ = forces.slopes([axis.start for axis in rig.axes], np.tile([current, 0.0], n))
     return sqrt(max(by_position[0, 0], 1e-6))
 
 

@@ -9,11 +9,12 @@ from motor import MOTOR
 
 from maglev.linear.loop import Loop
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import DEFINITIONS
+from maglev.linear.parameters import DEFINITIONS, PLANTS, RIG_OF
 from pmlsm.dq_transform import phase_currents
 
-AXES = {"Plant2DOF": ("v", "h"), "Plant3DOF": ("y", "x", "z")}
-MOTORS = {"Plant2DOF": ("motor",), "Plant3DOF": ("alpha", "beta")}
+AXES = {name: RIG_OF[name].axis_names for name in PLANTS}
+MOTORS = {name: RIG_OF[name].motor_names for name in PLANTS}
+TILTING = {name for name in PLANTS if RIG_OF[name].rotations}
 
 
 def smooth_stage(name: str, lag: bool) -> Any:
@@ -23,6 +24,9 @@ def smooth_stage(name: str, lag: bool) -> Any:
     for axis in AXES[name]:
         part = getattr(stage, axis)
         part.friction.coulomb = part.stop.stiffness = part.stop.damping = 0.0
+    for motor in MOTORS[name] if name in TILTING else ():
+        stop = getattr(stage, f"{motor}_mount").stop
+        stop.stiffness = stop.damping = 0.0
     if not lag:
         for motor in MOTORS[name]:
             getattr(stage, motor).amplifier.lag = 0.0
@@ -45,10 +49,15 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     n = len(axes)
     for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
         getattr(stage, axis).position, getattr(stage, axis).velocity = float(position), float(velocity)
+    if name in TILTING:
+        stage.place_motors()
+        places = [getattr(stage, f"{motor}_mount").displacement for motor in motors]
+    else:
+        places = [float(place) for place in state[1:n]]
     for k, motor in enumerate(motors):
         i_d, i_q = (float(i) for i in state[2 * n + 2 * k:2 * n + 2 * k + 2])
         supply = getattr(stage, motor)
-        angle = MOTOR.electrical_angle(float(state[1 + k]))
+        angle = MOTOR.electrical_angle(places[k])
         for phase, value in zip("abc", phase_currents(i_d, i_q, angle), strict=True):
             amplifier = getattr(supply, f"phase_{phase}")
             amplifier.current, amplifier.started = value, True
@@ -79,8 +88,8 @@ def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
     positions = list(loop.plant.equilibrium.positions.values())
     plant_at(plant, stage, positions, loop.plant.equilibrium)
     for axis, position in loop.plant.equilibrium.positions.items():
-        part = getattr(controller, axis)
-        part.reference = part.measured = position
+        getattr(controller, axis).reference = position
+    measure(plant, controller, stage)
     assert controller.step(0.0, controller.sample_time) == 0
     held = np.array(list(loop.plant.equilibrium.currents.values()))
     integrators = [k for k, name in enumerate(loop.controller.states) if name.endswith((".xi1", ".integral"))]
@@ -94,6 +103,16 @@ def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
         assert controller.step(0.0, controller.sample_time) == 0
     state = read_all(controller, loop.controller.states)
     return np.array([*positions, *np.zeros(len(positions)), *held, *state])
+
+
+def measure(name: str, controller: Any, stage: Any, axis: str = "", change: float = 0.0) -> None:
+    """Let a controller measure a stage, exactly but for a change of what it sees of one axis (m or rad)."""
+    for each in AXES[name]:
+        getattr(controller, each).measured = getattr(stage, each).position + (change if each == axis else 0.0)
+    for motor in MOTORS[name] if name in TILTING else ():
+        mount = getattr(stage, f"{motor}_mount")
+        moved = {"y": 1.0, "roll": -mount.z, "pitch": mount.x}.get(axis, 0.0)
+        getattr(controller, f"{motor}_place").gap_measured = mount.gap + moved * change
 
 
 def step_both(name: str, controller: Any, stage: Any) -> None:

@@ -6,30 +6,36 @@ from typing import Any
 import numpy as np
 import pytest
 from linear_blocks import jacobian, read_all, set_all
-from scipy.optimize import fsolve
+from scipy.optimize import least_squares
 
-from maglev.linear.equilibrium import equilibrium
 from maglev.linear.linearise import Currents, linearise
+from maglev.linear.loop import linearise_loop
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import block_of
 
-PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3, "z": -9e-3})]
+PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3, "z": -9e-3}),
+          ("5DOF", {"y": 26e-3, "x": 4e-3, "z": -9e-3, "roll": 6e-3, "pitch": -4e-3})]
 # Biases that need sizeable quadrature currents: the axes are coupled then.
-BIASES = {"2DOF": {"h.bias": 1.5}, "3DOF": {"x.bias": 0.4, "z.bias": -0.6}}
+BIASES = {"2DOF": {"h.bias": 1.5}, "3DOF": {"x.bias": 0.4, "z.bias": -0.6}, "5DOF": {"x.bias": 0.4, "z.bias": -0.6}}
 NAMES = ["Regulator2DOF", "LinearRegulator2DOF", "PID2DOF", "Regulator3DOF", "LinearRegulator3DOF",
-         "ScheduledRegulator3DOF", "PID3DOF"]
+         "ScheduledRegulator3DOF", "PID3DOF", "Regulator5DOF", "LinearRegulator5DOF", "PID5DOF"]
 CASES = [*((name, {}) for name in NAMES),
          ("Regulator3DOF", {"observer.time1": 0.0, "observer.time2": "3 ms", "omega0": 0.0, "sample_time": "1 ms"}),
          ("Regulator3DOF", {"C5": 0.05, "antiwindup": True}),
          ("LinearRegulator3DOF", {"setpoint": "29 mm", "x.k1": -700.0}),
          ("PID2DOF", {"v.prefilter": 25.0, "h.prefilter": 6.0, "setpoint": "18 mm"}),
-         ("PID3DOF", {"x.prefilter": 40.0, "observer.time2": 0.0})]
+         ("PID3DOF", {"x.prefilter": 40.0, "observer.time2": 0.0}),
+         ("Regulator5DOF", {"C5": 0.05, "height": "-50 mm", "roll.inertia": 0.25, "alpha1.z": "260 mm"}),
+         ("LinearRegulator5DOF", {"setpoint": "28 mm", "beta2.x": "-150 mm", "y.mass": 7.5}),
+         ("PID5DOF", {"roll.prefilter": 30.0, "height": "20 mm"})]
 
 
-def rest_of(name: str) -> Any:
-    """Equilibrium of the plant, whose constants are not the controller's."""
+def rest_of(name: str, parameters: dict[str, float | str]) -> Any:
+    """Equilibrium of the plant, whose constants are not the controller's, in the loop; the motors are where it says."""
     rig, place = next(pair for pair in PLACES if pair[0] == name[-4:])
-    return equilibrium(f"Plant{rig}", place, BIASES[rig])
+    biases = {**BIASES[rig], **{key: parameters[key] for key in ("height", "alpha1.z", "beta2.x") if key in parameters}}
+    return linearise_loop(f"Plant{rig}", name, place, plant_parameters=biases,
+                          controller_parameters=parameters).plant.equilibrium
 
 
 def integrators(model: LinearModel) -> list[str]:
@@ -45,17 +51,20 @@ def operating_point(model: LinearModel, block: Any) -> tuple[np.ndarray, np.ndar
         state[f"{axis}.observer.position"] = position
         if f"{axis}.filter.position" in state:
             state[f"{axis}.filter.position"] = position
+    for motor in model.equilibrium.motors if model.equilibrium.rig.rotations else ():
+        place = getattr(block, f"{motor}_place")
+        positions = {**positions, motor: place.moved(positions["y"], positions["roll"], positions["pitch"])}
     inputs = np.array([0.0 if name.endswith("rate") else positions[name.partition(".")[0]] for name in model.inputs])
-    names = [f"{motor}.i_d_cmd" for motor in model.equilibrium.motors[:1]]
-    names += [f"{motor}.i_q_cmd" for motor in model.equilibrium.motors]
-    held = [model.equilibrium.currents[name.removesuffix("_cmd")] for name in names]
+    held = list(model.equilibrium.currents.values())
+    names = [f"{name}_cmd" for name in model.equilibrium.currents]
 
     def miss(values: np.ndarray) -> np.ndarray:
         x = np.array([*{**state, **dict(zip(integrators(model), values, strict=True))}.values()])
         sample(block, model, x, inputs)
         return np.array(read_all(block, names)) - held
 
-    state.update(zip(integrators(model), fsolve(miss, np.zeros(len(held)), xtol=1e-12), strict=True))
+    found = least_squares(miss, np.zeros(len(integrators(model))), x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    state.update(zip(integrators(model), found.x, strict=True))
     x = np.array(list(state.values()))
     assert np.abs(miss(np.array([state[name] for name in integrators(model)]))).max() < 1e-9
     return x, inputs
@@ -64,7 +73,7 @@ def operating_point(model: LinearModel, block: Any) -> tuple[np.ndarray, np.ndar
 def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """States after one sample, then the outputs."""
     set_all(block, model.states, list(state))
-    set_all(block, model.inputs, list(inputs))
+    set_all(block, [name.replace(".gap_measured", "_place.gap_measured") for name in model.inputs], list(inputs))
     block.started = True
     block.clock.remaining = 0.0
     assert block.step(0.0, block.sample_time) == 0
@@ -74,7 +83,7 @@ def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, 
 @pytest.mark.parametrize(("name", "parameters"), CASES)
 @pytest.mark.parametrize("currents", ["dq", "phases"])
 def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float | str], currents: Currents) -> None:
-    model = linearise(name, rest_of(name), currents=currents, parameters=parameters)
+    model = linearise(name, rest_of(name, parameters), currents=currents, parameters=parameters)
     block = block_of(name, parameters)
     assert block.start() == 0
     x, u = operating_point(model, block)
@@ -85,10 +94,11 @@ def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float 
     assert fixed[:n] == pytest.approx(x, rel=1e-9, abs=1e-12)   # it rests there
     expected = model.equilibrium.currents if currents == "dq" else model.equilibrium.phases
     assert fixed[n:] == pytest.approx([expected[output.removesuffix("_cmd")] for output in model.outputs], abs=1e-7)
-    steps = np.array([{"m": 1e-7, "m/s": 1e-5}.get(model.units[state], 1e-6 * max(1e-3, abs(value)))
+    small = {"m": 1e-7, "m/s": 1e-5, "rad": 1e-7, "rad/s": 1e-5}
+    steps = np.array([small.get(model.units[state], 1e-6 * max(1e-3, abs(value)))
                       for state, value in zip(model.states, x, strict=True)])
     by_state = jacobian(lambda s: sample(block, model, s, u), x, steps)
-    steps = np.array([{"m": 1e-7, "m/s": 1e-5}[model.units[name]] for name in model.inputs])
+    steps = np.array([small[model.units[name]] for name in model.inputs])
     by_input = jacobian(lambda i: sample(block, model, x, i), u, steps)
     for ours, theirs in ((model.A, by_state[:n]), (model.B, by_input[:n]), (model.C, by_state[n:]),
                          (model.D, by_input[n:])):

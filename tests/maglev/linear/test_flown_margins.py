@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear_blocks import AXES, rest, smooth_stage, step_both
+from linear_blocks import measure, rest, smooth_stage, step_both
 
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
@@ -16,7 +16,7 @@ from maglev.linear.margins import Margins
 from maglev.linear.parameters import block_of
 
 # Where the direct current is large and commutation with a wrong displacement turns it into the most thrust.
-PLACES = {"2DOF": ("h", {"v": 12e-3}), "3DOF": ("x", {"y": 19e-3})}
+PLACES = {"2DOF": ("h", {"v": 12e-3}), "3DOF": ("x", {"y": 19e-3}), "5DOF": ("roll", {"y": 21e-3, "pitch": 3e-3})}
 SECONDS, WINDOW = 8.0, 3.0       # s
 BEGINNING, LOST = 1e-8, 1e-6   # m; far below where a limit makes the loop another one
 Change = Callable[[float], float]
@@ -40,10 +40,8 @@ def growth(stage_name: str, change: Change) -> float:
     getattr(stage, axis).position += BEGINNING
     errors: list[float] = []
     while len(errors) * controller.sample_time < SECONDS:
-        for name in AXES[plant]:
-            getattr(controller, name).measured = getattr(stage, name).position
         errors.append(getattr(stage, axis).position - at_rest)
-        getattr(controller, axis).measured = at_rest + change(errors[-1])
+        measure(plant, controller, stage, axis, change(errors[-1]) - errors[-1])
         step_both(plant, controller, stage)
         if abs(errors[-1]) > LOST:
             return float("inf")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear_blocks import AXES, jacobian, plant_state, read_all, read_plant, rest, set_all, smooth_stage, step_both
+from linear_blocks import jacobian, measure, plant_state, read_all, read_plant, rest, set_all, smooth_stage, step_both
 
 from maglev.errors import LinearModelError
 from maglev.linear.linearise import linearise
@@ -15,7 +15,10 @@ from maglev.linear.parameters import block_of
 CASES = [("Plant2DOF", "Regulator2DOF", {"v": 20e-3}), ("Plant2DOF", "LinearRegulator2DOF", {"v": 20e-3, "h": 11e-3}),
          ("Plant2DOF", "PID2DOF", {"v": 17e-3}), ("Plant3DOF", "Regulator3DOF", {"y": 25e-3, "x": 8e-3, "z": -3e-3}),
          ("Plant3DOF", "Regulator3DOF", {"y": 29e-3}), ("Plant3DOF", "LinearRegulator3DOF", {"y": 25e-3}),
-         ("Plant3DOF", "ScheduledRegulator3DOF", {"y": 21e-3, "x": -20e-3}), ("Plant3DOF", "PID3DOF", {"y": 25e-3})]
+         ("Plant3DOF", "ScheduledRegulator3DOF", {"y": 21e-3, "x": -20e-3}), ("Plant3DOF", "PID3DOF", {"y": 25e-3}),
+         ("Plant5DOF", "Regulator5DOF", {"y": 25e-3}), ("Plant5DOF", "PID5DOF", {"y": 23e-3, "roll": 4e-3, "z": -6e-3}),
+         ("Plant5DOF", "Regulator5DOF", {"y": 22e-3, "x": 8e-3, "z": -3e-3, "roll": 7e-3, "pitch": -5e-3}),
+         ("Plant5DOF", "LinearRegulator5DOF", {"y": 24e-3, "x": 5e-3, "roll": -2e-3, "pitch": 3e-3})]
 
 
 def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.ndarray) -> np.ndarray:
@@ -23,8 +26,7 @@ def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.n
     n = len(loop.plant.states)
     plant_state(plant, stage, state[:n].tolist())
     set_all(controller, loop.controller.states, state[n:].tolist())
-    for axis in AXES[plant]:
-        getattr(controller, axis).measured = getattr(stage, axis).position
+    measure(plant, controller, stage)
     step_both(plant, controller, stage)
     return np.array([*read_plant(plant, stage), *read_all(controller, loop.controller.states)])
 
@@ -38,7 +40,7 @@ def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict
     state = rest(plant, block, stage, loop)
     assert sampled_map(plant, block, stage, loop, state) == pytest.approx(state, rel=1e-7, abs=1e-9)
     units = {**loop.plant.units, **loop.controller.units}
-    steps = np.array([{"m": 1e-7, "m/s": 1e-5, "A": 1e-4}.get(units[name], 1e-6) for name in
+    steps = np.array([{"m": 1e-7, "m/s": 1e-5, "A": 1e-4, "rad": 1e-7, "rad/s": 1e-5}.get(units[name], 1e-6) for name in
                       (*loop.plant.states, *loop.controller.states)])
     # Of states with units of their own: as far as they move the currents by a tenth of a milliampere.
     gains = np.abs(loop.controller.C).max(axis=0)

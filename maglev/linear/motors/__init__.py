@@ -1,0 +1,1 @@
+"""What the motors of a rig do to its axes."""

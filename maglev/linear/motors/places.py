@@ -1,0 +1,70 @@
+"""Where the motors of a rig are: how positions make gaps and displacements, and how their forces move the axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmlsm.rig import Rig
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotorPlaces:
+    """Matrices of the motors' places, with n axes and m motors.
+
+    Attributes
+    ----------
+    gaps, along : ndarray, shape (m, n)
+        J: derivatives of the motors' air gaps and of their displacements with respect to the positions.
+    slots : ndarray, shape (m, n)
+        Of the displacement along which the slots modulate the attraction: where no platform tilts, of the first
+        horizontal axis; otherwise of the motor's own.
+    effects : ndarray, shape (n, 2 m)
+        Accelerations of the axes, at nominal masses, by those that motors give the vertical axis and the one that they
+        drive, motor by motor.
+    even : ndarray, shape (2 m, n)
+        Currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over the
+        platform, and one for the motors of each horizontal axis.
+    """
+
+    gaps: Matrix
+    along: Matrix
+    slots: Matrix
+    effects: Matrix
+    even: Matrix
+
+    @classmethod
+    def of(cls, rig: Rig, block: Any = None) -> "MotorPlaces":
+        """Places of the motors of a plant or controller of a rig; without one, of the rig's description."""
+        if block is None or not rig.rotations:
+            return cls.at(rig, rig.motors, rig.height, [axis.mass for axis in rig.axes])
+        names = rig.motor_names
+        if hasattr(block, "allocation"):
+            model = block.allocation
+            masses = [model.mass_y, model.mass_x, model.mass_z, model.inertia_roll, model.inertia_pitch]
+            return cls.at(rig, [getattr(block, f"{name}_place") for name in names], block.platform.height, masses)
+        masses = [getattr(block, axis).nominal_mass for axis in rig.axis_names]
+        return cls.at(rig, [getattr(block, f"{name}_mount") for name in names], block.height, masses)
+
+    @classmethod
+    def at(cls, rig: Rig, spots: Sequence[Any], height: float, masses: Sequence[float]) -> "MotorPlaces":
+        """Places of motors that are at x and z (m) of a platform; nominal masses are those of each axis in turn."""
+        motors, axes = np.arange(len(rig.motors)), len(rig.axes)
+        gaps, along, slots = np.zeros((3, len(motors), axes))
+        gaps[:, 0] = along[motors, list(rig.driven)] = slots[:, 1] = 1.0
+        if rig.rotations:
+            roll, pitch = (rig.axis_names.index(tilt.name) for tilt in rig.rotations)
+            gaps[:, roll], gaps[:, pitch] = [-spot.z for spot in spots], [spot.x for spot in spots]
+            along[:, pitch] = [-height if motor.drives == rig.horizontal[0].name else 0.0 for motor in rig.motors]
+            along[:, roll] = [height if motor.drives == rig.horizontal[1].name else 0.0 for motor in rig.motors]
+            slots = along
+        mass = np.array(masses)
+        effects, even = np.zeros((axes, 2 * len(motors))), np.zeros((2 * len(motors), axes))
+        effects[:, 0::2] = gaps.T * mass[0] / mass[:, None]
+        effects[:, 1::2] = along.T * mass[list(rig.driven)] / mass[:, None]
+        even[0::2], even[2 * motors + 1, list(rig.driven)] = gaps, 1.0
+        return cls(gaps, along, slots, effects, even)
