@@ -60,7 +60,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
         variables=(
             # The thrust depends on the gap, or the gap chooses the linearisation; the lever of the thrust on the tilts.
             *ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
-            *((setpoint("the motors are linearised", "assumed: mid-range; an experiment sets its target"),
+            *((setpoint(rig, "the motors are linearised", "assumed: mid-range; an experiment sets its target"),
                bumpless_start()) if law == LINEAR else ()),
             *model_constants(rig),
             *loop_parameters(rig, rig.source("design.current_limit")),
@@ -100,7 +100,7 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
             *model_constants(rig),
             *loop_parameters(rig, rig.source("design.pid_current_limit")),
             integral_hold(),
-            setpoint("the gains are designed", "assumed"),
+            setpoint(rig, "the gains are designed", "assumed"),
             *(v for axis in rig.axes for v in pid_parameters(axis)),
             *platform_parameters(rig),
             *motor_geometry(rig)),

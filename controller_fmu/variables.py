@@ -231,9 +231,10 @@ def integral_hold() -> Variable:
                   "assumed: the thesis uses none with the PID")
 
 
-def setpoint(use: str, source: str) -> Variable:
+def setpoint(rig: Rig, use: str, source: str) -> Variable:
     """Air gap about which a controller takes the motor as linear."""
-    return parameter("setpoint", "m", f"air gap about which {use}", source, 8e-3, 40e-3, 0.01, fixed=True)
+    field = rig.motor().field
+    return parameter("setpoint", "m", f"air gap about which {use}", source, field.lower, field.upper, 0.01, fixed=True)
 
 
 def bumpless_start() -> Variable:

@@ -24,6 +24,19 @@ FOUR = {**SINGLE, '[motors.alpha]\ndrives = "x"': '[motors.a1]\ndrives = "x"\n\n
 TWO = {**SINGLE, "mass = 6.9 ": "mass = 3.4 ", "pole_pitch = 0.05715": "pole_pitch = 0.048",
        "slot_pitch = 0.01905": "slot_pitch = 0.016", "slot_width = 0.0127": "slot_width = 0.008",
        "magnet_height = 0.005": "magnet_height = 0.006", "lower = -0.062, upper = 0.062": "lower = -0.03, upper = 0.03"}
+# A motor with a gap of 3 mm, as makers sell them, whose data sheet has rms values and no normal force by currents.
+SMALL = {"sample_time = 0.0005": "sample_time = 0.0001", "mass = 4.35 ": "mass = 12 ",
+         "start = 0.02 ": "start = 0.003 ",
+         "lower = 0.008, upper = 0.028": "lower = 0.0015, upper = 0.005", "resolution = 1e-05": "resolution = 1e-06",
+         "pole_pitch = 0.05715": "pole_pitch = 0.016", "slot_pitch = 0.01905": "slot_pitch = 0.005333",
+         "slot_width = 0.0127": "slot_width = 0.0025", "magnet_height = 0.005": "magnet_height = 0.004",
+         'currents = "peak"': 'currents = "rms"', "force_constant = 10.65": "force_constant = 30",
+         "at = 0.02 ": "at = 0.003 ",
+         "attraction = 38.95": "attraction = 110", "attraction_gap = 0.02 ": "attraction_gap = 0.003 ",
+         "peak = 9.0": "peak = 6.0", "continuous = 7.0": "continuous = 3.0", "direct_constant =": "# direct_constant =",
+         "iron_attraction =": "# iron_attraction =", "lower = 0.008\nupper = 0.04": "lower = 0.001\nupper = 0.006",
+         "gaps = [0.008": "B0 = 0.6\ndecay = 0.006\n# gaps = [0.008", "B = [": "# B = [",
+         "coulomb = 2.0": "coulomb = 0.5"}
 
 
 def written(path: Path, like: str, changes: dict[str, str]) -> Path:
@@ -52,6 +65,7 @@ def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, boo
 
 @pytest.mark.parametrize(("name", "like", "changes", "references"), [
     ("one", "2dof", {"mass = 4.35 ": "mass = 5.5 "}, {"v": 0.0195, "h": 2e-3}),
+    ("small", "2dof", SMALL, {"v": 0.0031, "h": 2e-3}),
     ("two", "3dof", TWO, {"y": 0.0255, "x": 4e-3, "z": -4e-3}),
     ("four", "3dof", FOUR, {"y": 0.0255, "x": 4e-3, "z": -4e-3})])
 def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, str],
@@ -111,6 +125,13 @@ def test_native_fmus_are_known_and_fly(tmp_path: Path, monkeypatch: pytest.Monke
 @pytest.mark.parametrize(("like", "changes", "message"), [
     ("3dof", {"mass = 6.9 ": "mass = 14.0 "},
      r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.continuous = 4 A"),
+    ("3dof", {"mass = 6.9 ": "mass = 14.0 ", "continuous = 4.0": "continuous = 0",
+              "current_limit = 4.0": "current_limit = 0"},
+     r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.peak = 5 A"),
+    ("3dof", {"current_limit = 4.0": "current_limit = 1.0"},
+     r"alpha.i_d_cmd = -1.1\d A is beyond current_limit = 1 A"),
+    ("3dof", {"attraction = 12.06": "attraction = 60", "iron_attraction = 0.03037": "iron_attraction = 1.0"},
+     r"no direct current holds the mover of 6.9 kg at 25 mm: .* attract it by 34.8 m/s², gravity takes 9.81 m/s²"),
     ("3dof", {"force_constant = 2.313 ": "force_constant = 0.1 "},
      r"axes.x: its motors give 0.\d+ N at their limit and the start gap, bias and friction take 1.73 N"),
     ("3dof", {"sample_time = 0.0002 ": "sample_time = 0.01 "}, r"sample_time: 10 ms, expected at most 6.\d+ ms"),
