@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maglev.catalogue import build_native
+from maglev.experiment.preparation import prepare
 from maglev.regression.check import check_run
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
@@ -96,7 +97,7 @@ def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
 def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
     """What the first run that does not pass says; empty if all pass."""
     for plan in plans:
-        result = check_run(plan, fmus, {}, (), PACKAGED / "baselines", {})
+        result = check_run(prepare(plan, fmus, {}, ()), PACKAGED / "baselines", {})
         if result.status != "passed":
             return f"{plan.name} {result.message}"
     return ""

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar, Unpack
 
-from maglev.api.options import FlightOptions, folder_of, replacements, starts, timeout_of
+from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import ScenarioError
-from maglev.experiment.selection import needed, prepare_all, select
+from maglev.experiment.selection import needed, select
 from maglev.processors import processors
 from maglev.regression.check import check_all
 from maglev.regression.junit import write_junit
@@ -77,11 +77,11 @@ def compare(every: Callable[..., list[Result]], names: Iterable[str | Path] | No
             raise ScenarioError(f"{name} = {options.get(name)}: expected none, for a baseline has its own")
     plans = select(names)
     plans += needed(plans)
-    folder, replaced, values = folder_of(options), replacements(options), starts(plans, options)
-    say_notes(prepare_all(plans, folder, replaced, values), say or warn)
-    with (watch or unwatched)([plan.name for plan in plans]) as watcher:
-        results = every(plans, folder, replaced, values, PACKAGED / "baselines" if baselines is None
-                        else Path(baselines), jobs or processors(), watcher, timeout_of(options))
+    experiments = experiments_of(plans, options)
+    say_notes(experiments, say or warn)
+    with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:
+        results = every(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines),
+                        jobs or processors(), watcher)
     for result in results:
         for note in result.notes:
             (say or warn)(f"{result.name}: {note}")

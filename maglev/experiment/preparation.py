@@ -57,6 +57,8 @@ class Experiment:
         Why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario.
     following : Following, optional
         How the controller's model follows the masses of the plant, if it does.
+    not_compared : tuple of str
+        Signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them.
     """
 
     plan: RunPlan
@@ -71,6 +73,7 @@ class Experiment:
     timeout: float = TIMEOUT
     departures: tuple[str, ...] = ()
     following: Following | None = None
+    not_compared: tuple[str, ...] = ()
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
@@ -253,7 +256,9 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     departures = tuple(departures_of(plan, files, put_in))
     if changes or put_in or departures:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
-    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures, following=follow)
+    not_compared = tuple(name for name in plan.check.signals if name not in experiment.plan.check.signals)
+    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures,
+                   following=follow, not_compared=not_compared)
 
 
 def followed(plan: RunPlan, files: Mapping[str, Path], start: Mapping[str, dict[str, StartValue]],

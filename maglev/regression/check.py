@@ -1,68 +1,54 @@
 """Check of runs against their committed baselines."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
-from maglev.experiment.preparation import Experiment, prepare
-from maglev.experiment.replacement import Replacement
-from maglev.processes import Task, Watcher
+from maglev.experiment.preparation import Experiment
+from maglev.processes import Watcher
 from maglev.regression.baseline import Baseline, read_baseline
 from maglev.regression.deviation import Deviation, first_deviation, worst
 from maglev.regression.fit import BEYOND, require_fit, require_whole
 from maglev.regression.outcome import CheckResult
-from maglev.schema.run_plan import RunPlan
 
 
-def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-              baselines: Path, ends: Ends, progress: Progress | None = None,
-              timeout: float = TIMEOUT) -> CheckResult:
-    """Run a plan to the end of its baseline and a little further, and compare.
+def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
+    """Run an experiment to the end of its baseline and a little further, and compare.
 
     Parameters
     ----------
-    plan : RunPlan
-    fmus : Path
-        Folder with the FMUs of this project.
-    replaced : mapping of str to Replacement
-        FMUs that take the place of the plan's, by name in the run.
-    settings : sequence of str
-        Start values that go before the plan's, `fmu.variable=value`.
+    experiment : Experiment
     baselines : Path
         Folder with the baselines.
     ends : mapping of str to mapping of str to float
-        Of the runs that the plan starts from.
+        Of the runs that it starts from.
     progress : callable, optional
         Called now and then with the steps done and the steps in all.
-    timeout : float
-        As of `Experiment`, s.
 
     What can be wrong is a result, too: the status "error".
     """
+    plan = experiment.plan
     begin = time.perf_counter()
     try:
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, plan.name)
-        experiment = prepared(plan, fmus, replaced, settings, ends, timeout)
         # A baseline of an FMU that was put in lacks what this FMU lacks.
-        require_fit(experiment.plan, baseline, baselines)
+        require_fit(plan, baseline, baselines)
         end = min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
-        experiment = replace(experiment, plan=experiment.plan.model_copy(update={"stop_time": end}))
-        lacking = [name for name in plan.check.signals if name not in experiment.plan.check.signals]
-        baseline = without(baseline, lacking)
+        experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
+        baseline = without(baseline, experiment.not_compared)
         units = experiment.units(baseline.columns)
         recording = flown(experiment, baseline.stop_time, progress)
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
         if deviation is None:
             # Flags that an FMU which was put in lacks are not looked at.
-            require_whole(experiment.plan, plan.stop_time, baseline, recording, baselines)
+            require_whole(plan, baseline, recording, baselines)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
@@ -74,7 +60,8 @@ def check_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], se
     same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
                + ("equal the baseline" if same else "are within their tolerances")
-               + (f"; not compared, for the FMU has no such signals: {', '.join(lacking)}" if lacking else ""))
+               + ("" if not experiment.not_compared else
+                  f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"))
     return CheckResult(plan.name, "passed", message, None, differences, elapsed, units, reached,
                        recording.notes)
 
@@ -89,24 +76,12 @@ def flown(experiment: Experiment, end: float, progress: Progress | None) -> Reco
         return error.recording
 
 
-def prepared(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-             ends: Ends, timeout: float) -> Experiment:
-    """Experiment of a run that starts from the ends of others; settings go before these."""
-    experiment = prepare(plan, fmus, replaced, settings, timeout=timeout)
-    return replace(experiment, plan=started(experiment.plan, ends))
-
-
-def check_all(runs: Sequence[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-              baselines: Path, jobs: int, watch: Watcher, timeout: float = TIMEOUT) -> list[CheckResult]:
+def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
     """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
-    by_name = {run.name: run for run in runs}
-
-    def task(name: str, ends: Ends) -> Task[CheckResult]:
-        return partial(check_run, by_name[name], fmus, replaced, settings, baselines, ends, timeout=timeout)
-
-    return list(in_order({run.name: run.needs for run in runs}, task,
-                         jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0),
-                         watch).values())
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
+                         lambda name, ends: partial(check_run, by_name[name], baselines, ends), jobs,
+                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:

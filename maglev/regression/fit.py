@@ -33,10 +33,10 @@ def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
                                 f"{plan.path}; `maglev check --update` writes a new baseline")
 
 
-def require_whole(plan: RunPlan, stop_time: float, baseline: Baseline, recording: Recording, folder: Path) -> None:
-    """Refuse a baseline that ends before its run does (s), and before a stop is touched or the controller trips."""
+def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path) -> None:
+    """Refuse a baseline that ends before its run does, and before a stop is touched or the controller trips."""
     untouched = rows_before_contact(plan, recording) == len(recording.time)
-    if untouched and stop_time - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
+    if untouched and plan.stop_time - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
         raise BaselineError(f"{baseline_files(folder, plan.name)[0]}: ends at t = {baseline.stop_time:.9g} s, expected "
-                            f"samples to {stop_time} s, for no stop is touched and nothing trips; `maglev check "
+                            f"samples to {plan.stop_time} s, for no stop is touched and nothing trips; `maglev check "
                             "--update` writes a new baseline")

@@ -1,39 +1,35 @@
 """Update of the committed baselines of runs."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.master import Progress
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
-from maglev.experiment.chain import Ends, ends_of, in_order
-from maglev.experiment.replacement import Replacement
-from maglev.processes import Task, Watcher
+from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.preparation import Experiment
+from maglev.processes import Watcher
 from maglev.regression.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
-from maglev.regression.check import prepared
 from maglev.regression.deviation import WorstDifference, changes
 from maglev.regression.outcome import UpdateResult
-from maglev.schema.run_plan import RunPlan
 
 
-def renewed(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-            baselines: Path, ends: Ends, progress: Progress | None = None,
-            timeout: float = TIMEOUT) -> UpdateResult:
-    """Run a whole scenario, make its baseline with the plan's tolerances, and say what moves against the old one.
+def renewed(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
+    """Run a whole experiment, make its baseline with the plan's tolerances, and say what moves against the old one.
 
     Parameters as of `check_run`. Nothing is written yet.
     """
+    plan = experiment.plan
     begin = time.perf_counter()
     try:
         old, unreadable = old_baseline(baselines, plan.name)
-        experiment = prepared(plan, fmus, replaced, settings, ends, timeout)
-        checked = experiment.plan   # without what an FMU that was put in lacks
-        units = experiment.units(checked.check.signals)
+        experiment = replace(experiment, plan=started(plan, ends))
+        units = experiment.units(plan.check.signals)
         recording = experiment.run(progress)
-        new, reached = from_recording(checked, experiment.step, recording), ends_of(recording)
+        new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
     except FAILURES as error:
         return UpdateResult(plan.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     result = partial(UpdateResult, plan.name, elapsed=time.perf_counter() - begin, ends=reached, notes=recording.notes,
@@ -64,24 +60,14 @@ def written(result: UpdateResult, baselines: Path) -> UpdateResult:
     return result
 
 
-def update_run(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-               baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
-    """Run a whole scenario, and write its baseline anew; parameters as of `check_run`."""
-    return written(renewed(plan, fmus, replaced, settings, baselines, ends, progress), baselines)
-
-
-def update_all(runs: Sequence[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-               baselines: Path, jobs: int, watch: Watcher, timeout: float = TIMEOUT) -> list[UpdateResult]:
+def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
     """Update the baselines of runs; parameters as of `check_all`.
 
     They are written together when all runs are done: whoever is interrupted before has the old ones.
     """
-    by_name = {run.name: run for run in runs}
-
-    def task(name: str, ends: Ends) -> Task[UpdateResult]:
-        return partial(renewed, by_name[name], fmus, replaced, settings, baselines, ends, timeout=timeout)
-
-    results = in_order({run.name: run.needs for run in runs}, task, jobs,
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    results = in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
+                       lambda name, ends: partial(renewed, by_name[name], baselines, ends), jobs,
                        lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch)
     with held_interrupts():
         return [written(result, baselines) for result in results.values()]

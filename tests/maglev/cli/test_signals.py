@@ -13,6 +13,7 @@ import pytest
 from faulty_fmus import faulty
 
 from maglev.errors import Interrupted
+from maglev.experiment.selection import prepare_all
 from maglev.regression.update import update_all
 from maglev.schema.loading import load_plan
 
@@ -176,15 +177,14 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path, number:
 
 def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:
     """Ctrl-C when the first of two runs is done."""
-    plans = [load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")]
+    plans = prepare_all([load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")], fmus, {}, [])
 
     def interrupt(_name: str, done: int, steps: int) -> None:
         if done == steps:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match="interrupted: 1 of 2 runs were done"):
-        update_all(plans, fmus, {}, [], tmp_path / "baselines", 1, interrupt)
+        update_all(plans, tmp_path / "baselines", 1, interrupt)
     assert not (tmp_path / "baselines").exists()
-    assert {result.status for result in update_all(plans, fmus, {}, [], tmp_path / "baselines", 2,
-                                                   lambda *_: None)} == {"new"}
+    assert {result.status for result in update_all(plans, tmp_path / "baselines", 2, lambda *_: None)} == {"new"}
     shutil.rmtree(tmp_path / "baselines")

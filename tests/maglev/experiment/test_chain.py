@@ -15,7 +15,7 @@ from maglev.experiment.chain import Ends, in_order, started
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import needed, prepare_all, select
 from maglev.regression.check import check_all
-from maglev.regression.outcome import CheckResult
+from maglev.regression.outcome import CheckResult, UpdateResult
 from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
@@ -249,18 +249,22 @@ def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -
 
 
 def checked(chain: Path, fmus: Path, *settings: str) -> dict[str, CheckResult]:
-    arguments = (load_plans(chain), fmus, {}, settings, chain.parent / "baselines", 2, lambda *_: None)
-    return {result.name: result for result in check_all(*arguments)}
+    experiments = prepare_all(load_plans(chain), fmus, {}, settings)
+    return {result.name: result for result in check_all(experiments, chain.parent / "baselines", 2, lambda *_: None)}
+
+
+def updated(chain: Path, fmus: Path, plans: list[RunPlan], *settings: str) -> list[UpdateResult]:
+    experiments = prepare_all(plans, fmus, {}, settings)
+    return update_all(experiments, chain.parent / "baselines", 2, lambda *_: None)
 
 
 def test_check_and_update_hand_on_ends(fmus: Path, chain: Path) -> None:
-    arguments = (load_plans(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
-    updated = update_all(*arguments)
-    assert [result.status for result in updated] == ["new"] * 4
-    assert updated[0].ends["plant.h.position"] > updated[1].ends["plant.h.position"] > 1e-6
+    new = updated(chain, fmus, load_plans(chain))
+    assert [result.status for result in new] == ["new"] * 4
+    assert new[0].ends["plant.h.position"] > new[1].ends["plant.h.position"] > 1e-6
     results = checked(chain, fmus)
     assert {result.status for result in results.values()} == {"passed"}
-    assert {name: result.ends for name, result in results.items()} == {result.name: result.ends for result in updated}
+    assert {name: result.ends for name, result in results.items()} == {result.name: result.ends for result in new}
     # What changes the first run changes those that start from it, too.
     results = checked(chain, fmus, "plant.C1=15")
     assert {result.status for result in results.values()} == {"deviated"}
@@ -271,7 +275,7 @@ def test_check_and_update_hand_on_ends(fmus: Path, chain: Path) -> None:
 def test_a_baseline_that_is_shorter_than_the_run_hands_on_nothing(fmus: Path, chain: Path) -> None:
     whole = load_plans(chain)
     short = [run.model_copy(update={"stop_time": 0.004}) if run.name == "chain-first" else run for run in whole]
-    update_all(short, fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
+    updated(chain, fmus, short)
     results = checked(chain, fmus)
     assert results["chain-first"].status == "error"
     assert "ends at t = 0.004 s, expected samples to 0.005 s" in results["chain-first"].message
@@ -283,15 +287,14 @@ def test_a_baseline_that_is_shorter_than_the_run_hands_on_nothing(fmus: Path, ch
 
 def test_a_check_takes_a_set_value_before_a_result_that_is_not_there(fmus: Path, chain: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start]\n"v.mass" = -1\n')
-    update_all(load_plans(chain), fmus, {}, ["plant.h.position_start=1mm"], chain.parent / "baselines", 2,
-               lambda *_: None)
+    updated(chain, fmus, load_plans(chain), "plant.h.position_start=1mm")
     statuses = {name: each.status for name, each in checked(chain, fmus, "plant.h.position_start=1mm").items()}
     assert (statuses["chain-first"], statuses["chain-last"]) == ("error", "passed")
 
 
 def test_a_failed_run_hands_on_nothing_to_an_update(fmus: Path, chain: Path) -> None:
     changed(chain, "[variants.first]\n", '[variants.first.fmus.plant.start]\n"v.mass" = -1\n')
-    results = update_all(load_plans(chain), fmus, {}, [], chain.parent / "baselines", 2, lambda *_: None)
+    results = updated(chain, fmus, load_plans(chain))
     assert [result.status for result in results] == ["error", "error", "error", "new"]
     assert sorted(path.name for path in (chain.parent / "baselines").iterdir()) == [
         "chain-alone_ref.csv", "chain-alone_ref.opt"]

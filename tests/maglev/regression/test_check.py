@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import BaselineError
-from maglev.experiment.preparation import Experiment
+from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.replacement import Replacement
 from maglev.regression.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
 from maglev.regression.check import check_run
 from maglev.regression.deviation import Deviation, first_deviation, worst
-from maglev.regression.outcome import CheckResult, describe, exit_code
-from maglev.regression.update import update_run
+from maglev.regression.outcome import CheckResult, UpdateResult, describe, exit_code
+from maglev.regression.update import renewed, written
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 from maglev.written.new import new_controller
@@ -109,11 +109,21 @@ def short(**changed: Any) -> RunPlan:
     return load_plan("2dof-setpoints").model_copy(update={"stop_time": 1.5, "check": settings, **changed})
 
 
+def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
+            baselines: Path) -> CheckResult:
+    return check_run(prepare(plan, fmus, replaced, settings), baselines, {})
+
+
+def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
+            baselines: Path) -> UpdateResult:
+    return written(renewed(prepare(plan, fmus, replaced, settings), baselines, {}), baselines)
+
+
 @pytest.fixture(scope="module")
 def committed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the baseline of the short run."""
     folder = tmp_path_factory.mktemp("baselines")
-    assert update_run(short(), fmus, {}, [], folder, {}).status == "new"
+    assert updated(short(), fmus, {}, [], folder).status == "new"
     return folder
 
 
@@ -124,7 +134,7 @@ def baselines(committed: Path, tmp_path: Path) -> Path:
 
 
 def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
-    result = check_run(short(), fmus, {}, [], baselines, {})
+    result = checked(short(), fmus, {}, [], baselines)
     assert describe(result) == "2dof-setpoints: passed, 3 signals at 31 samples to t = 1.5 s equal the baseline"
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
     assert set(result.worst) == set(short().check.signals)
@@ -132,7 +142,7 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
 
 
 def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
-    result = check_run(short(), fmus, {}, ["plant.C1=14.2142"], baselines, {})
+    result = checked(short(), fmus, {}, ["plant.C1=14.2142"], baselines)
     assert (result.status, exit_code([result])) == ("deviated", 1)
     found = result.deviation
     assert found is not None and found.signal == "plant.h.position" and found.allowed == 1e-9
@@ -148,25 +158,25 @@ def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
     wide = {name: SignalTolerance(absolute=0.01 if allowed.absolute == 1e-9 else allowed.absolute)
             for name, allowed in short().check.signals.items()}
     plan = short(check=CheckSettings(signals=wide))
-    result = check_run(plan, fmus, {}, ["plant.C1=14.2142"], baselines, {})
+    result = checked(plan, fmus, {}, ["plant.C1=14.2142"], baselines)
     assert result.message.endswith("are within their tolerances")
     assert 1e-9 < result.worst["plant.h.position"].difference < 0.01
 
 
 def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
     """Without current the mover falls onto its stop."""
-    arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path, {})
-    assert update_run(short(), *arguments).status == "new"
+    arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path)
+    assert updated(short(), *arguments).status == "new"
     baseline = read_baseline(tmp_path, "2dof-setpoints")
     assert 0.0 < baseline.stop_time < 1.4
-    assert check_run(short(), *arguments).status == "passed"
+    assert checked(short(), *arguments).status == "passed"
 
 
 def test_a_tolerance_is_the_scenarios(fmus: Path, baselines: Path) -> None:
     """A file that was edited does not decide what passes."""
     options = baseline_files(baselines, "2dof-setpoints")[1]
     options.write_text(options.read_text().replace("1e-09", "1.0"))
-    error(check_run(short(), fmus, {}, ["plant.C2=800"], baselines, {}),
+    error(checked(short(), fmus, {}, ["plant.C2=800"], baselines),
           "the tolerance of plant.v.position is 1.0 + 0.0 relative, expected that of the scenario, 1e-09")
 
 
@@ -177,7 +187,7 @@ def test_a_baseline_that_was_cut(fmus: Path, baselines: Path) -> None:
     samples.write_text("".join(lines[:3]))
     last = lines[2].partition(",")[0]
     options.write_text(options.read_text().replace("StopTime,1.5", f"StopTime,{last}"))
-    error(check_run(short(), fmus, {}, [], baselines, {}), f"ends at t = {last} s, expected samples to 1.5 s")
+    error(checked(short(), fmus, {}, [], baselines), f"ends at t = {last} s, expected samples to 1.5 s")
 
 
 def error(result: CheckResult, message: str) -> None:
@@ -190,18 +200,17 @@ def error(result: CheckResult, message: str) -> None:
 def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None:
     # The FMUs are missing too: that the baseline is refused shows that it is read first.
     nowhere = tmp_path / "nowhere"
-    error(check_run(short(), nowhere, {}, [], nowhere, {}), "2dof-setpoints_ref.csv: there is no such file")
-    error(check_run(short(), nowhere, {}, [], baselines, {}), "there is no file")
-    error(check_run(short(), fmus, {}, ["plant.C9=1"], baselines, {}), "C9")
-    error(check_run(short(), fmus, {"plnt": Replacement(nowhere)}, [], baselines, {}), "nearest is 'plant'")
-    error(check_run(short(step=0.00025), nowhere, {}, [], baselines, {}), "StepSize = 0.0005: expected the")
-    error(check_run(short(stop_time=1.0), nowhere, {}, [], baselines, {}), "StopTime = 1.5: expected at most")
+    error(checked(short(), nowhere, {}, [], nowhere), "2dof-setpoints_ref.csv: there is no such file")
+    error(checked(short(), nowhere, {}, [], baselines), "there is no file")
+    error(checked(short(), fmus, {}, ["plant.C9=1"], baselines), "C9")
+    error(checked(short(step=0.00025), nowhere, {}, [], baselines), "StepSize = 0.0005: expected the")
+    error(checked(short(stop_time=1.0), nowhere, {}, [], baselines), "StopTime = 1.5: expected at most")
     more = CheckSettings(signals={"plant.motor.i_q": SignalTolerance()})
-    error(check_run(short(check=more), nowhere, {}, [], baselines, {}), "there is no column plant.motor.i_q")
+    error(checked(short(check=more), nowhere, {}, [], baselines), "there is no column plant.motor.i_q")
     samples = baseline_files(baselines, "2dof-setpoints")[0]
     samples.unlink()
     samples.mkdir()
-    error(check_run(short(), fmus, {}, [], baselines, {}), "there is no such file")
+    error(checked(short(), fmus, {}, [], baselines), "there is no such file")
 
 
 def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,15 +219,15 @@ def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.
         raise RunFailed("at t = 0.3 s:\nrefused", Recording(np.zeros(1), {}))
 
     monkeypatch.setattr(Experiment, "run", run)
-    error(check_run(short(), fmus, {}, [], baselines, {}), "at t = 0.3 s: refused")
-    assert update_run(short(), fmus, {}, [], baselines, {}).message == "at t = 0.3 s: refused"
+    error(checked(short(), fmus, {}, [], baselines), "at t = 0.3 s: refused")
+    assert updated(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
 
 
 def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
     old = read_baseline(baselines, "2dof-setpoints")
-    assert describe(update_run(short(), fmus, {}, [], baselines, {})) == (
+    assert describe(updated(short(), fmus, {}, [], baselines)) == (
         "2dof-setpoints: unchanged, 3 signals at 31 samples to t = 1.5 s")
-    result = update_run(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines, {})
+    result = updated(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines)
     assert result.status == "updated"
     difference, time = result.moved["plant.h.position"]
     new = read_baseline(baselines, "2dof-setpoints")
@@ -232,7 +241,7 @@ def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
 def test_update_takes_signals_and_tolerances_of_the_scenario(fmus: Path, baselines: Path) -> None:
     settings = CheckSettings(signals={"plant.v.position": SignalTolerance(absolute=1e-6, relative=0.5),
                                       "plant.motor.i_q": SignalTolerance()})
-    result = update_run(short(check=settings), fmus, {}, [], baselines, {})
+    result = updated(short(check=settings), fmus, {}, [], baselines)
     for note in ("plant.motor.i_q added", "plant.h.position removed",
                  "tolerance of plant.v.position was 1e-09 + 0.0 relative, is 1e-06 + 0.5 relative"):
         assert note in result.message
@@ -244,13 +253,13 @@ def test_update_replaces_what_cannot_be_read_or_compared(fmus: Path, baselines: 
     samples, options = baseline_files(baselines, "2dof-setpoints")
     intact = samples.read_text(), options.read_text()
     options.write_text("StepSize,fast\n")
-    result = update_run(short(), fmus, {}, [], baselines, {})
+    result = updated(short(), fmus, {}, [], baselines)
     assert result.status == "replaced"
     assert "2dof-setpoints_ref.opt, line 1: StepSize = 'fast': expected a number" in result.message
     assert (samples.read_text(), options.read_text()) == intact
     baseline = read_baseline(baselines, "2dof-setpoints")
     write_baseline(baselines, replace(baseline, step=0.00025))
-    result = update_run(short(), fmus, {}, [], baselines, {})
+    result = updated(short(), fmus, {}, [], baselines)
     assert "the communication step was 0.00025 s and is 0.0005 s" in result.message
     assert (samples.read_text(), options.read_text()) == intact
 
@@ -259,7 +268,7 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
     samples = baseline_files(baselines, "2dof-setpoints")[0]
     intact = samples.read_text()
     settings = CheckSettings(signals={"plant.v.positon": SignalTolerance()})
-    result = update_run(short(check=settings), fmus, {}, [], baselines, {})
+    result = updated(short(check=settings), fmus, {}, [], baselines)
     assert "nearest is 'v.position'" in describe(result)
     assert exit_code([result]) == 2
     assert samples.read_text() == intact
@@ -268,15 +277,15 @@ def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) ->
 def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path) -> None:
     """Its baseline lacks what it lacks, and holds it to the rest; one of `new_controller` has no flags at all."""
     mine = {"controller": Replacement(new_controller(tmp_path / "mine.py", "2dof"))}
-    result = update_run(short(), fmus, mine, [], tmp_path, {})
+    result = updated(short(), fmus, mine, [], tmp_path)
     assert result.status == "new", result.message
     assert {*read_baseline(tmp_path, "2dof-setpoints").columns} == {"plant.v.position", "plant.h.position"}
-    passed = check_run(short(), fmus, mine, [], tmp_path, {})
+    passed = checked(short(), fmus, mine, [], tmp_path)
     assert passed.status == "passed", passed.message
     assert passed.message.endswith("not compared, for the FMU has no such signals: controller.saturated")
-    assert check_run(short(), fmus, mine, ["plant.C1=14.3"], tmp_path, {}).status == "deviated"
+    assert checked(short(), fmus, mine, ["plant.C1=14.3"], tmp_path).status == "deviated"
     # This project's controller has what that baseline lacks.
-    error(check_run(short(), fmus, {}, [], tmp_path, {}), "there is no column controller.saturated")
+    error(checked(short(), fmus, {}, [], tmp_path), "there is no column controller.saturated")
 
 
 def test_exit_code() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from maglev.experiment.preparation import prepare
 from maglev.regression.baseline import baseline_files
 from maglev.regression.check import check_run
 from maglev.regression.outcome import CheckResult, describe
@@ -18,7 +19,7 @@ every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 
 
 def checked(run: RunPlan, fmus: Path, *settings: str) -> CheckResult:
-    return check_run(run, fmus, {}, settings, BASELINES, {})
+    return check_run(prepare(run, fmus, {}, settings), BASELINES, {})
 
 
 def deviates(result: CheckResult, latest: float) -> None:
