@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from maglev.api.comparing import Comparison, compare
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
-    from maglev.api.live import write_live
     from maglev.api.running import Results, run, run_all
     from maglev.api.studying import Study, study, sweep
     from maglev.api.tuning import Tuned, tune
     from maglev.cosim.master import RunFailed
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
+    from maglev.live.page import write_live
     from maglev.own_stage.adoption import know_stage
     from maglev.own_stage.new import new_stage
     from maglev.stability.analysis import region
@@ -58,7 +58,7 @@ PLACES = {
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
     "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
     "update": "maglev.api.checking",
-    "write_identification": "maglev.api.identifying", "write_live": "maglev.api.live"}
+    "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
 
 __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",

@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from maglev.experiment.preparation import Experiment
 from maglev.live.content import live_runs
-from maglev.live.page import write_live_page
+from maglev.live.page import write_live
 from maglev.schema.run_plan import RunPlan
 
 SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
@@ -229,7 +229,7 @@ def main() -> None:
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        path = write_live_page(Path(folder), arguments.fmus / "wasm")
+        path = write_live(folder, fmus=arguments.fmus)
         print(f"page: {path.stat().st_size / 1000:.0f} kB")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         try:

@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,24 +11,15 @@ from maglev.cli.identify import identify
 from maglev.cli.linearise import linearise
 from maglev.cli.new import new
 from maglev.cli.options import (
-    Controller,
     Debug,
     Everything,
     Fmus,
     Form,
     Jobs,
-    KeepSettings,
-    Model,
     Names,
-    Native,
-    Ordering,
     Out,
-    Plant,
-    PortsFile,
     RigFile,
-    Settings,
-    Step,
-    Timeout,
+    with_flight_options,
 )
 from maglev.cli.region import region
 from maglev.cli.streams import CommandLine
@@ -147,17 +138,14 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
 
 
 @app.command()
-def run(names: Names = None, everything: Everything = False, settings: Settings = None, model: Model = None,
-        plant: Plant = None, controller: Controller = None, ports: PortsFile = None,
-        keep_settings: KeepSettings = False, step: Step = None, order: Ordering = "sequential",
-        out: Out = Path("results"),
+@with_flight_options()
+def run(names: Names = None, everything: Everything = False, out: Out = Path("results"),
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.")]
         = False,
         fail_on_claims: Annotated[bool, typer.Option(
             "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run hits a stop or fails.")] = False,
-        form: Form = "csv", fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
-        jobs: Jobs = None, debug: Debug = False) -> None:
+        form: Form = "csv", jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
     **Examples:**
@@ -184,19 +172,15 @@ def run(names: Names = None, everything: Everything = False, settings: Settings 
         from maglev.api.running import run_all
 
         print_results(run_all(names or None, out=out, plot=plot, format=form, jobs=jobs, watch=progress_of, say=say,
-                              set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                              order=order, fmus=fmus, native=native, timeout=timeout, keep_settings=keep_settings),
-                      json, debug, fail_on_claims)
+                              **options), json, debug, fail_on_claims)
 
 
 @app.command()
-def report(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
-           controller: Controller = None, ports: PortsFile = None, keep_settings: KeepSettings = False,
-           step: Step = None, out: Out = Path("results"),
-           fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
+@with_flight_options("order")
+def report(names: Names = None, out: Out = Path("results"),
            what_if: Annotated[bool, typer.Option(help="Fly again, without friction, the runs behind missed claims "
                                                       "whose reasons blame it.")] = True,
-           jobs: Jobs = None, debug: Debug = False) -> None:
+           jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios, every one of the package if none is named, and write one HTML page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
@@ -212,8 +196,7 @@ def report(names: Names = None, settings: Settings = None, model: Model = None, 
         from maglev.api.running import run_all
 
         print_results(run_all(names or None, out=out, page=True, what_if=what_if, jobs=jobs, watch=progress_of, say=say,
-                              set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                              fmus=fmus, native=native, timeout=timeout, keep_settings=keep_settings), debug=debug)
+                              **options), debug=debug)
 
 
 @app.command()
@@ -228,22 +211,20 @@ def live(out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = F
     `maglev live --out page`
     """
     with one_line_errors(debug):
-        from maglev.api.live import write_live
+        from maglev.live.page import write_live
 
         path = write_live(out, fmus=fmus)
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
 @app.command()
-def check(names: Names = None, settings: Settings = None, model: Model = None, plant: Plant = None,
-          controller: Controller = None, ports: PortsFile = None, keep_settings: KeepSettings = False,
+@with_flight_options("step", "order")
+def check(names: Names = None,
           update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
           baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
                                                          show_default="the package's")] = None,
           junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
-          = None,
-          fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
-          jobs: Jobs = None, debug: Debug = False) -> None:
+          = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios, every one of the package if none is named, and compare with their baselines.
 
     A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
@@ -262,13 +243,9 @@ def check(names: Names = None, settings: Settings = None, model: Model = None, p
             raise ScenarioError(f"--junit {junit}: expected the name of a file")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
-        from maglev.api.options import FlightOptions
         from maglev.regression.junit import write_junit
         from maglev.regression.outcome import exit_code
 
-        options: FlightOptions = {"set": settings, "model": model, "plant": plant, "controller": controller,
-                                  "ports": ports, "fmus": fmus, "native": native, "timeout": timeout,
-                                  "keep_settings": keep_settings}
         if update:
             updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
             print_outcomes(updated)

@@ -1,37 +1,23 @@
 """The command `maglev compare`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.options import (
-    Debug,
-    Fmus,
-    KeepSettings,
-    Native,
-    Ordering,
-    Out,
-    Plant,
-    PortsFile,
-    Settings,
-    Step,
-    Timeout,
-    run_names,
-)
+from maglev.cli.options import Debug, Out, run_names, with_flight_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 
 
+@with_flight_options("model", "controller")
 def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or a "
                                                 "TOML file.", autocompletion=run_names)],
             controllers: Annotated[list[str], typer.Option(
                 "--controller", metavar="[LABEL=]CONTROLLER", help="A controller: an FMU of this project by its name, "
                 "an FMU or a Python file. To be repeated.")],
-            settings: Settings = None, plant: Plant = None, ports: PortsFile = None,
-            keep_settings: KeepSettings = False, step: Step = None,
-            order: Ordering = "sequential", out: Out = Path("results"),
+            out: Out = Path("results"),
             json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
-            fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", debug: Debug = False) -> None:
+            debug: Debug = False, **options: Any) -> None:
     """Fly a scenario once with each controller, under the same references, and put the runs side by side.
 
     Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, `.html`, and `.png` where
@@ -49,9 +35,7 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
         from maglev.api.comparing import compare as compare_runs
         from maglev.comparison.files import show_comparison
 
-        found = compare_runs(name, controllers, watch=progress_of, say=say, set=settings, plant=plant, ports=ports,
-                             step=step, order=order, fmus=fmus, native=native, timeout=timeout,
-                             keep_settings=keep_settings)
+        found = compare_runs(name, controllers, watch=progress_of, say=say, **options)
         picture = find_spec("matplotlib") is not None
         files = found.write(out, picture=picture)
         if json:

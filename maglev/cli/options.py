@@ -1,7 +1,9 @@
 """Options that commands of the command line share."""
 
+from collections.abc import Callable
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -56,3 +58,21 @@ Form = Annotated[Format, typer.Option("--format", help="Of the columns: csv, or 
 Jobs = Annotated[int | None, typer.Option(
     min=1, help="Runs at a time, in as many processes; as many as processors if not given.",
     show_default=False)]
+
+# How runs differ from their plans: `FlightOptions` of `maglev.api.options`.
+FLIGHT: dict[str, tuple[Any, object]] = {
+    "set": (Settings, None), "model": (Model, None), "plant": (Plant, None), "controller": (Controller, None),
+    "ports": (PortsFile, None), "keep_settings": (KeepSettings, False), "step": (Step, None),
+    "order": (Ordering, "sequential"), "fmus": (Fmus, Path("fmus")), "native": (Native, False),
+    "timeout": (Timeout, "60 s")}
+
+
+def with_flight_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command, in place of its `**options`, those of `FLIGHT` but for some, after its own."""
+    def extended(command: Callable[..., None]) -> Callable[..., None]:
+        own = [each for each in signature(command).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+        shared = [Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                  for name, (kind, default) in FLIGHT.items() if name not in left_out]
+        command.__signature__ = Signature([*own, *shared])   # type: ignore[attr-defined]  # where typer looks
+        return command
+    return extended

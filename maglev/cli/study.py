@@ -1,25 +1,11 @@
 """The commands `maglev study` and `maglev sweep`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import (
-    Controller,
-    Debug,
-    Fmus,
-    KeepSettings,
-    Model,
-    Native,
-    Ordering,
-    Out,
-    Plant,
-    PortsFile,
-    Settings,
-    Step,
-    run_names,
-)
+from maglev.cli.options import Debug, Out, run_names, with_flight_options
 from maglev.cli.terminal import one_line_errors, progress_of, report_console, say
 from maglev.errors import ScenarioError
 
@@ -36,12 +22,10 @@ SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", help="Longest
                                                    "project.", show_default="none")]
 
 
+@with_flight_options("timeout")
 def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file.")],
-          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-          ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
-          order: Ordering = "sequential", out: Out = Path("results"),
-          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-          resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
+          out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
+          sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
     """Fly a scenario many times: what varies, by which design, and what is kept is in a TOML file (docs/studies.md).
 
     The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
@@ -57,11 +41,10 @@ def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
         from maglev.api.studying import study as fly_study
 
         finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume,
-                         sample_timeout=sample_timeout, watch=progress_of, say=say,
-                         set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                         order=order, fmus=fmus, native=native, keep_settings=keep_settings))
+                         sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
+@with_flight_options("timeout")
 def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or "
                                                   "a TOML file.", autocompletion=run_names)],
           vary: Annotated[list[str], typer.Argument(metavar="FMU.variable=FROM:TO:NUMBER", help="What varies; several: "
@@ -73,11 +56,8 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
           keep: Annotated[list[str] | None, typer.Option("--keep", metavar="FMU.variable", help="Keep the trajectory "
                                                          "of a signal; to be repeated.", show_default=False)] = None,
           name: Annotated[str | None, typer.Option(help="Name of the results.", show_default="SCENARIO.sweep")] = None,
-          settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-          ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
-          order: Ordering = "sequential", out: Out = Path("results"),
-          fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-          resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False) -> None:
+          out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
+          sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
     """Fly a scenario with every combination of values, or --samples of ranges, a study without a file.
 
     Results are those of `maglev study`. Several variables, with commas between, take the same values.
@@ -95,9 +75,7 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
 
         finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), samples=samples, seed=seed, out=out,
                          jobs=jobs, scheduler=scheduler, resume=resume, sample_timeout=sample_timeout,
-                         watch=progress_of, say=say, set=settings, model=model, plant=plant, controller=controller,
-                         ports=ports, step=step, order=order, fmus=fmus, native=native,
-                         keep_settings=keep_settings))
+                         watch=progress_of, say=say, **options))
 
 
 def values_of(vary: list[str]) -> dict[str, str]:

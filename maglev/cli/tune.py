@@ -1,34 +1,19 @@
 """The command `maglev tune`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.options import (
-    Controller,
-    Debug,
-    Fmus,
-    KeepSettings,
-    Model,
-    Native,
-    Ordering,
-    Out,
-    Plant,
-    PortsFile,
-    Settings,
-    Step,
-)
+from maglev.cli.options import Debug, Out, with_flight_options
 from maglev.cli.study import Processes, Resume, Scheduler
 from maglev.cli.terminal import one_line_errors, progress_of, report_console, say
 
 
+@with_flight_options("timeout")
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
-         settings: Settings = None, model: Model = None, plant: Plant = None, controller: Controller = None,
-         ports: PortsFile = None, keep_settings: KeepSettings = False, step: Step = None,
-         order: Ordering = "sequential", out: Out = Path("results"),
-         fmus: Fmus = Path("fmus"), native: Native = False, jobs: Processes = None, scheduler: Scheduler = None,
-         resume: Resume = False, debug: Debug = False) -> None:
+         out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
+         debug: Debug = False, **options: Any) -> None:
     """Search parameters of a controller for the least of what is measured on many plants (docs/tuning.md).
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
@@ -44,7 +29,6 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
         from maglev.api.tuning import tune as search
 
         tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
-                       set=settings, model=model, plant=plant, controller=controller, ports=ports, step=step,
-                       order=order, fmus=fmus, native=native, keep_settings=keep_settings)
+                       **options)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import asin, degrees, inf, pi
+from math import degrees, inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,11 +62,6 @@ class Margins:
     def disk_phase(self) -> float:
         """Angle (rad) up to which the disk margin keeps the loop stable."""
         return 2.0 * float(np.arctan(self.disk / 2.0))
-
-    @property
-    def guaranteed_phase(self) -> float:
-        """Phase margin that the peak of the sensitivity guarantees, 2 asin(1/(2 Ms)), rad."""
-        return 2.0 * asin(min(1.0, 0.5 / self.sensitivity_peak))
 
     def __str__(self) -> str:
         """The margins in one line."""

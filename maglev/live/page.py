@@ -17,23 +17,28 @@ SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "stage.js", "contr
            "start.js")
 
 
-def write_live_page(folder: Path, fmus: Path) -> Path:
-    """Write `live.html` into a folder and return its path.
+def write_live(out: str | Path = "results", *, fmus: str | Path = "fmus") -> Path:
+    """Write `live.html`: one page that flies the stages in a browser, from disk and without network.
 
     Parameters
     ----------
-    folder : Path
-        Made if it is not there.
-    fmus : Path
-        Folder with the WebAssembly modules and their descriptions.
+    out : path
+        Folder for the page, made if it is not there.
+    fmus : path
+        Folder of the FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions.
+
+    Returns
+    -------
+    Path
+        The page.
 
     Raises
     ------
-    FmuError
-        If a module is missing.
+    MaglevError
+        If a module is missing: `build(native=True, target="wasm")` makes them.
     """
-    path = folder / NAME
-    write_whole(path, live_page(fmus))
+    path = Path(out) / NAME
+    write_whole(path, live_page(Path(fmus) / "wasm"))
     return path
 
 
