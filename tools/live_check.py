@@ -101,8 +101,8 @@ def native(plan: RunPlan, fmus: Path) -> np.ndarray:
     """Positions, shape (points, axes), in the order of the page."""
     files = {name: fmus / "native" / f"{fmu.model}.fmu" for name, fmu in plan.fmus.items()}
     columns = Experiment(plan, files, plan.step).run(None).columns
-    axes = {"Plant2DOF": "vh", "Plant3DOF": "yxz"}[str(plan.fmus["plant"].model)]
-    return np.stack([columns[f"plant.{axis}.position"] for axis in axes], axis=1)
+    assert plan.rig is not None
+    return np.stack([columns[f"plant.{axis}.position"] for axis in plan.rig.axis_names], axis=1)
 
 
 def hands(browser: Browser, url: str) -> None:
@@ -131,7 +131,7 @@ def hands(browser: Browser, url: str) -> None:
     wait_until(page, "maglevLive.ghost?.count > 50")
     page.focus("#stage")
     kicked = excursion(lambda: page.keyboard.press("j"))
-    print(f"  kick of 0.4 N s: gap within {1e6 * kicked:.0f} µm")
+    print(f"  kick of 0.41 N s: gap within {1e6 * kicked:.0f} µm")
     require(kicked > 50e-6, "a kick moves nothing")
     before = page.evaluate(f"{POSITION}.x.reference")
     for _ in range(4):
@@ -168,6 +168,28 @@ def hands(browser: Browser, url: str) -> None:
     require(again.page.evaluate("location.hash") == fragment, "the address does not come back")
     require(again.page.evaluate("valueOf('plant.y.mass')") == 7.4, "the address sets nothing")
     again.close()
+
+
+def tilting_hands(browser: Browser, url: str) -> None:
+    """On a stage that tilts: references of the tilts, kicks in them, a payload that is not in the middle."""
+    tab = Tab(browser, url + "#run=5dof-setpoints")
+    page = tab.page
+    for axis in ("roll", "pitch"):
+        before = page.evaluate(f"{POSITION}.{axis}.position")
+        page.evaluate(f"refer('{axis}', 5e-3)")
+        wait_until(page, f"Math.abs({POSITION}.{axis}.position - 5e-3) < 0.1e-3")
+        print(f"  {axis} from {1e3 * before:.3f} mrad to its reference of 5 mrad")
+        page.click(f"#kicks button[aria-label^='Kick {axis} by 0']")
+        wait_until(page, f"Math.abs({POSITION}.{axis}.position - 5e-3) > 0.5e-3")
+        wait_until(page, f"Math.abs({POSITION}.{axis}.position - 5e-3) < 0.1e-3")
+    page.fill("#payload", "0.5")
+    page.fill("#payload-x", "50")
+    wait_until(page, f"Math.abs({POSITION}.pitch.position - 5e-3) > 0.5e-3")
+    wait_until(page, f"Math.abs({POSITION}.pitch.position - 5e-3) < 0.1e-3")
+    fragment = page.evaluate("location.hash")
+    require("plant.payload.mass=0.5" in fragment and "plant.payload.x=0.05" in fragment, fragment)
+    require(not page.evaluate("maglevLive.frame.flags.stop"), "the payload puts the stage on its stops")
+    tab.close()
 
 
 def middle(page: Page) -> tuple[float, float]:
@@ -212,6 +234,9 @@ def pictures(browser: Browser, url: str, folder: Path) -> None:
             ("desktop", "desktop", "light", "#run=3dof-setpoints-improved&ghost=PID3DOF"),
             ("dark", "desktop", "dark", "#run=3dof-tracking-nonlinear&ghost=PID3DOF"),
             ("2dof", "desktop", "light", "#run=2dof-setpoints"),
+            ("5dof", "desktop", "light", "#run=5dof-setpoints&ghost=PID5DOF"),
+            ("5dof-dark", "desktop", "dark", "#run=5dof-tracking"),
+            ("5dof-phone", "phone", "light", "#run=5dof-setpoints"),
             ("phone", "phone", "light", "#run=3dof-setpoints-improved")):
         tab = Tab(browser, url + fragment, size, color_scheme=scheme)
         tab.page.wait_for_timeout(2500)
@@ -235,6 +260,7 @@ def main() -> None:
         try:
             compare_runs(browser, path.as_uri(), arguments.fmus)
             hands(browser, path.as_uri())
+            tilting_hands(browser, path.as_uri())
             pace(browser, path.as_uri())
             if arguments.pictures:
                 pictures(browser, path.as_uri(), arguments.pictures)

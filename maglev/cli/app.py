@@ -200,7 +200,10 @@ def report(names: Names = None, out: Out = Path("results"),
 
 
 @app.command()
-def live(out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+def live(files: Annotated[list[str] | None, typer.Argument(
+             metavar="FILE", help="Descriptions of stages of yours, or scenarios, in place of all packaged runs.",
+             show_default=False)] = None,
+         out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
     """Write the page `live.html`, which flies the stages in a browser: drag, kick, change parameters, swap controllers.
 
     It needs no network and nothing installed. The FMUs in it are WebAssembly, which
@@ -209,11 +212,14 @@ def live(out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = F
     **Examples:**
 
     `maglev live --out page`
+
+    `maglev live mine.toml mine-setpoints.toml` writes `live-mine.html`, after
+    `maglev build --rig mine.toml --native --target wasm`
     """
     with one_line_errors(debug):
         from maglev.live.page import write_live
 
-        path = write_live(out, fmus=fmus)
+        path = write_live(out, files=files or (), fmus=fmus)
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 

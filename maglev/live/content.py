@@ -6,35 +6,53 @@ from typing import Any
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from fmi_export.model_description import model_description
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
-from maglev.linear.parameters import BLOCKS
-from maglev.schema.layers import packaged_files
+from maglev.linear.parameters import KINDS
+from maglev.own_fmus import definition
+from maglev.own_stage.adoption import know_stage
+from maglev.rig.modules import definitions
+from maglev.schema.layers import is_packaged, packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED
 from pmlsm.velocity_rows import GRAVITY
 
-# Plant and controllers of a rig, these in the order in which they are offered.
-PLANTS = {rig: plant.name for rig, (plant, *_) in BLOCKS.items() if rig in RIGS}
-CONTROLLERS = {rig: tuple(each.name for each in BLOCKS[rig][1:]) for rig in PLANTS}
-FLOWN = tuple(name for rig in PLANTS for name in (PLANTS[rig], *CONTROLLERS[rig]))
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
 SIGNALS = ("constant", "steps", "sinusoids")
 
 GAPS = 65   # of the table of shape functions
 
 
+def models_of(rig: Rig) -> list[str]:
+    """FMUs of a rig that fly in the page: its plant, and its controllers in the order in which they are offered."""
+    return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
+
+
+FLOWN = tuple(name for rig in DESCRIBED.values() for name in models_of(rig))
+
+
 def flies_live(plan: RunPlan) -> bool:
-    """Whether the page can fly a run: a packaged experiment of one plant and one controller on references."""
-    models = {name: fmu.model for name, fmu in plan.fmus.items()}
-    return (plan.path in packaged_files().values() and not plan.check_only and plan.procedure is None and not plan.needs
-            and list(models) == ["controller", "plant"]
-            and any(models["plant"] == PLANTS[rig] and models["controller"] in CONTROLLERS[rig] for rig in PLANTS)
-            and all(signal.kind in SIGNALS and signal.to.endswith(".reference") for signal in plan.signals))
+    """Whether the page of all runs has a run: a packaged experiment of one plant and one controller on references."""
+    return plan.path in packaged_files().values() and not plan.check_only and not why_not_live(plan)
+
+
+def why_not_live(plan: RunPlan) -> str:
+    """Why no page can fly a run; empty if one can."""
+    models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
+    plant, *controllers = models_of(rig) if rig is not None else [""]
+    if list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers:
+        return f"it flies {', '.join(map(str, models.values()))}, expected a controller and then the plant of one stage"
+    if plan.procedure is not None or plan.needs:
+        return "it is part of a procedure or begins as another run ends, expected a run of its own"
+    other = next((signal for signal in plan.signals
+                  if signal.kind not in SIGNALS or not signal.to.endswith(".reference")), None)
+    return "" if other is None else (f"it has a signal {other.kind} to {other.to}, expected {', '.join(SIGNALS)} to "
+                                     "references")
 
 
 def live_runs() -> list[RunPlan]:
@@ -42,26 +60,42 @@ def live_runs() -> list[RunPlan]:
     return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
 
 
-def page_data(fmus: Path) -> dict[str, Any]:
+def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; the descriptions of the modules are in a folder.
 
     Raises
     ------
     FmuError
-        If one is missing.
+        If a run cannot fly in a page, or a module is missing or of another description.
     """
-    return {"fmus": {name: description_data(described(fmus, name)) for name in FLOWN},
-            "runs": {plan.name: run_data(plan) for plan in live_runs()},
-            "gravity": GRAVITY, "rigs": {name: rig_data(rig) for name, rig in RIGS.items()}}
+    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {}}
+    for plan in plans:
+        rig, why = plan.rig, why_not_live(plan)
+        if rig is None or why:
+            raise FmuError(f"{plan.name} cannot fly in the live page: {why}")
+        if rig.name not in data["rigs"]:
+            own = f"--rig {plan.rig_file} " if plan.rig_file is not None and know_stage(plan.rig_file) else ""
+            again = f"maglev build {own}--native --target wasm"
+            data["rigs"][rig.name] = rig_data(rig)
+            data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in models_of(rig)}
+        data["runs"][plan.name] = run_data(plan, rig)
+    return data
 
 
-def described(fmus: Path, name: str) -> ModelDescription:
-    """Description of a module in a folder."""
-    for path in (fmus / f"{name}.wasm", fmus / f"{name}.xml"):
-        if not path.is_file():
-            raise FmuError(f"{path}: there is no such file, expected the modules for the live page: "
-                           "maglev build --native --target wasm")
-    return read_description(name, fmus / f"{name}.xml")
+def described(fmus: Path, name: str, again: str) -> ModelDescription:
+    """Description of a module in a folder, which must have the variables that the FMU has now, and their values."""
+    path = fmus / f"{name}.xml"
+    for file in (path.with_suffix(".wasm"), path):
+        if not file.is_file():
+            raise FmuError(f"{file}: there is no such file, expected the modules for the live page: {again}")
+    if variables_in(path.read_bytes()) != variables_in(model_description(definition(name), "", "", 0)):
+        raise FmuError(f"{path}: its variables are not those that {name} has now, expected it built again: {again}")
+    return read_description(name, path)
+
+
+def variables_in(description: bytes) -> bytes:
+    """What a model description says of the variables, as it stands there."""
+    return description.partition(b"<ModelVariables>")[2]
 
 
 def description_data(description: ModelDescription) -> dict[str, Any]:
@@ -85,27 +119,46 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
     return data
 
 
-def run_data(plan: RunPlan) -> dict[str, Any]:
+def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
     """A run's plan as the page flies it, SI."""
-    rig = next(rig for rig in RIGS.values() if PLANTS[rig.name] == plan.fmus["plant"].model)
-    laws = {name: LAWS[name.removesuffix(rig.suffix)] for name in CONTROLLERS[rig.name]}
-    return {"title": plan.title, "plant": PLANTS[rig.name], "step": plan.step, "stop": plan.stop_time,
+    plant, *controllers = models_of(rig)
+    return {"title": plan.title, "plant": plant, "step": plan.step, "stop": plan.stop_time,
             "axes": rig.axis_names, "vertical": rig.vertical.name, "motors": rig.motor_names,
-            "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name, "laws": laws,
+            "rotations": [axis.name for axis in rig.rotations], "external": [axis.external for axis in rig.axes],
+            "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name,
+            "laws": {name: LAWS[name.removesuffix(rig.suffix)] for name in controllers},
+            "command": command_of(plan),
             "fmus": {name: {"model": fmu.model, "start": {key: start.value for key, start in fmu.start.items()}}
                      for name, fmu in plan.fmus.items()},
             "wires": list(plan.wires.values()), "bands": plan.metrics.bands,
             "signals": [signal.model_dump() for signal in plan.signals]}
 
 
+def command_of(plan: RunPlan) -> str:
+    """What the command line calls a run; empty if it has no file."""
+    return str(plan.path) if plan.own else plan.name if is_packaged(plan.path) else ""
+
+
 def rig_data(rig: Rig) -> dict[str, Any]:
-    """Its data sheet, and what the forces in the picture are computed with, see `pmlsm.velocity_rows`."""
+    """Its data sheet, how much room it takes, and what the forces in the picture are computed with."""
     motor = rig.motor()
     sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
-    return {"title": rig.title, "sheet": sheet, "gap": gap_table(motor),
-            "mass": {axis.name: axis.mass for axis in rig.axes}, "carrying": rig.carrying, "driving": rig.sharing,
-            "vertical": rig.constants_of(rig.vertical.name),
+    gap = rig.vertical.stop or rig.motor_stop
+    assert gap is not None   # on the axis or at the motors
+    along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
+    return {"title": rig.title, "sheet": sheet, "gap": gap_table(motor), "room": {"along": along, "gap": gap.upper},
+            "mass": {axis.name: axis.mass for axis in rig.axes}, "sharing": rig.sharing,
+            "vertical": rig.constants_of(rig.vertical.name), "tilts": tilts(rig),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal}}
+
+
+def tilts(rig: Rig) -> dict[str, Any]:
+    """By horizontal axis the tilt that is seen from its side, and what the plant calls the motors' places along it.
+
+    With a tilt the gap grows along the axis (sign 1) or shrinks (−1), see `plant_fmu.motor_mount`.
+    """
+    return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in
+            zip(rig.horizontal, reversed(rig.rotations), (1, -1), ("x", "z"), strict=False)}
 
 
 def gap_table(motor: MotorGeometry) -> dict[str, Any]:

@@ -16,9 +16,16 @@ function parametersLike(run, controller, pattern) {
     .map(({ name }) => `${part}.${name}`));
 }
 
+/** Parameters that a knob sets: of its patterns, those of the first that what flies has any of. */
+const knobNames = (knob, run, controller) => [knob.like].flat()
+  .map((pattern) => parametersLike(run, controller, pattern)).find((names) => names.length) ?? [];
+
 /** A knob on one or several parameters: by a factor on what was planned, by an addition, or their value in a unit. */
 const KNOBS = [
-  { id: "payload", label: "payload", unit: "kg", low: 0, high: 2, step: 0.05, like: /^plant\.\w+\.mass$/, by: "sum" },
+  { id: "payload", label: "payload", unit: "kg", low: 0, high: 2, step: 0.05, by: "sum",
+    like: [/^plant\.payload\.mass$/, /^plant\.\w+\.mass$/] },
+  ...["x", "z"].map((axis) => ({ id: `payload-${axis}`, label: `its place, ${axis}`, unit: "mm", low: -150, high: 150, step: 10,
+    scale: 1e-3, by: "value", like: new RegExp(`^plant\\.payload\\.${axis}$`), hides: true })),
   { id: "friction", label: "guide friction", unit: "×", low: 0, high: 3, step: 0.1, by: "factor",
     like: /^plant\.\w+\.friction\.(coulomb|viscous)$/ },
   { id: "bias", label: "bias", unit: "×", low: -3, high: 3, step: 0.25, like: /^plant\.\w+\.bias$/, by: "factor" },
@@ -34,7 +41,7 @@ const KNOBS = [
 
 /** What a knob shows for the present values of its parameters; undefined if nothing of what flies has them. */
 function knobValue(knob, run, controller, valueOf) {
-  const names = parametersLike(run, controller, knob.like);
+  const names = knobNames(knob, run, controller);
   if (!names.length) return undefined;
   const full = names.find((name) => plannedValue(run, controller, name) !== 0) ?? names[0];
   const planned = plannedValue(run, controller, full), now = valueOf(full);
@@ -46,7 +53,7 @@ function knobValue(knob, run, controller, valueOf) {
 /** Values of its parameters that a knob sets. */
 function knobSettings(knob, run, controller, value) {
   const digits = (number) => Number(number.toPrecision(12));
-  return Object.fromEntries(parametersLike(run, controller, knob.like).map((full) => {
+  return Object.fromEntries(knobNames(knob, run, controller).map((full) => {
     const planned = plannedValue(run, controller, full);
     return [full, digits(knob.by === "sum" ? planned + value : knob.by === "factor" ? planned * value
       : value * (knob.scale ?? 1))];
@@ -54,7 +61,7 @@ function knobSettings(knob, run, controller, value) {
 }
 
 /** A labelled range with its value beside it; `act` gets the number. */
-function slider(parent, { id, label, unit, low, high, step, zero }, act) {
+function slider(parent, { id, label, unit, low, high, step, zero, hides }, act) {
   const row = make("div", { class: "slider" }, parent);
   make("label", { for: id }, row, label);
   const input = make("input", { type: "range", id, min: low, max: high, step }, row);
@@ -62,6 +69,7 @@ function slider(parent, { id, label, unit, low, high, step, zero }, act) {
   const show = (value) => {
     const off = value === undefined;
     input.disabled = off;
+    row.hidden = off && hides === true;
     const text = off ? "—" : value === 0 && zero ? zero : `${Number(value.toFixed(step < 0.5 ? 2 : 1))} ${unit}`.replace("-", "−");
     if (shown.textContent !== text) {
       shown.textContent = text;

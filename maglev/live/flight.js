@@ -28,9 +28,9 @@ class Flight {
     this.k = 0;
     this.kicks = [];
     this.held = new Map();        // place (m) to which the hand pulls an axis
-    this.chosen = new Map();      // reference (m) of an axis in place of the plan's
+    this.chosen = new Map();      // reference (m, rad) of an axis in place of the plan's
     this.plant = this.made("plant", run.fmus.plant.model);
-    this.forces = this.plant.ports(run.axes.map((axis) => `${axis}.force`));
+    this.forces = this.plant.ports(run.external);
     this.motion = this.plant.ports(run.axes.flatMap((axis) => [`${axis}.position`, `${axis}.velocity`]));
     this.seen = this.plant.ports(run.motors.flatMap((motor) => ["i_a", "i_b", "i_c", "i_d", "i_q"]
       .map((current) => `${motor}.${current}`)));
@@ -106,7 +106,7 @@ class Flight {
     return signal?.rate_to && !this.chosen.has(this.run.axes[axis]) ? signalRate(signal, t) : 0;
   }
 
-  /** External force (N) on an axis: the hand that holds it, and kicks. */
+  /** External force (N), or torque (N m), on an axis: the hand that holds it, and kicks. */
   force(number, t) {
     const axis = this.run.axes[number], target = this.held.get(axis);
     let force = 0;

@@ -2,7 +2,7 @@
 // Hands on the stage: the panel's knobs, the pointer on the picture, keys; and what can be copied.
 
 const REFERENCE_STEP = 1e-3;   // m of an arrow key
-const KICK = { vertical: 0.4, horizontal: 1.5 };   // N s
+const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };   // m/s, rad/s: what a kick leaves of the nominal mass alone
 
 /** Where a pointer is on the stage: axis and place (m) across and upright in the view that it is in. */
 function pointed(event) {
@@ -14,7 +14,7 @@ function pointed(event) {
   if (view.kind === "side") {
     return { view, places: { [view.axis]: across, [vertical()]: 1e-3 * (y - view.stator) / view.scale } };
   }
-  const [first, second] = page.run.motors.map((motor) => page.run.drives[motor]);
+  const [first, second] = drivenAxes(page.run);
   return { view, places: { [first]: across, [second]: -1e-3 * (y - view.centre) / view.scale } };
 }
 
@@ -52,23 +52,27 @@ function nudge(axis, by) {
   if (row) refer(axis, row.axes[axis].reference + by);
 }
 
-const across = () => page.run.drives[page.run.motors[0]];
-const upward = () => page.run.drives[page.run.motors.at(-1)];
+const across = () => drivenAxes(page.run)[0];
+const upward = () => drivenAxes(page.run)[1];
+
+/** Impulse of a kick of an axis, N s or N m s. */
+const impulseOf = (axis) => Number((page.run.rig.mass[axis] * KICKED[axis === vertical() ? "vertical"
+  : isTilt(page.run, axis) ? "tilt" : "horizontal"]).toPrecision(2));
 
 // Keys act where the picture has the focus alone, so that no one who speaks or mistypes swaps a controller.
 const KEYS = {
   " ": () => play(!page.playing),
   r: restart,
-  k: () => kick(across(), KICK.horizontal),
-  j: () => kick(vertical(), KICK.vertical),
+  k: () => kick(across(), impulseOf(across())),
+  j: () => kick(vertical(), impulseOf(vertical())),
   g: () => {
     const others = controllersOf(page.run).filter((model) => model !== page.state.controller);
     setGhost(page.state.ghost ? "" : others[0]);
   },
   ArrowRight: () => nudge(across(), REFERENCE_STEP),
   ArrowLeft: () => nudge(across(), -REFERENCE_STEP),
-  ArrowUp: () => (page.run.motors.length > 1 ? nudge(upward(), REFERENCE_STEP) : nudge(vertical(), -REFERENCE_STEP)),
-  ArrowDown: () => (page.run.motors.length > 1 ? nudge(upward(), -REFERENCE_STEP) : nudge(vertical(), REFERENCE_STEP)),
+  ArrowUp: () => (upward() ? nudge(upward(), REFERENCE_STEP) : nudge(vertical(), -REFERENCE_STEP)),
+  ArrowDown: () => (upward() ? nudge(upward(), -REFERENCE_STEP) : nudge(vertical(), REFERENCE_STEP)),
   PageUp: () => nudge(vertical(), -REFERENCE_STEP),
   PageDown: () => nudge(vertical(), REFERENCE_STEP),
 };
@@ -106,16 +110,17 @@ function rigPanel() {
   for (const id of ["references", "readings", "kicks"]) at(id).replaceChildren();
   page.panel.references = {};
   for (const axis of axes) {
-    const ends = ["lower", "upper"].map((end) => 1e3 * valueOf(`plant.${axis}.stop.${end}`));
+    const ends = endsOf(page.run, axis, valueOf).map((end) => 1e3 * end);
     page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: axis === vertical()
-      ? `gap ${axis}` : axis, unit: "mm", low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 },
+      ? `gap ${axis}` : axis, unit: unitOf(page.run, axis), low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 },
     (value) => refer(axis, 1e-3 * value));
     const reading = make("div", {}, at("readings"));
     make("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
     make("dd", { id: `reading-${axis}` }, reading);
-    const impulse = axis === vertical() ? KICK.vertical : KICK.horizontal;
-    for (const [sign, arrowText] of axis === vertical() ? [[-1, "▲"], [1, "▼"]] : [[-1, "◀"], [1, "▶"]]) {
-      make("button", { type: "button", "aria-label": `Kick ${axis} by ${sign * impulse} N s` }, at("kicks"),
+    const impulse = impulseOf(axis);
+    const arrows = axis === vertical() ? "▲▼" : isTilt(page.run, axis) ? "↺↻" : "◀▶";
+    for (const [sign, arrowText] of [[-1, arrows[0]], [1, arrows[1]]]) {
+      make("button", { type: "button", "aria-label": `Kick ${axis} by ${impulseText(axis, sign * impulse)}` }, at("kicks"),
         `${axis} ${arrowText}`).addEventListener("click", () => kick(axis, sign * impulse));
     }
   }
@@ -139,6 +144,7 @@ function showPanel() {
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
+  at("copy-command").hidden = !run.command;   // what is in no file no command flies
   at("planned").hidden = !Object.keys(state.settings).length;
 }
 

@@ -83,10 +83,10 @@ function play(on) {
 
 const vertical = () => page.run.vertical;
 
-/** Keep a place (m) of an axis between the end stops. */
+/** Keep a place (m, rad) of an axis between its ends. */
 function within(axis, value) {
-  const margin = 0.5e-3;
-  return Math.min(valueOf(`plant.${axis}.stop.upper`) - margin, Math.max(valueOf(`plant.${axis}.stop.lower`) + margin, value));
+  const margin = 0.5e-3, [lower, upper] = endsOf(page.run, axis, valueOf);
+  return Math.min(upper - margin, Math.max(lower + margin, value));
 }
 
 function refer(axis, value) {
@@ -100,9 +100,11 @@ function release() {
   say("The references follow the run again.");
 }
 
+const impulseText = (axis, impulse) => `${impulse} ${isTilt(page.run, axis) ? "N m s" : "N s"}`.replace("-", "−");
+
 function kick(axis, impulse) {
   post({ type: "kick", axis, impulse });
-  say(`A kick of ${impulse} N s along ${axis}.`);
+  say(`A kick of ${impulseText(axis, impulse)} ${isTilt(page.run, axis) ? "in" : "along"} ${axis}.`);
 }
 
 function started({ width }) {
@@ -164,7 +166,7 @@ function readings(now) {
   for (const axis of page.run.axes) {
     const { position, reference } = row.axes[axis];
     page.panel.references[axis]?.(1e3 * reference);
-    at(`reading-${axis}`).textContent = `${(1e3 * position).toFixed(3)} mm`.replace("-", "−");
+    at(`reading-${axis}`).textContent = `${(1e3 * position).toFixed(3)} ${unitOf(page.run, axis)}`.replace("-", "−");
   }
 }
 
@@ -195,8 +197,9 @@ function layout() {
   const stage = at("stage");
   const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth));
   stage.style.height = `${height}px`;
-  at("strips").style.height = `${Math.min(520, Math.max(300, innerHeight - height - 125))}px`;   // all on one screen
-  stage.setAttribute("aria-label", `The stage: ${page.run.motors.length > 1 ? "two views from the side and one from above"
+  const least = 75 * page.strips.strips.length;
+  at("strips").style.height = `${Math.max(least, Math.min(520, innerHeight - height - 125))}px`;   // all on one screen
+  stage.setAttribute("aria-label", `The stage: ${upward() ? "two views from the side and one from above"
     : "a view from the side"}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
   readColours();
 }

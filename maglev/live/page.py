@@ -3,13 +3,19 @@
 import base64
 import gzip
 import json
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
 from fmi_export.whole_file import write_whole
-from maglev.live.content import FLOWN, page_data
+from maglev.live.content import live_runs, page_data
 from maglev.live.link import NAME
+from maglev.own_stage.loop import loop_table
+from maglev.own_stage.reading import read_own
+from maglev.schema.loading import load_plans
+from maglev.schema.run_plan import RunPlan
+from maglev.toml_file import read_toml
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
@@ -17,41 +23,55 @@ SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "stage.js", "contr
            "start.js")
 
 
-def write_live(out: str | Path = "results", *, fmus: str | Path = "fmus") -> Path:
-    """Write `live.html`: one page that flies the stages in a browser, from disk and without network.
+def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:
+    """Write one page that flies stages in a browser, from disk and without network.
 
     Parameters
     ----------
     out : path
         Folder for the page, made if it is not there.
+    files : iterable of path
+        What flies there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
     fmus : path
         Folder of the FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions.
 
     Returns
     -------
     Path
-        The page.
+        The page: `live.html`, or `live-NAME.html` after the first file NAME.toml.
 
     Raises
     ------
     MaglevError
-        If a module is missing: `build(native=True, target="wasm")` makes them.
+        If a module is missing or was built of other variables: `build(native=True, target="wasm")` makes them; or if a
+        run cannot fly there.
     """
-    path = Path(out) / NAME
-    write_whole(path, live_page(Path(fmus) / "wasm"))
+    named = [*map(Path, files)]
+    plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
+    path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
+    write_whole(path, live_page(Path(fmus) / "wasm", plans))
     return path
 
 
-def live_page(fmus: Path) -> str:
-    """Text of the page; the same files give the same text."""
-    data = json.dumps(page_data(fmus), allow_nan=False, separators=(",", ":"))
-    modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in FLOWN}
+def plans_of(file: Path) -> list[RunPlan]:
+    """Runs of a scenario, or a description's stage at rest."""
+    if file.suffix != ".toml" or {"rig", "extends", "fmus"} & read_toml(file).keys():
+        return load_plans(file)
+    rig = read_own(file)
+    table = {**loop_table(rig), "rig": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}
+    return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]
+
+
+def live_page(fmus: Path, plans: Iterable[RunPlan]) -> str:
+    """Text of a page that flies runs; the same files give the same text."""
+    data = page_data(fmus, plans)
+    modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
         version=version("maglev-fmus"),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
-        data=packed(data.encode("utf-8")),
+        data=packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         worker="\n".join(read(name) for name in WORKER),
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
 

@@ -2,7 +2,7 @@
 // Plots that roll beside the stage: gap, displacements, errors (logarithmic), currents with limits, and the i_d–i_q plane.
 
 const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
-const LEAST_ERROR = 1e-6, LARGEST_ERROR = 0.1;       // m
+const LEAST_ERROR = 1e-6, LARGEST_ERROR = 0.1;       // m, rad
 
 /** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
 function fitted(canvas, clear = true) {
@@ -24,16 +24,20 @@ const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s sho
 function stripsOf(run, values) {
   const { axes, motors } = run;
   const vertical = axes.findIndex((axis) => axis === run.vertical);
-  const others = axes.map((_, i) => i).filter((i) => i !== vertical);
+  const others = axes.map((_, i) => i).filter((i) => i !== vertical && !isTilt(run, axes[i]));
+  const tilts = axes.map((_, i) => i).filter((i) => isTilt(run, axes[i]));
   const position = (i) => ({ colour: axes[i], value: (h, r) => 1e3 * h.at(r, columnOf.position(i)), name: axes[i] });
   const reference = (i) => ({ colour: axes[i], thin: true,
     value: (h, r) => 1e3 * h.at(r, columnOf.reference(i)) });
   const error = (i) => ({ colour: axes[i], name: axes[i], value: (h, r) => Math.log10(Math.max(LEAST_ERROR,
     Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i))))) });
-  const currents = [{ colour: run.vertical, name: "i_d", value: (h, r) => h.at(r, columnOf.direct(axes, 0)) },
-    ...motors.map((motor, m) => ({ colour: run.drives[motor], name: motors.length > 1 ? `i_q ${motor}` : "i_q",
-      value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
-  const stops = (axis) => ["lower", "upper"].map((end) => 1e3 * values(`plant.${axis}.stop.${end}`));
+  // Motors that drive one axis have one colour and one name.
+  const first = (motor) => motorsOf(run, run.drives[motor])[0] === motor;
+  const currents = [...motors.map((_, m) => ({ colour: run.vertical, name: m ? "" : "i_d",
+    value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
+  ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
+    value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
+  const stops = (axis) => endsOf(run, axis, values).map((end) => 1e3 * end);
   const limit = values("controller.current_limit");
   const peak = values(`plant.${motors[0]}.amplifier.peak`);
   const shown = Math.max(1, limit || peak || 5);
@@ -41,10 +45,12 @@ function stripsOf(run, values) {
   const wide = Math.max(...others.map((i) => stops(axes[i])[1]));
   return [
     { title: "air gap, mm (downwards)", lines: [reference(vertical), position(vertical)], low: gapStops[1] + 1,
-      high: gapStops[0] - 1, marks: gapStops, ticks: [20, 25, 30], format: (v) => String(v) },
+      high: gapStops[0] - 1, marks: gapStops, ticks: ticksBetween(...gapStops), format: (v) => String(v) },
     { title: "displacement, mm", lines: [...others.map(reference), ...others.map(position)], low: -wide, high: wide,
-      auto: true, marks: [], format: (v) => String(v) },
-    { title: "|error|", lines: axes.map((_, i) => error(i)), low: Math.log10(LEAST_ERROR),
+      tens: 10, marks: [], format: (v) => String(v) },
+    ...(tilts.length ? [{ title: "tilt, mrad", lines: [...tilts.map(reference), ...tilts.map(position)],
+      low: -wide, high: wide, tens: 4, marks: [], format: (v) => String(v) }] : []),
+    { title: tilts.length ? "|error|, mm or mrad" : "|error|", lines: axes.map((_, i) => error(i)), low: Math.log10(LEAST_ERROR),
       high: Math.log10(LARGEST_ERROR), marks: run.bands.map(Math.log10), decades: true, ticks: [-6, -4, -2] },
     { title: limit ? "current, A; limit dashed" : "current, A; peak dashed",
       lines: currents, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown],
@@ -183,11 +189,18 @@ class Strips {
   }
 }
 
-/** Range of a strip that follows its lines, widened to tens. */
+/** Numbers to write between two ends, some few: multiples of 1, 2, 5, 10, … */
+function ticksBetween(low, high) {
+  const raw = (high - low) / 3, decade = 10 ** Math.floor(Math.log10(raw));
+  const step = decade * [1, 2, 5, 10].find((factor) => factor * decade >= raw), first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => Number((step * (first + k)).toPrecision(6)));
+}
+
+/** Range of a strip that follows its lines, widened to whole tens, or what it has in their place. */
 function ranged(strip, flown) {
-  if (!strip.auto) return strip;
-  const largest = Math.max(10, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
-  const most = Math.min(strip.high, 10 * Math.ceil(1.05 * largest / 10));
+  if (!strip.tens) return strip;
+  const largest = Math.max(strip.tens, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
+  const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));
   return { ...strip, low: -most, high: most, ticks: [-most / 2, 0, most / 2] };
 }
 

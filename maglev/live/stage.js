@@ -1,39 +1,41 @@
 "use strict";
-// The stage to scale: of each motor pair a view from the side, and of the 3-DOF stage one from above.
+// The stage to scale: of the motors of each axis a view from the side, and where it moves along two axes one from above.
 // Slots, poles, magnets and gap are those of the data sheet; iron, and how much of the stator is shown, are drawn freely.
 
-const SLOTS = 15, POLES = 4;                       // shown
+const POLES = 4, SLOTTED = 0.79;                   // shown: poles of the mover, share of a view that has slots
 const YOKE = 8, TEETH = 22, BACK = 13;             // mm: the stator's iron above its slots, their depth, the mover's iron
-const SIDE = { width: 366, height: 98, text: 38 }; // mm around a view from the side; px for its texts
-const ABOVE = { width: 366 };                      // mm of the view from above
+const MARGIN = { width: 13.4, height: 18, text: 38 };   // mm around all that moves; px for texts
+const TILT = 5;                                    // times as large as they are, tilts are drawn
 // Phase and direction of winding of successive slots: one slot for each pole and phase.
 const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
 const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
 
-const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
+/** Room (mm) of a view, in which the mover comes to its stops. */
+const roomOf = ({ rig: { sheet, room } }) => ({ width: 1e3 * (POLES * sheet.pole_pitch + 2 * room.along) + MARGIN.width,
+  height: YOKE + TEETH + 1e3 * (room.gap + sheet.magnet_height) + BACK + MARGIN.height });
 
 /** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. */
 function viewsOf(run, width, height) {
   // Motors that drive one axis look alike from the side.
-  const sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, sheet: run.rig.sheet,
-    motor: run.motors.find((motor) => run.drives[motor] === axis) }));
+  const room = roomOf(run), sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, room, sheet: run.rig.sheet,
+    motors: motorsOf(run, axis), slots: Math.floor(SLOTTED * room.width / (1e3 * run.rig.sheet.slot_pitch)) }));
   const narrow = width < 520, above = sides.length > 1;
   const share = above && !narrow ? 0.68 : 1;
   const high = (above && narrow ? height - 0.9 * width : height) / sides.length;   // px of a view from the side
-  const scale = Math.min(share * width / SIDE.width, (high - SIDE.text) / SIDE.height);
+  const scale = Math.min(share * width / room.width, (high - MARGIN.text) / room.height);
   const views = sides.map((view, i) => ({ ...view, scale, left: 0, top: i * high, width: share * width,
     height: high, middle: share * width / 2, stator: i * high + 17 + (YOKE + TEETH) * scale }));
   if (!above) return views;
   const [left, top, wide, tall] = narrow ? [0, 2 * high, width, height - 2 * high]
     : [share * width, 0, (1 - share) * width, height];
-  views.push({ kind: "above", left, top, width: wide, height: tall, scale: Math.min(wide, tall - 24) / ABOVE.width,
+  views.push({ kind: "above", left, top, width: wide, height: tall, scale: Math.min(wide, tall - 24) / room.width,
     middle: left + wide / 2, centre: top + 20 + (tall - 20) / 2 });
   return views;
 }
 
 /** Height that the stage wants on a page of a width (px). */
 function stageHeight(run, width) {
-  const side = (share) => share * width / SIDE.width * SIDE.height + SIDE.text;
+  const room = roomOf(run), side = (share) => share * width / room.width * room.height + MARGIN.text;
   if (drivenAxes(run).length === 1) return Math.min(340, side(1));
   return width < 520 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
 }
@@ -60,36 +62,55 @@ function arrow(context, x, y, dx, dy, label, colours) {
   context.fillText(label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy);
 }
 
-function drawStator(context, view, phases, peak, colours) {
-  const { scale, middle, stator, sheet } = view;
+/** The iron, and in its slots the coils of each motor, one row above the other. */
+function drawStator(context, view, row, values, colours) {
+  const { scale, middle, stator, sheet, slots, motors } = view;
   const pitch = sheet.slot_pitch * 1e3 * scale, slot = sheet.slot_width * 1e3 * scale;
-  const left = middle - SLOTS * pitch / 2;
+  const left = middle - slots * pitch / 2, tall = TEETH * scale / motors.length;
   context.fillStyle = colours.iron;
-  context.fillRect(left, stator - (YOKE + TEETH) * scale, SLOTS * pitch, (YOKE + TEETH) * scale);
+  context.fillRect(left, stator - (YOKE + TEETH) * scale, slots * pitch, (YOKE + TEETH) * scale);
   context.textAlign = "center";
   context.textBaseline = "middle";
-  for (let k = 0; k < SLOTS; k++) {
-    const [phase, direction] = WINDING[k % WINDING.length];
-    const current = direction * phases[phase], strength = Math.min(1, Math.abs(current) / peak);
-    const x = left + (k + 0.5) * pitch - slot / 2, y = stator - TEETH * scale;
-    context.fillStyle = colours.paper;
-    context.fillRect(x, y, slot, TEETH * scale);
-    context.globalAlpha = 0.06 + 0.94 * strength;
-    context.fillStyle = colours.current;
-    context.fillRect(x, y, slot, TEETH * scale);
-    context.globalAlpha = 1;
-    context.fillStyle = colours.text;
-    context.font = `${Math.max(9, 0.5 * slot)}px system-ui, sans-serif`;
-    // Out of the plane or into it, as the point and the feathers of an arrow; the letter is the phase.
-    if (strength > 0.02) context.fillText(current > 0 ? "•" : "×", x + slot / 2, y + 0.3 * TEETH * scale);
-    context.fillText("abc"[phase], x + slot / 2, y + 0.74 * TEETH * scale);
-  }
+  motors.forEach((motor, place) => {
+    const { phases } = row.motors[motor], peak = values(`plant.${motor}.amplifier.peak`) || 5;
+    const y = stator - TEETH * scale + place * tall, side = motors.length > 1;
+    for (let k = 0; k < slots; k++) {
+      const [phase, direction] = WINDING[k % WINDING.length];
+      const current = direction * phases[phase], strength = Math.min(1, Math.abs(current) / peak);
+      const x = left + (k + 0.5) * pitch - slot / 2;
+      context.fillStyle = colours.paper;
+      context.fillRect(x, y, slot, tall);
+      context.globalAlpha = 0.06 + 0.94 * strength;
+      context.fillStyle = colours.current;
+      context.fillRect(x, y, slot, tall - (side ? 1 : 0));
+      context.globalAlpha = 1;
+      context.fillStyle = colours.text;
+      context.font = `${Math.max(9, Math.min(0.5 * slot, 0.7 * tall))}px system-ui, sans-serif`;
+      // Out of the plane or into it, as the point and the feathers of an arrow; the letter is the phase.
+      const [markX, markY, letterX, letterY] = side ? [0.28, 0.52, 0.7, 0.52] : [0.5, 0.3, 0.5, 0.74];
+      if (strength > 0.02) context.fillText(current > 0 ? "•" : "×", x + markX * slot, y + markY * tall);
+      if (!side || slot > 16) context.fillText("abc"[phase], x + letterX * slot, y + letterY * tall);
+    }
+  });
 }
 
 function moverOutline(view, along, gap) {
   const { scale, middle, stator, sheet } = view, width = POLES * sheet.pole_pitch * 1e3 * scale;
   return [middle + along * scale - width / 2, stator + gap * scale, width,
     (sheet.magnet_height * 1e3 + BACK) * scale];
+}
+
+/** Draw what tilts with the mover, about the middle of its face and TILT times as far. */
+function tilted(context, view, run, at, draw) {
+  const tilt = run.rig.tilts[view.axis];
+  if (!tilt) { draw(); return; }
+  const x = view.middle + at(view.axis) * view.scale, y = view.stator + at(run.vertical) * view.scale;
+  context.save();
+  context.translate(x, y);
+  context.rotate(TILT * tilt.sign * 1e-3 * at(tilt.axis));
+  context.translate(-x, -y);
+  draw();
+  context.restore();
 }
 
 function drawMover(context, view, along, gap, colours) {
@@ -115,22 +136,24 @@ function drawScales(context, view, run, values, colours) {
   context.fillStyle = colours.faint;
   context.lineWidth = 1;
   context.font = "11px system-ui, sans-serif";
-  const bottom = stator + (SIDE.height - YOKE - TEETH) * scale - 2;
+  const bottom = stator + (view.room.height - YOKE - TEETH) * scale - 2;
   context.textAlign = "center";
   context.textBaseline = "top";
-  for (let mm = -60; mm <= 60; mm += 10) {
-    const x = Math.round(middle + mm * scale) + 0.5;
+  const ends = 1e3 * run.rig.room.along, [, step] = ticksBetween(-ends, ends).filter((tick) => tick >= 0);
+  const most = step * Math.floor(ends / step);
+  for (let k = -5 * most / step; k <= 5 * most / step; k++) {
+    const mm = Number((k * step / 5).toPrecision(6)), x = Math.round(middle + mm * scale) + 0.5;
     context.beginPath();
     context.moveTo(x, bottom);
-    context.lineTo(x, bottom + (mm % 30 ? 3 : 6));
+    context.lineTo(x, bottom + (k % 5 ? 3 : 6));
     context.stroke();
-    if (mm % (scale < 1.2 ? 60 : 30) === 0) context.fillText(mm ? String(mm).replace("-", "−") : `${view.axis} = 0 mm`, x, bottom + 7);
+    if (k % 5 === 0) context.fillText(mm ? String(mm).replace("-", "−") : `${view.axis} = 0 mm`, x, bottom + 7);
   }
   // End stops: of the gap beside the mover, of the displacement on the scale.
   context.strokeStyle = colours.text;
   context.lineWidth = 2;
-  for (const end of ["lower", "upper"]) {
-    const gap = 1e3 * values(`plant.${run.vertical}.stop.${end}`), along = 1e3 * values(`plant.${view.axis}.stop.${end}`);
+  for (const end of [0, 1]) {
+    const [gap, along] = [run.vertical, view.axis].map((axis) => 1e3 * endsOf(run, axis, values)[end]);
     for (const x of [middle - 0.495 * width + 4, middle + 0.495 * width - 14]) {
       context.beginPath();
       context.moveTo(x, stator + gap * scale);
@@ -145,25 +168,30 @@ function drawScales(context, view, run, values, colours) {
   context.textAlign = "left";
   context.textBaseline = "top";
   context.fillStyle = colours.text;
-  context.fillText(`from the side: ${view.axis} and air gap ${run.vertical}, motor${run.motors.length > 1
-    ? `s ${view.motor}` : ""}`, left + 4, top);
+  const tilt = run.rig.tilts[view.axis], [first, ...others] = view.motors;
+  const named = others.length ? `, coils ${[first, ...others].join(" over ")}`
+    : `, motor${run.rig.sharing > 1 ? "s" : ""}${run.motors.length > 1 ? ` ${first}` : ""}`;
+  context.fillText(`from the side: ${view.axis}${tilt ? "," : " and"} air gap ${run.vertical}${tilt
+    ? ` and ${tilt.axis} ×${TILT}` : ""}${named}`, left + 4, top);
 }
 
-/** Forces (N) on the mover, from currents and gap by (4.3), (5.3): for the picture only. */
+/** Air gap (m) of a motor, at its place where the mover tilts. */
+const gapOf = (run, row, motor, values) => Object.values(run.rig.tilts).reduce((gap, { axis, sign, place }) =>
+  gap + sign * values(`plant.${motor}.${place}`) * row.axes[axis].position, row.axes[run.vertical].position);
+
+/** Forces (N) on the mover, from currents and gaps by (4.3), (5.3): for the picture only. */
 function forcesOf(run, row, values) {
-  const { rig, vertical } = run, [f1, f2, f3, f4] = gapFunctions(rig.gap, row.axes[vertical].position);
-  const constant = (name) => values(`plant.${name}`), [attraction, coils, iron] = rig.vertical.map(constant);
-  let direct = 0, squares = 0;
+  const { rig, vertical } = run, constant = (name) => values(`plant.${name}`);
+  const [attraction, coils, iron] = rig.vertical.map(constant);
+  const thrust = Object.fromEntries(drivenAxes(run).map((axis) => [axis, 0]));
+  let lift = 0;
   for (const motor of run.motors) {
-    const { d, q } = row.motors[motor];
-    direct += d;
-    squares += d * d + q * q;
+    const { d, q } = row.motors[motor], [f1, f2, f3, f4] = gapFunctions(rig.gap, gapOf(run, row, motor, values));
+    const axis = run.drives[motor];
+    lift += rig.sharing * rig.mass[vertical] * (attraction * f2 - coils * f3 * d + iron * f4 * (d * d + q * q));
+    thrust[axis] -= rig.sharing * rig.mass[axis] * constant(rig.thrust[axis]) * f1 * q;
   }
-  const acceleration = rig.carrying * attraction * f2 - rig.driving * coils * f3 * direct + rig.driving * iron * f4 * squares;
-  return { lift: rig.mass[vertical] * acceleration, weight: values(`plant.${vertical}.mass`) * live.gravity,
-    thrust: Object.fromEntries(drivenAxes(run).map((axis) => [axis, -rig.mass[axis] * rig.driving
-      * constant(rig.thrust[axis]) * f1 * run.motors.filter((motor) => run.drives[motor] === axis)
-      .reduce((sum, motor) => sum + row.motors[motor].q, 0)])) };
+  return { lift, thrust, weight: (values(`plant.${vertical}.mass`) + (values("plant.payload.mass") ?? 0)) * live.gravity };
 }
 
 /** Shape functions of the forces at an air gap (m), interpolated in the table that comes with the page. */
@@ -174,19 +202,18 @@ function gapFunctions({ first, step, values }, gap) {
 
 function drawSide(context, view, run, row, ghost, values, colours) {
   const mm = (axis, what, from = row) => 1e3 * from.axes[axis][what], vertical = run.vertical;
-  const peak = values(`plant.${view.motor}.amplifier.peak`) || 5;
-  drawStator(context, view, row.motors[view.motor].phases, peak, colours);
+  drawStator(context, view, row, values, colours);
   drawScales(context, view, run, values, colours);
-  if (ghost) {
-    context.globalAlpha = 0.32;
-    drawMover(context, view, mm(view.axis, "position", ghost), mm(vertical, "position", ghost), colours);
-    context.globalAlpha = 1;
+  for (const flown of ghost ? [ghost, row] : [row]) {
+    const place = (axis) => mm(axis, "position", flown);
+    context.globalAlpha = flown === row ? 1 : 0.32;
+    tilted(context, view, run, place, () => drawMover(context, view, place(view.axis), place(vertical), colours));
   }
-  drawMover(context, view, mm(view.axis, "position"), mm(vertical, "position"), colours);
   context.strokeStyle = colours.text;
   context.lineWidth = 1.3;
   context.setLineDash([5, 4]);
-  context.strokeRect(...moverOutline(view, mm(view.axis, "reference"), mm(vertical, "reference")));
+  const wanted = (axis) => mm(axis, "reference");
+  tilted(context, view, run, wanted, () => context.strokeRect(...moverOutline(view, wanted(view.axis), wanted(vertical))));
   context.setLineDash([]);
   const [x, y, width, height] = moverOutline(view, mm(view.axis, "position"), mm(vertical, "position"));
   const forces = forcesOf(run, row, values), middle = x + width / 2;
@@ -202,21 +229,25 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   const { scale, middle, centre, left, top } = view, size = POLES * run.rig.sheet.pole_pitch * 1e3 * scale;
   const [across, along] = drivenAxes(run);
   const place = (from, what) => [middle + 1e3 * from.axes[across][what] * scale, centre - 1e3 * from.axes[along][what] * scale];
-  const limits = (axis) => ["lower", "upper"].map((end) => 1e3 * values(`plant.${axis}.stop.${end}`) * scale);
+  const limits = (axis) => endsOf(run, axis, values).map((end) => 1e3 * end * scale);
   const square = (from, what) => place(from, what).map((at) => at - size / 2);
   context.font = "11px system-ui, sans-serif";
   context.fillStyle = colours.text;
   context.textAlign = "left";
   context.textBaseline = "top";
   context.fillText(`from above: ${across} to the right, ${along} up`, left + 4, top);
+  // The motors that drive an axis lie side by side from edge to edge, a single one in the middle.
   const body = (from) => {
     const [x, y] = square(from, "position"), bar = 0.16 * size;
     context.fillStyle = colours.iron;
     context.fillRect(x, y, size, size);
-    for (const [axis, boxes] of [[across, [[x + bar, y, size - 2 * bar, bar], [x + bar, y + size - bar, size - 2 * bar, bar]]],
-      [along, [[x, y + bar, bar, size - 2 * bar], [x + size - bar, y + bar, bar, size - 2 * bar]]]]) {
+    for (const axis of [across, along]) {
+      const count = run.rig.sharing * motorsOf(run, axis).length;
       context.fillStyle = colours[axis];
-      for (const box of boxes) context.fillRect(...box);
+      for (let k = 0; k < count; k++) {
+        const at = (count > 1 ? k / (count - 1) : 0.5) * (size - bar);
+        context.fillRect(...(axis === across ? [x + bar, y + at, size - 2 * bar, bar] : [x + at, y + bar, bar, size - 2 * bar]));
+      }
     }
   };
   if (ghost) { context.globalAlpha = 0.32; body(ghost); context.globalAlpha = 1; }

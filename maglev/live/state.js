@@ -4,11 +4,31 @@
 let live = null;   // what the page carries: descriptions of the FMUs, runs, and numbers for the picture
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
-const FIRST_RUN = "3dof-setpoints-improved";
+const FIRST_RUN = "3dof-setpoints-improved";   // where the page has it
 
 /** Name of a controller's law, such as "linear" of "LinearRegulator3DOF". */
 const lawOf = (run, model) => run.laws[model];
 const controllersOf = (run) => Object.keys(run.laws);
+
+/** Horizontal axes, in the order of the motors that drive them. */
+const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
+const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
+
+const isTilt = (run, axis) => run.rotations.includes(axis);
+const unitOf = (run, axis) => (isTilt(run, axis) ? "mrad" : "mm");   // both a thousandth of SI's
+
+/** Where an axis ends (m, rad): at its stops; where they are at the motors, the gap at those, and a tilt where, from the
+ * middle, the farthest motor meets one. */
+function endsOf(run, axis, values) {
+  const ends = (of) => ["lower", "upper"].map((end) => values(`plant.${of}.stop.${end}`));
+  const tilt = Object.values(run.rig.tilts).find((each) => each.axis === axis);
+  if (!tilt) return ends(ends(axis)[0] === undefined ? run.motors[0] : axis);
+  const most = Math.min(...run.motors.map((motor) => {
+    const [low, high] = ends(motor);
+    return (high - low) / 2 / Math.abs(values(`plant.${motor}.${tilt.place}`));
+  }));
+  return [-most, most];
+}
 
 /** The variable `fmu.variable` of a run with a controller; undefined if there is none. */
 function variableOf(run, controller, full) {
@@ -40,7 +60,7 @@ function readFragment(fragment) {
   const problems = [], entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
   const asked = entries.get("run");
   if (asked !== null && !live.runs[asked]) problems.push(`run = ${asked}: there is no such run here`);
-  const name = live.runs[asked] ? asked : FIRST_RUN;
+  const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => live.runs[each]);
   const run = live.runs[name], known = controllersOf(run);
   const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {} };
   for (const key of ["controller", "ghost"]) {
@@ -79,5 +99,5 @@ function commandOf({ run: name, controller, settings }) {
   const run = live.runs[name];
   const other = controller === run.fmus.controller.model ? "" : ` --controller fmus/native/${controller}.fmu`;
   const known = Object.entries(settings).filter(([full]) => variableOf(run, controller, full));
-  return `maglev run ${name} --native${other}${known.map(([full, value]) => ` --set ${full}=${value}`).join("")}`;
+  return `maglev run ${run.command} --native${other}${known.map(([full, value]) => ` --set ${full}=${value}`).join("")}`;
 }

@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,21 @@ import pytest
 from command_line import error_line, maglev
 from motor import MOTOR
 
-from maglev.errors import FmuError
-from maglev.live.content import CONTROLLERS, FLOWN, PLANTS, flies_live, gap_table, live_runs, page_data
-from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page
+from fmi_export.model_description import model_description
+from maglev.errors import FmuError, ScenarioError
+from maglev.live.content import FLOWN, flies_live, gap_table, live_runs, models_of, page_data, tilts
+from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, write_live
+from maglev.own_fmus import definition
+from maglev.own_stage.adoption import OWN, forget, know_stage
+from maglev.own_stage.new import new_stage
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
+from plant_fmu.axis import Axis
+from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
+from pmlsm.rigs import DESCRIBED
 
-LARGEST = 600_000   # bytes of the page
+LARGEST = 850_000   # bytes of the page with three stages, of which each takes 170 to 250 thousand
 
 
 def element(page: str, name: str) -> bytes:
@@ -31,7 +39,7 @@ def element(page: str, name: str) -> bytes:
 
 @pytest.fixture(scope="module")
 def page(wasm_fmus: Path) -> str:
-    return live_page(wasm_fmus)
+    return live_page(wasm_fmus, live_runs())
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +49,7 @@ def data(page: str) -> Any:
 
 def test_the_page_is_small_and_the_same_again(page: str, wasm_fmus: Path) -> None:
     assert len(page.encode()) < LARGEST
-    assert live_page(wasm_fmus) == page
+    assert live_page(wasm_fmus, live_runs()) == page
 
 
 def test_the_page_needs_nothing_else(page: str) -> None:
@@ -84,14 +92,34 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              if plan.figures and plan.procedure is None and not plan.needs
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
-    assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} == {
-        name for rig in CONTROLLERS.values() for name in rig}
+    assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*FLOWN}
+    assert {run["plant"] for run in data["runs"].values()} == {models_of(rig)[0] for rig in DESCRIBED.values()}
+    for run in data["runs"].values():   # also those that no run begins with can be swapped in
+        assert [run["plant"], *run["laws"]] == models_of(DESCRIBED[run["rig"]])
 
 
 def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
     assert not flies_live(load_plan("2dof-identification-rig"))   # estimators
     assert not flies_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
-    assert all(plan.fmus["plant"].model in PLANTS.values() for plan in live_runs())
+    assert not flies_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
+    assert all(plan.fmus["plant"].model in FLOWN for plan in live_runs())
+
+
+def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
+    """Against the block that places the motors; stages whose guides hold the tilts have none."""
+    seen = {name: tilts(rig) for name, rig in DESCRIBED.items() if tilts(rig)}
+    assert list(seen) == [name for name, rig in DESCRIBED.items() if rig.rotations]
+    for name, sides in seen.items():
+        rig = DESCRIBED[name]
+        assert {side["axis"] for side in sides.values()} == {axis.name for axis in rig.rotations}
+        for side in sides.values():
+            at = {"x": 0.0, "z": 0.0, side["place"]: 0.1}
+            mount = MotorMount(at["x"], at["z"], 0.01, 0.03, 1.0, 1.0)
+            gap, about_x, about_z = (Axis(1.0, 0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 0.0) for _ in range(3))
+            tilt = {rig.rotations[0].name: about_x, rig.rotations[1].name: about_z}[side["axis"]]
+            gap.position, tilt.position = 0.02, 5e-3
+            mount.place(gap, about_x, about_z, 0.0)
+            assert mount.gap - 0.02 == pytest.approx(side["sign"] * 0.1 * 5e-3)
 
 
 def test_descriptions_are_those_of_the_model_description(data: Any) -> None:
@@ -114,7 +142,55 @@ def test_forces_are_drawn_from_the_shape_functions() -> None:
 
 def test_a_missing_module_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
-        page_data(tmp_path)
+        page_data(tmp_path, live_runs())
     said = error_line(maglev("live", "--fmus", tmp_path, "--out", tmp_path))
     assert "maglev build --native --target wasm" in said
     assert not (tmp_path / "live.html").exists()
+
+
+@pytest.fixture
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A user's folder with a stage; where modules would be there are their descriptions, which are those of now."""
+    monkeypatch.chdir(tmp_path)
+    new_stage("mine.toml")
+    folder = tmp_path / "wasm"
+    folder.mkdir()
+    for name in models_of(know_stage("mine.toml")):
+        (folder / f"{name}.wasm").write_bytes(b"module")
+        (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0, ["a.c"]))
+    yield folder
+    for name in [*OWN]:
+        forget(name)
+
+
+def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
+    page = write_live(tmp_path, files=["mine.toml", "mine-setpoints.toml"], fmus=tmp_path)
+    assert page.name == "live-mine.html"   # beside the page of ours
+    data = json.loads(element(page.read_text(encoding="utf-8"), "data"))
+    assert list(data["fmus"]) == ["PlantMine", "RegulatorMine", "LinearRegulatorMine", "PIDMine"]
+    assert {name: run["command"] for name, run in data["runs"].items()} == {
+        "mine": "", "mine-setpoints": "mine-setpoints.toml"}   # no command flies what is in no scenario
+    rest, flown = data["runs"].values()
+    assert rest["signals"] == [] and len(flown["signals"]) == 3
+    assert rest["wires"] == flown["wires"] and rest["step"] == flown["step"] == 2e-4
+    assert data["rigs"]["mine"]["mass"]["y"] == 6.9
+
+
+def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> None:
+    description = tmp_path / "mine.toml"
+    description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),
+                           encoding="utf-8")
+    said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
+    assert "PlantMine.xml: its variables are not those that PlantMine has now" in said
+    assert said.endswith("maglev build --rig mine.toml --native --target wasm")
+    (mine / "PlantMine.wasm").unlink()
+    assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
+    scenario = tmp_path / "mine-setpoints.toml"
+    scenario.write_text(scenario.read_text(encoding="utf-8").replace('kind = "steps"', 'kind = "ramp"', 1),
+                        encoding="utf-8")
+    with pytest.raises(ScenarioError, match="kind"):
+        plans_of(scenario)
+    for name, flown in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
+                        ("5dof-guided-first-linear", "LinearRegulator3DOF, Plant5DOF, expected")):
+        with pytest.raises(FmuError, match=f"{name} cannot fly in the live page: it flies {flown}"):
+            page_data(mine, [load_plan(name)])
