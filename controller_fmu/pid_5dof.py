@@ -8,14 +8,7 @@ from controller_fmu.motor_place import MotorPlace
 from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import (
-    BAD_GEOMETRY,
-    BAD_PLACES,
-    NO_EQUILIBRIUM,
-    PREFILTER_TOO_FAST,
-    STEP_MISFIT,
-    STEPPED,
-)
+from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, NO_EQUILIBRIUM, PREFILTER_TOO_FAST, STEP_MISFIT, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.velocity_observer import ObserverFilter
