@@ -132,6 +132,18 @@ def test_build_run_report_identify(installed: Path, home: Path) -> None:
     assert "C1" in command(installed, home, "identify", "again/excited.csv")
 
 
+def test_a_stage_of_ones_own(installed: Path, home: Path) -> None:
+    """Its modules are written by the templates that are installed, and its FMUs are known as made here."""
+    command(installed, home, "new", "stage", "mine.toml", "--like", "3dof")
+    command(installed, home, "build", "--rig", "mine.toml", "PlantMine", "RegulatorMine")
+    code = ("from pathlib import Path\nimport maglev\nfrom maglev.own_fmus import built_here\n"
+            "print([built_here(path) for path in sorted(Path('fmus').iterdir())])\nmaglev.know_stage('mine.toml')\n"
+            "print([built_here(path) for path in sorted(Path('fmus').iterdir())])")
+    assert said(installed, home, "python", "-c", code).splitlines() == ["[False, False]", "[True, True]"]
+    command(installed, home, "new", "controller", "law.py", "--stage", "mine.toml")
+    command(installed, home, "build", "law.py")
+
+
 def tutorial_commands() -> list[str]:
     """The lines of the tutorial that a reader types, but for the installation."""
     text = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ from maglev.copies import copied
 from maglev.errors import RigError, nearest
 from maglev.linear import parameters
 from maglev.own_stage.reading import read_own
-from maglev.rig.modules import WRITERS, written
+from maglev.rig.modules import MODULES, PAGES, written
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 
@@ -99,12 +99,12 @@ def forget(name: str) -> None:
 
 def packages() -> set[str]:
     """Packages that have modules of a rig."""
-    return {path.partition("/")[0] for path in WRITERS}
+    return {path.partition("/")[0] for path in MODULES + PAGES}
 
 
 def modules(name: str) -> list[str]:
     """Names of the modules of a rig."""
-    return [path.format(name).removesuffix(".py").replace("/", ".") for path in WRITERS if path.endswith(".py")]
+    return [path.format(name).removesuffix(".py").replace("/", ".") for path in MODULES]
 
 
 def require_free_name(file: Path, name: str) -> None:

@@ -1,57 +1,62 @@
 """All that is written of a rig: its blocks, the modules that make FMUs of them, and their equations."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from maglev.rig.closed_loop import closed_loop
-from maglev.rig.controllers import commutation, pid, regulator
-from maglev.rig.definitions import closed_loops, description, laws, plant, regulators, single
-from maglev.rig.estimator import estimator
-from maglev.rig.pages import linearisation_page, rows_page, setpoint_page, stage_page
-from maglev.rig.stage import stage
-from maglev.rig.tilting import controllers as tilting
-from maglev.rig.tilting.stage import tilting_stage
+from maglev.rig.text import fitted
+from maglev.rig.writer import TEMPLATES, render
 from pmlsm.rig import Rig
 
-# By path, in which {} is the name of the rig.
-WRITERS: Mapping[str, Callable[[Rig], str]] = {
-    "pmlsm/rig_{}.py": description,
-    "plant_fmu/stage_{}.py": stage,
-    "plant_fmu/plant_{}.py": plant,
-    "controller_fmu/regulator_{}.py": regulator,
-    "controller_fmu/regulator_{}_fmu.py": regulators,
-    "controller_fmu/pid_{}.py": pid,
-    "controller_fmu/pid_{}_fmu.py": single("controller_fmu", "PID", "pid"),
-    "controller_fmu/commutation_{}.py": commutation,
-    "controller_fmu/commutation_{}_fmu.py": single("controller_fmu", "Commutation", "commutation"),
-    "estimator_fmu/estimator_{}.py": estimator,
-    "estimator_fmu/estimator_{}_fmu.py": single("estimator_fmu", "Estimator", "estimator"),
-    "closed_loop_fmu/closed_loop_{}.py": closed_loop,
-    "closed_loop_fmu/closed_loop_{}_fmu.py": closed_loops,
-    "plant_fmu/documentation/stage_{}.html": stage_page,
-    "controller_fmu/documentation/linearisation_{}.html": linearisation_page,
-    "controller_fmu/documentation/setpoint_{}.html": setpoint_page,
-    "estimator_fmu/documentation/rows_{}.html": rows_page}
+# By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
+MODULES = (
+    "pmlsm/rig_{}.py",
+    "plant_fmu/stage_{}.py",
+    "plant_fmu/plant_{}.py",
+    "controller_fmu/regulator_{}.py",
+    "controller_fmu/regulator_{}_fmu.py",
+    "controller_fmu/pid_{}.py",
+    "controller_fmu/pid_{}_fmu.py",
+    "controller_fmu/commutation_{}.py",
+    "controller_fmu/commutation_{}_fmu.py",
+    "estimator_fmu/estimator_{}.py",
+    "estimator_fmu/estimator_{}_fmu.py",
+    "closed_loop_fmu/closed_loop_{}.py",
+    "closed_loop_fmu/closed_loop_{}_fmu.py")
 
-# Those of a rig whose platform tilts, whose equations are the same for all such rigs.
-TILTING: Mapping[str, Callable[[Rig], str]] = {
-    **{path: writer for path, writer in WRITERS.items() if not path.endswith(".html")},
-    "plant_fmu/stage_{}.py": tilting_stage,
-    "controller_fmu/regulator_{}.py": tilting.regulator,
-    "controller_fmu/pid_{}.py": tilting.pid,
-    "controller_fmu/commutation_{}.py": tilting.commutation}
+# Equations, which are the same for all rigs whose platform tilts.
+PAGES = (
+    "plant_fmu/documentation/stage_{}.html",
+    "controller_fmu/documentation/linearisation_{}.html",
+    "controller_fmu/documentation/setpoint_{}.html",
+    "estimator_fmu/documentation/rows_{}.html")
 
 REGULATORS = {"NONLINEAR": "Regulator", "LINEAR": "LinearRegulator", "SCHEDULED": "ScheduledRegulator"}
 
 
-def writers(rig: Rig) -> Mapping[str, Callable[[Rig], str]]:
-    """Writers of the modules of a rig, by path."""
-    return TILTING if rig.rotations else WRITERS
+def paths(rig: Rig) -> tuple[str, ...]:
+    """Paths of what is written of a rig."""
+    return MODULES if rig.rotations else MODULES + PAGES
+
+
+def template(path: str, tilting: bool) -> str:
+    """Template of a module, by its path."""
+    own = path.replace("{}", "tilting") + ".j2"
+    return own if tilting and (TEMPLATES / own).is_file() else path.replace("_{}", "") + ".j2"
+
+
+def module(path: str, rig: Rig) -> str:
+    """Text of a module of a rig, by its path."""
+    text = render(template(path, bool(rig.rotations)), rig)
+    return fitted(text) if path.endswith(".py") else text
+
+
+def controller(rig: Rig, name: str, file: str) -> str:
+    """Text of a controller for a user of a rig to begin with: a class of a name, in a file."""
+    return fitted(render("controller.py.j2", rig, class_name=name, file=file))
 
 
 def written(rig: Rig) -> dict[str, str]:
     """Text of every module of a rig, by its path from the folder of the packages."""
-    return {path.format(rig.name): writer(rig) for path, writer in writers(rig).items()}
+    return {path.format(rig.name): module(path, rig) for path in paths(rig)}
 
 
 def write(rig: Rig, root: Path) -> None:
@@ -64,17 +69,16 @@ def write(rig: Rig, root: Path) -> None:
 def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
     """Module and attribute of every FMU of a rig, by its name."""
     name, suffix = rig.name, rig.suffix
-    loops = {law: REGULATORS[law].removesuffix("Regulator") for law in laws(rig)}
-    made = {path.format(name).removesuffix(".py").replace("/", ".") for path in writers(rig)}
-    found = {
+    laws = [law for law in REGULATORS if law != "SCHEDULED" or rig.design.schedule is not None]
+    loops = {law: REGULATORS[law].removesuffix("Regulator") for law in laws}
+    return {
         f"Plant{suffix}": (f"plant_fmu.plant_{name}", "PLANT"),
         **{f"{REGULATORS[law]}{suffix}": (f"controller_fmu.regulator_{name}_fmu",
                                           REGULATORS[law].replace("Regulator", "_Regulator").strip("_").upper())
-           for law in laws(rig)},
+           for law in laws},
         f"PID{suffix}": (f"controller_fmu.pid_{name}_fmu", "PID"),
         f"Commutation{suffix}": (f"controller_fmu.commutation_{name}_fmu", "COMMUTATION"),
         f"Estimator{suffix}": (f"estimator_fmu.estimator_{name}_fmu", "ESTIMATOR"),
         **{f"ClosedLoop{kind}{suffix}": (f"closed_loop_fmu.closed_loop_{name}_fmu", f"CLOSED_LOOP_{law}")
            for law, kind in loops.items()},
         f"ClosedLoopPID{suffix}": (f"closed_loop_fmu.closed_loop_{name}_fmu", "CLOSED_LOOP_PID")}
-    return {fmu: place for fmu, place in found.items() if place[0] in made}

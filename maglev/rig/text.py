@@ -1,43 +1,108 @@
-"""Pieces of Python text that the writers of blocks share."""
+"""What templates of Python modules do to text: terms, imports, comments below each other, lines within their length."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, is_dataclass
 from itertools import accumulate
+from typing import Any
 
-from pmlsm.rig import Rig
+from pmlsm.rig import RigAxis, Ripple, Stop
 
 LONGEST = 120   # characters of a line
 BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
 BRACKETLESS = re.compile(r"^(\s*(?:if not|if|return|[\w.]+ =) )(.+?)(:?)$")
+NO_STOP = Stop(-10.0, 10.0, 0.0, 0.0)   # of an axis whose stops are at the motors
 
 
-def each(items: Iterable[str], text: str, between: str = "\n") -> str:
+def each(items: Iterable[str], text: str, between: str = ", ") -> str:
     """The text for each item, which stands in it as {0}."""
     return between.join(text.format(item) for item in items)
 
 
-def times(factor: float, of: str) -> str:
-    """Product, left out where the factor is 1."""
-    return of if factor == 1.0 else f"{factor!r} * {of}"
+def total(items: Sequence[str], text: str = "{0}") -> str:
+    """Sum of the text for each item, in brackets where there are several."""
+    terms = each(items, text, " + ")
+    return terms if len(items) == 1 else f"({terms})"
 
 
-def fitted(line: str) -> str:
+def mean(items: Sequence[str], text: str) -> str:
+    """Mean of the text for each item."""
+    return factor(1.0 / len(items)) + total(items, text)
+
+
+def factor(value: float) -> str:
+    """Factor before a term, left out where it is 1."""
+    return "" if value == 1.0 else f"{value!r} * "
+
+
+def unit_words(unit: str) -> str:
+    """Unit as a comment has it, "m/(s² T²)" for "m/(s2.T2)"."""
+    return unit.replace(".", " ").replace("2", "²").replace("4", "⁴")
+
+
+def stop_of(axis: RigAxis) -> Stop:
+    """Stops of an axis; without stiffness where they are at the motors."""
+    return axis.stop or NO_STOP
+
+
+def not_default(part: Ripple | Stop) -> list[tuple[str, float]]:
+    """Names and values of what the constructor of an axis does not take and is not as it has it."""
+    default = Stop(part.lower, part.upper) if isinstance(part, Stop) else Ripple()
+    return [(name, value) for name, value in vars(part).items() if value != getattr(default, name)]
+
+
+def imports(text: str) -> str:
+    """Imports in their order, those of one module together; a line for each member where they are too many for one."""
+    members: dict[str, set[str]] = {}
+    for module, names in re.findall(r"^from (\S+) import (.+)$", text, re.MULTILINE):
+        members.setdefault(module, set()).update(names.split(", "))
+    written = ""
+    for module, unsorted in sorted(members.items()):
+        names = sorted(unsorted, key=lambda name: (not name.isupper(), not name[0].isupper(), name.lower()))
+        line = f"from {module} import {', '.join(names)}"
+        if len(line) > LONGEST:
+            line = f"from {module} import (\n" + "".join(f"    {name},\n" for name in names) + ")"
+        written += line + "\n"
+    return written
+
+
+def aligned(text: str) -> str:
+    """Assignments with their comments below each other."""
+    pairs = [line.partition("  # ") for line in text.splitlines()]
+    width = max(len(code) for code, _, _ in pairs) + 2
+    return "".join(f"{f'{code:<{width}}# {comment}' if comment else code}\n" for code, _, comment in pairs)
+
+
+def fitted(text: str) -> str:
+    """Text of a module whose statements are in lines within their length."""
+    lines = text.split("\n")
+    quotes = accumulate(line.count('"""') for line in lines)
+    return "\n".join(line if '"""' in line or quoted % 2 else fitted_line(line)
+                     for line, quoted in zip(lines, quotes, strict=True))
+
+
+def fitted_line(line: str) -> str:
     """A line of code, broken before an operator or after a comma, within brackets, where it is too long."""
-    depth = len(line) - len(line.lstrip())
-    done, rest = "", line
-    while len(rest) > LONGEST:
+    code, mark, comment = line.partition("   #")
+    if len(line) > LONGEST:
+        code = broken(code, LONGEST) or broken(BRACKETLESS.sub(r"\1(\2)\3", code), LONGEST) or code
+    return code + mark + comment
+
+
+def broken(code: str, longest: int) -> str:
+    """Code in lines that are not too long; empty if it has no brackets in which it could be broken."""
+    depth = len(code) - len(code.lstrip())
+    done, rest = "", code
+    while len(rest) > longest:
         begin = len(rest) - len(rest.lstrip()) + 1
-        cuts = ([found.end() for found in each.finditer(rest.partition("  #")[0], begin, LONGEST)] for each in BREAKS)
-        cut = next((each[-1] for each in cuts if each), 0)
+        ends = ([found.end() for found in between.finditer(rest, begin, longest)] for between in BREAKS)
+        cut = next((found[-1] for found in ends if found), 0)
         bracket = open_bracket(done + rest[:cut])
-        if bracket < 0:
-            bracketed = BRACKETLESS.sub(r"\1(\2)\3", rest)
-            if cut == 0 or bracketed == rest:
-                break
-            rest = bracketed
-            continue
+        indent = max(bracket + 1, depth + 8)
+        if bracket < 0 or cut <= indent:
+            return ""
         done += rest[:cut].rstrip() + "\n"
-        rest = " " * max(bracket + 1, depth + 8) + rest[cut:]
+        rest = " " * indent + rest[cut:]
     return done + rest
 
 
@@ -54,49 +119,29 @@ def open_bracket(text: str) -> int:
     return columns[-1] if columns else -1
 
 
-def commented(assignments: Iterable[tuple[str, str]]) -> str:
-    """Assignments in a constructor, with their comments below each other."""
-    pairs = list(assignments)
-    width = max(len(code) for code, _ in pairs) + 2
-    return "\n".join(f"        {f'{code:<{width}}# {comment}' if comment else code}".rstrip() for code, comment in pairs)
+def classes(value: Any) -> list[str]:
+    """Names of the classes in a description."""
+    return sorted({type(part).__name__ for part in parts(value)})
 
 
-def unit_words(unit: str) -> str:
-    """Unit as a comment has it, "m/(s² T²)" for "m/(s2.T2)"."""
-    words = unit.replace(".", " ")
-    for power, raised in (("s2", "s²"), ("T2", "T²"), ("A2", "A²"), ("T4", "T⁴"), ("A4", "A⁴")):
-        words = words.replace(power, raised)
-    return words
+def parts(value: Any) -> list[Any]:
+    """Dataclasses of a description, itself first."""
+    if is_dataclass(value):
+        return [value, *(inner for member in fields(value) for inner in parts(getattr(value, member.name)))]
+    return [inner for item in value for inner in parts(item)] if isinstance(value, tuple) else []
 
 
-def constants(rig: Rig, which: str) -> list[tuple[str, str]]:
-    """Assignments of the constants: those of the "stage", or of the "model" of the controllers."""
-    return [(f"self.{each.name} = {getattr(each, which)!r}", f"{unit_words(each.unit)}, parameter: "
-             f"{each.meaning.removesuffix(rig.equation).strip()}") for each in rig.constants]
-
-
-def geometry(rig: Rig) -> list[tuple[str, str]]:
-    """Assignments of the motor's geometry, as far as it is not that of the thesis."""
-    return [("self.geometry = MotorGeometry()", ""),
-            *((f"self.geometry.{path} = {value!r}", "") for path, value in rig.geometry.items())]
-
-
-def vertical_constants(rig: Rig) -> tuple[str, str, str]:
-    """Names of the constants of the vertical row: attraction, coils, iron."""
-    attraction, coils, iron = rig.constants_of(rig.vertical.name)
-    return attraction, coils, iron
-
-
-def thrust_constant(rig: Rig, axis: str) -> str:
-    """Name of the constant in the row of a horizontal axis."""
-    return rig.constants_of(axis)[0]
-
-
-def module(text: str) -> str:
-    """Text of a module, without trailing spaces, with one line feed at its end; lines of code within their length."""
-    lines = [line.rstrip() for line in text.strip("\n").split("\n")]
-    if not lines[0].startswith('"""'):
-        return "\n".join(lines) + "\n"
-    quotes = list(accumulate(line.count('"""') for line in lines))
-    return "\n".join(line if '"""' in line or quoted % 2 else fitted(line)
-                     for line, quoted in zip(lines, quotes, strict=True)) + "\n"
+def literal(value: Any, depth: int = 0) -> str:
+    """Text of a value of a description, a line for each of its members."""
+    inner = " " * (4 * depth + 4)
+    if is_dataclass(value):
+        members = [f"{member.name}={literal(getattr(value, member.name), depth + 1)}" for member in fields(value)]
+        short = f"{type(value).__name__}({', '.join(members)})"
+        if "\n" not in short and len(short) < 100 - 4 * depth:
+            return short
+        return f"{type(value).__name__}(\n" + ",\n".join(inner + member for member in members) + ")"
+    if isinstance(value, tuple) and value and is_dataclass(value[0]):
+        return "(\n" + "".join(f"{inner}{literal(item, depth + 1)},\n" for item in value) + f"{inner[4:]})"
+    if isinstance(value, dict) and len(repr(value)) > 90:
+        return "{\n" + ",\n".join(f"{inner}{key!r}: {item!r}" for key, item in value.items()) + "}"
+    return repr(value)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
 from maglev.own_stage.adoption import rig_named
-from maglev.rig.template import template
+from maglev.rig.modules import controller
 from pmlsm.rigs import EXAMPLE
 
 LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
@@ -47,7 +47,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
                               "class in it is named after it")
-    text = template(rig, name, file.name)
+    text = controller(rig, name, file.name)
     text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
     if not file.parent.is_dir():
         raise ControllerError(f"{file}: there is no folder {file.parent}, expected one")

@@ -4,13 +4,14 @@ import ast
 import re
 from pathlib import Path
 
-from maglev.rig.modules import TILTING, WRITERS, definitions
+from maglev.rig.modules import MODULES, PAGES, definitions
+from maglev.rig.writer import TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from pmlsm.rigs import DESCRIBED, rig_of
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "maglev")
-GENERATED = {ROOT / path.format(name) for path in (*WRITERS, *TILTING) for name in DESCRIBED}
+GENERATED = {ROOT / path.format(name) for path in (*MODULES, *PAGES) for name in DESCRIBED}
 NAMES = {name for rig in DESCRIBED.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
          if name != "motor"}   # a word of its own, and the one motor of a rig
 EXPERIMENTS = {*packaged_files(), *packaged_runs()}
@@ -37,6 +38,15 @@ def test_no_module_decides_by_the_name_of_a_rig() -> None:
     assert len(files) > 100
     found = [f"{path.relative_to(ROOT)}:{line}: {words}" for path in files
              for line, text in texts(path.read_text(encoding="utf-8")) for words in sorted(named(text))]
+    assert found == []
+
+
+def test_no_template_names_a_rig() -> None:
+    files = list(TEMPLATES.rglob("*.j2"))
+    assert len(files) > 30
+    found = [f"{path.relative_to(TEMPLATES)}: {word}" for path in files
+             for word in re.findall(r"(?<![\\\w])\w+", path.read_text(encoding="utf-8"))   # but for the letters of TeX
+             if word in NAMES or re.search(r"\ddof", word, re.IGNORECASE)]
     assert found == []
 
 

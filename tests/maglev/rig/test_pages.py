@@ -10,7 +10,7 @@ import pytest
 import plant_fmu
 from fmi_export.pages.documentation import section
 from fmi_export.pages.mathml import typeset
-from maglev.rig.pages import linearisation_page, rows_page, setpoint_page, stage_page
+from maglev.rig.modules import PAGES, module
 from pmlsm.rig import Rig, RigMotor
 from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_acceleration
@@ -19,7 +19,7 @@ AMPLIFIER = RIGS["3dof"].motors[0].amplifier
 MOTORS = tuple(RigMotor(name, drives, AMPLIFIER) for name, drives in (("left", "x"), ("right_2", "x"), ("alpha", "z")))
 UNEVEN = replace(RIGS["3dof"], name="uneven", title="R&D stage", sharing=3.0, motors=MOTORS, equation="", sources={})
 STAGES = pytest.mark.parametrize("rig", [*RIGS.values(), UNEVEN], ids=lambda rig: rig.name)
-WRITERS = (stage_page, linearisation_page, setpoint_page, rows_page)
+STAGE, LINEARISATION, *_ = PAGES
 
 F = {"f_1": 0.3, "f_2": 0.02, "f_3": 0.11, "f_4": 0.7}
 SYMBOL = re.compile(r"[A-Za-z]_(?:\{[^{}]*(?:\{\w+\})?\}|\w)|G|\d+")
@@ -45,7 +45,7 @@ def value(tex: str, rig: Rig) -> float:
 
 @STAGES
 def test_the_equations_are_those_of_the_parts(rig: Rig) -> None:
-    vertical, *horizontal = re.findall(r"\\\[(.+)\\\]", stage_page(rig))
+    vertical, *horizontal = re.findall(r"\\\[(.+)\\\]", module(STAGE, rig))
     attraction, coils, iron = (constant.stage for constant in rig.constants[-3:])
     i = {name: current for name, (_, current) in currents(rig).items()}
     direct = sum(current for name, current in i.items() if name.endswith("d"))
@@ -61,15 +61,15 @@ def test_the_equations_are_those_of_the_parts(rig: Rig) -> None:
 
 
 @STAGES
-@pytest.mark.parametrize("writer", WRITERS)
-def test_pages_are_well_formed_with_every_equation_typeset(rig: Rig, writer) -> None:
-    page = typeset(writer(rig))
+@pytest.mark.parametrize("path", PAGES)
+def test_pages_are_well_formed_with_every_equation_typeset(rig: Rig, path: str) -> None:
+    page = typeset(module(path, rig))
     assert "\\" not in page and "()" not in page and "  " not in page.replace("\n", " ")
     ElementTree.fromstring(f"<body>{page}</body>")
 
 
 def test_equal_currents_of_the_motors_of_an_axis() -> None:
-    page = linearisation_page(UNEVEN)
+    page = module(LINEARISATION, UNEVEN)
     assert r"\[i_{q,\mathrm{left}} = i_{q,\mathrm{right2}} = -\frac{v_x}{6 C_1 f_1}" in page
     assert r"(2 i_{q,\mathrm{left}}^2 + i_{q\alpha}^2 + 3 i_d^2) + 9 C_4 f_3 i_d - 9 C_3 f_2 = v_y" in page
 

@@ -1,14 +1,28 @@
 """What is committed of a rig is what its description writes."""
 
+import ast
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from jinja2 import UndefinedError
+from jinja2.meta import find_referenced_templates
 
 from maglev.rig.description import PACKAGED, read_rig
-from maglev.rig.modules import TILTING, WRITERS, writers, written
+from maglev.rig.modules import MODULES, PAGES, controller, paths, template, written
+from maglev.rig.text import LONGEST
+from maglev.rig.writer import TEMPLATES, environment
+from pmlsm.rig import Rig, RigMotor
 from pmlsm.rigs import DESCRIBED
 
 ROOT = PACKAGED.parent
+
+
+def crowded(rig: Rig) -> Rig:
+    """A rig with more motors, of longer names, than any of ours."""
+    motors = tuple(RigMotor(f"{axis.name}_motor_number_{k}", axis.name, rig.motors[0].amplifier, 0.1 * k, 0.3 - 0.1 * k)
+                   for axis in rig.horizontal for k in range(4))
+    return replace(rig, name="crowded", motors=motors, sharing=1.0)
 
 
 @pytest.mark.parametrize("name", DESCRIBED)
@@ -22,9 +36,38 @@ def test_every_description_is_a_rig_of_this_project() -> None:
     assert {path.stem for path in PACKAGED.glob("*.toml")} == set(DESCRIBED)
 
 
-@pytest.mark.parametrize("path", {**WRITERS, **TILTING})
+@pytest.mark.parametrize("path", MODULES + PAGES)
 def test_no_module_of_a_rig_is_left_over(path: str) -> None:
-    """A rig that is gone, or a writer that has another name now, leaves no module behind."""
+    """A rig that is gone, or a module that has another name now, leaves no module behind."""
     folder, stem = Path(path).parent, Path(path).name.partition("{}")
     found = {file.name for file in (ROOT / folder).glob(f"{stem[0]}[0-9]dof{stem[2]}")}
-    assert found == {f"{stem[0]}{name}{stem[2]}" for name, rig in DESCRIBED.items() if path in writers(rig)}
+    assert found == {f"{stem[0]}{name}{stem[2]}" for name, rig in DESCRIBED.items() if path in paths(rig)}
+
+
+def test_no_template_is_left_over() -> None:
+    used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)} | {"controller.py.j2"}
+    reached: set[str] = set()
+    while used - reached:
+        name = (used - reached).pop()
+        reached.add(name)
+        used |= set(filter(None, find_referenced_templates(environment().parse((TEMPLATES / name).read_text("utf-8")))))
+    assert reached == {path.relative_to(TEMPLATES).as_posix() for path in TEMPLATES.rglob("*") if path.is_file()}
+
+
+def test_a_name_that_a_template_does_not_know_is_an_error() -> None:
+    with pytest.raises(UndefinedError, match="'moters' is undefined"):
+        environment().from_string("{% for motor in moters %}{% endfor %}").render(motors=["alpha"])
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_statements_are_within_their_length_for_any_number_of_motors(name: str) -> None:
+    rig = crowded(DESCRIBED[name])
+    modules = {path: text for path, text in written(rig).items() if path.endswith(".py")}
+    if not rig.rotations:
+        modules["controller"] = controller(rig, "Mine", "mine.py")
+    assert len(modules) >= len(MODULES)
+    for path, text in modules.items():
+        begins = {node.lineno for node in ast.walk(ast.parse(text)) if isinstance(node, ast.stmt)
+                  and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))}
+        long = {line: code for line, code in enumerate(text.splitlines(), 1) if len(code) > LONGEST and line in begins}
+        assert not long, path

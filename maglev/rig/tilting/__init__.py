@@ -1,1 +1,0 @@
-"""Writers of what a platform that tilts has of its own."""

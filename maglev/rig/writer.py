@@ -1,0 +1,64 @@
+"""Writes what follows from a rig: templates that look like the modules that they make, with the rig's names in them."""
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from maglev.rig import tex, text
+from pmlsm.rig import Rig
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).with_name("templates")
+
+
+@cache
+def environment() -> "Environment":
+    """Environment of the templates: a name that is not known is an error, and lines of control leave no trace."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only where something is written
+
+    made = Environment(loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True,
+                       lstrip_blocks=True, keep_trailing_newline=True)
+    made.filters |= {
+        "aligned": text.aligned, "cited": tex.cited, "classes": text.classes, "each": text.each, "factor": text.factor,
+        "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
+        "sentence": tex.sentence, "stop": text.stop_of, "total": text.total, "unit": text.unit_words}
+    return made
+
+
+def render(name: str, rig: Rig, **more: str) -> str:
+    """Text by a template; in the equations of a page, the names are in TeX."""
+    page = name.endswith(".html.j2")
+    return environment().get_template(name).render(words(rig) | (tex.tex(rig) if page else {}) | more)
+
+
+def words(rig: Rig) -> dict[str, Any]:
+    """What stands in the templates of a rig.
+
+    `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts,
+    `stopped` those that have stops. `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
+    `carried` all three with one direct current in all motors. By horizontal axis: `thrust`, the constant in its row,
+    `motors_of`, the motors that drive it, and `driving`, their number. `drives` has each motor with the axis that it
+    drives, `displacement` what it commutates with, `driven` the axes, each as often as motors drive it.
+    """
+    horizontal = [axis.name for axis in rig.horizontal]
+    tilts = [axis.name for axis in rig.rotations]
+    attraction, coils, iron = rig.constants_of(rig.vertical.name)
+    motors_of = {axis: [motor.name for motor in rig.motors_of(axis)] for axis in horizontal}
+    return {
+        "rig": rig, "tilting": bool(tilts), "schedule": rig.design.schedule,
+        "y": rig.vertical.name,
+        **(dict(zip(("x", "z", "roll", "pitch"), horizontal + tilts, strict=True)) if tilts else {}),
+        "axes": list(rig.axis_names), "horizontal": horizontal, "tilts": tilts,
+        "masses": [axis.mass for axis in (rig.vertical, *rig.horizontal, *rig.rotations)],
+        "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
+        "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
+        "displacement": {motor.name: f"{motor.name}_mount.displacement" if tilts else f"{motor.drives}.position"
+                         for motor in rig.motors},
+        "motors_of": motors_of, "driving": {axis: rig.sharing * len(names) for axis, names in motors_of.items()},
+        "driven": [axis for axis, names in motors_of.items() for _ in names],
+        "attraction": attraction, "coils": coils, "iron": iron,
+        "thrust": {axis: rig.constants_of(axis)[0] for axis in horizontal},
+        "carried": ", ".join(f"{text.factor(rig.carrying)}self.{name}" for name in (attraction, coils, iron)),
+        "meaning": {each.name: each.meaning.removesuffix(rig.equation).strip() for each in rig.constants}}
