@@ -2,21 +2,21 @@
 
 import os
 import stat
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fmi_export.scratch import scratch
+from fmi_export.scratch import PREFIX, scratch
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a file beside `path` to write to, which takes its place at the end of the block.
+    """Give a file in a folder beside `path` to write to, which takes its place at the end of the block.
 
-    What stood there before is intact until then, and stays if the block fails. The name of the unfinished file is
-    unique: two processes that write the same file both write a whole one, and the last one stays. The folder is made if
-    it is not there. Behind a link it is the file that the link leads to; a device or a pipe is written into.
+    What stood there before is intact until then, and stays if the block fails. Two processes that write the same file
+    both write a whole one, and the last one stays. The folder is made if it is not there. Behind a link it is the file
+    that the link leads to; a device or a pipe is written into. What a process that was killed has left, the next one
+    that writes into the folder removes.
 
     Raises
     ------
@@ -26,20 +26,17 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         place = None if takes_text(path) else Path(os.path.realpath(path))
-        folder = Path(tempfile.gettempdir()) if place is None else place.parent
-        unfinished = folder / f".{path.name}.{os.urandom(8).hex()}.part"
-        try:
+        with scratch(None if place is None else str(place.parent)) as folder:
+            unfinished = folder / path.name
             yield unfinished
             if place is None:
                 with path.open("ab") as device:
                     device.write(unfinished.read_bytes())
             else:
                 unfinished.replace(place)
-        finally:
-            unfinished.unlink(missing_ok=True)
     except OSError as error:
         # A disk that is full names no file, and the unfinished one says nothing to a person.
-        if error.filename is None or str(error.filename).endswith(".part"):
+        if error.filename is None or PREFIX in str(error.filename):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
 

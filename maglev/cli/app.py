@@ -123,7 +123,9 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
         console = report_console()
         table = Table("FMU", "built", "what it is")
         for entry in all_fmus():
-            table.add_row(entry.name, "yes" if entry.file(fmus).is_file() else "no", entry.description)
+            kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native")}
+            built = ", ".join(kind for kind, file in kinds.items() if file.is_file())
+            table.add_row(entry.name, built or "no", entry.description)
         console.print(table)
         table = Table(Column("run", no_wrap=True), "figures", "what it is")
         runs = scenarios()
@@ -246,7 +248,7 @@ def check(names: Names = None,
         if update and junit is not None:
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
         if junit is not None and not junit.name:
-            raise ScenarioError(f"--junit {junit}: expected the name of a file")
+            raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
         from maglev.regression.junit import write_junit

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmi_export.scratch import LOCKS, LOOKED_THROUGH, PREFIX, scratch
-from fmi_export.whole_file import whole_files
+from fmi_export.whole_file import whole_files, write_whole
 
 HELD = """
 import sys
@@ -82,3 +82,11 @@ def test_a_build_that_was_killed_leaves_nothing_beside_the_files_of_the_next(tmp
     with whole_files(tmp_path) as unfinished:
         (unfinished / "Plant.fmu").touch()
     assert [path.name for path in tmp_path.iterdir()] == ["Plant.fmu"]
+
+
+def test_a_file_whose_writer_was_killed_leaves_nothing_beside_the_next(tmp_path: Path,
+                                                                       other: subprocess.Popen[str]) -> None:
+    other.kill()
+    other.wait()
+    write_whole(tmp_path / "report.html", "all of it")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
