@@ -74,49 +74,55 @@ def aligned(text: str) -> str:
 
 
 def fitted(text: str) -> str:
-    """Text of a module whose statements are in lines within their length."""
+    """Text of a module whose lines of code are within their length, as far as they can be broken."""
     lines = text.split("\n")
     quotes = accumulate(line.count('"""') for line in lines)
-    return "\n".join(line if '"""' in line or quoted % 2 else fitted_line(line)
-                     for line, quoted in zip(lines, quotes, strict=True))
+    fitting = []
+    inside = 0   # brackets that are open
+    for line, quoted in zip(lines, quotes, strict=True):
+        if '"""' not in line and quoted % 2 == 0:
+            code, mark, comment = line.partition("   #")
+            if len(line) > LONGEST:
+                code = broken(code, inside) or broken(BRACKETLESS.sub(r"\1(\2)\3", code), inside) or code
+            inside += level(code)
+            line = code + mark + comment
+        fitting.append(line)
+    return "\n".join(fitting)
 
 
-def fitted_line(line: str) -> str:
-    """A line of code, broken before an operator or after a comma, within brackets, where it is too long."""
-    code, mark, comment = line.partition("   #")
-    if len(line) > LONGEST:
-        code = broken(code, LONGEST) or broken(BRACKETLESS.sub(r"\1(\2)\3", code), LONGEST) or code
-    return code + mark + comment
-
-
-def broken(code: str, longest: int) -> str:
-    """Code in lines that are not too long; empty if it has no brackets in which it could be broken."""
+def broken(code: str, inside: int) -> str:
+    """A line, some brackets open before it, broken as far out as it can be; empty if it cannot be."""
     depth = len(code) - len(code.lstrip())
     done, rest = "", code
-    while len(rest) > longest:
+    while len(rest) > LONGEST:
         begin = len(rest) - len(rest.lstrip()) + 1
-        ends = ([found.end() for found in between.finditer(rest, begin, longest)] for between in BREAKS)
-        cut = next((found[-1] for found in ends if found), 0)
-        bracket = open_bracket(done + rest[:cut])
-        indent = max(bracket + 1, depth + 8)
-        if bracket < 0 or cut <= indent:
+        cuts = [(inside + level(done + rest[:found.end()]), rank, -found.end())
+                for rank, between in enumerate(BREAKS) for found in between.finditer(rest, begin, LONGEST)]
+        cut = -min((each for each in cuts if each[0] > 0), default=(0, 0, 0))[2]
+        columns = open_brackets(done + rest[:cut])
+        indent = max(columns[-1] + 1, depth + 8) if columns else depth + 4
+        if cut <= indent:
             return ""
         done += rest[:cut].rstrip() + "\n"
         rest = " " * indent + rest[cut:]
     return done + rest
 
 
-def open_bracket(text: str) -> int:
-    """Column of the innermost bracket that is open at the end of a text; -1 if none is."""
-    columns, begin = [], 0
-    for place, letter in enumerate(text):
-        if letter in "([{":
-            columns.append(place - begin)
-        elif letter in ")]}":
-            columns.pop()
-        elif letter == "\n":
-            begin = place + 1
-    return columns[-1] if columns else -1
+def level(text: str) -> int:
+    """Brackets that are open at the end of a text."""
+    return sum((letter in "([{") - (letter in ")]}") for letter in text)
+
+
+def open_brackets(text: str) -> list[int]:
+    """Columns of the brackets of a text that are open at its end."""
+    columns: list[int] = []
+    for line in text.split("\n"):
+        for column, letter in enumerate(line):
+            if letter in "([{":
+                columns.append(column)
+            elif letter in ")]}":
+                columns = columns[:-1]
+    return columns
 
 
 def classes(value: Any) -> list[str]:
