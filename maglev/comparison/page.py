@@ -9,8 +9,9 @@ from maglev.comparison.table import Row, summary
 from maglev.experiment.execution import RunResult
 from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
 from maglev.report.plots.data import figure_data, runs_data
-from maglev.report.plots.figures import AXIS_PANELS, EVERY, MOTOR_PANELS, OWN_PANELS, Figure, with_data
+from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.status import run_status
+from maglev.schema.panels import PANELS
 
 PAGE = Path(__file__).parent / "comparison.html"
 
@@ -18,7 +19,7 @@ PAGE = Path(__file__).parent / "comparison.html"
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """Text of the page, which needs no network."""
     labels = {run.plan.name: label for label, run in runs.items()}
-    panels = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS + OWN_PANELS]
+    panels = [f"{kind} {EVERY}" for kind in PANELS]
     figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
                              list(runs.values())))
     data = {"runs": runs_data(list(runs.values()), figures),

@@ -15,6 +15,7 @@ from maglev.own_stage.adoption import know_stage
 from maglev.rig.modules import definitions
 from maglev.schema.layers import is_packaged, packaged_files
 from maglev.schema.loading import load_plans
+from maglev.schema.panels import PANELS
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
@@ -68,7 +69,8 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     FmuError
         If a run cannot fly in a page, or a module is missing or of another description.
     """
-    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {}}
+    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {},
+                            "panels": {kind: panel.data("") for kind, panel in PANELS.items()}}
     for plan in plans:
         rig, why = plan.rig, why_not_live(plan)
         if rig is None or why:

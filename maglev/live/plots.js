@@ -2,7 +2,7 @@
 // Plots that roll beside the stage: gap, displacements, errors (logarithmic), currents with limits, and the i_d–i_q plane.
 
 const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
-const LEAST_ERROR = 1e-6, LARGEST_ERROR = 0.1;       // m, rad
+const LARGEST_ERROR = 0.1;                           // m, rad
 
 /** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
 function fitted(canvas, clear = true) {
@@ -23,13 +23,15 @@ const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s sho
 /** What a strip shows: lines with a colour and a function of a row, range, and levels that are marked. */
 function stripsOf(run, values) {
   const { axes, motors } = run;
+  const { position: { scale, unit }, error: { floor } } = live.panels;   // of rotations the same numbers, in mrad
+  const least = floor / scale;   // m, rad
   const vertical = axes.findIndex((axis) => axis === run.vertical);
   const others = axes.map((_, i) => i).filter((i) => i !== vertical && !isTilt(run, axes[i]));
   const tilts = axes.map((_, i) => i).filter((i) => isTilt(run, axes[i]));
-  const position = (i) => ({ colour: axes[i], value: (h, r) => 1e3 * h.at(r, columnOf.position(i)), name: axes[i] });
+  const position = (i) => ({ colour: axes[i], value: (h, r) => scale * h.at(r, columnOf.position(i)), name: axes[i] });
   const reference = (i) => ({ colour: axes[i], thin: true,
-    value: (h, r) => 1e3 * h.at(r, columnOf.reference(i)) });
-  const error = (i) => ({ colour: axes[i], name: axes[i], value: (h, r) => Math.log10(Math.max(LEAST_ERROR,
+    value: (h, r) => scale * h.at(r, columnOf.reference(i)) });
+  const error = (i) => ({ colour: axes[i], name: axes[i], value: (h, r) => Math.log10(Math.max(least,
     Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i))))) });
   // Motors that drive one axis have one colour and one name.
   const first = (motor) => motorsOf(run, run.drives[motor])[0] === motor;
@@ -37,20 +39,20 @@ function stripsOf(run, values) {
     value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
   ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
     value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
-  const stops = (axis) => endsOf(run, axis, values).map((end) => 1e3 * end);
+  const stops = (axis) => endsOf(run, axis, values).map((end) => scale * end);
   const limit = values("controller.current_limit");
   const peak = values(`plant.${motors[0]}.amplifier.peak`);
   const shown = Math.max(1, limit || peak || 5);
   const gapStops = stops(run.vertical);
   const wide = Math.max(...others.map((i) => stops(axes[i])[1]));
   return [
-    { title: "air gap, mm (downwards)", lines: [reference(vertical), position(vertical)], low: gapStops[1] + 1,
+    { title: `air gap, ${unit} (downwards)`, lines: [reference(vertical), position(vertical)], low: gapStops[1] + 1,
       high: gapStops[0] - 1, marks: gapStops, ticks: ticksBetween(...gapStops), format: (v) => String(v) },
-    { title: "displacement, mm", lines: [...others.map(reference), ...others.map(position)], low: -wide, high: wide,
+    { title: `displacement, ${unit}`, lines: [...others.map(reference), ...others.map(position)], low: -wide, high: wide,
       tens: 10, marks: [], format: (v) => String(v) },
     ...(tilts.length ? [{ title: "tilt, mrad", lines: [...tilts.map(reference), ...tilts.map(position)],
       low: -wide, high: wide, tens: 4, marks: [], format: (v) => String(v) }] : []),
-    { title: tilts.length ? "|error|, mm or mrad" : "|error|", lines: axes.map((_, i) => error(i)), low: Math.log10(LEAST_ERROR),
+    { title: tilts.length ? "|error|, mm or mrad" : "|error|", lines: axes.map((_, i) => error(i)), low: Math.log10(least),
       high: Math.log10(LARGEST_ERROR), marks: run.bands.map(Math.log10), decades: true, ticks: [-6, -4, -2] },
     { title: limit ? "current, A; limit dashed" : "current, A; peak dashed",
       lines: currents, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown],

@@ -9,11 +9,9 @@ from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figure_bounds import figure_bounds
 from maglev.report.plots.figures import (
-    AXIS_PANELS,
-    MOTOR_PANELS,
     MOVING,
-    OWN_PANELS,
     Shown,
+    axis_unit,
     error_of,
     needed_tolerances,
     recorded_columns,
@@ -24,7 +22,7 @@ from maglev.report.plots.limits import limits
 from maglev.report.plots.marks import figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
-from maglev.schema.quantities import PRINTED_UNITS
+from maglev.schema.panels import PANELS, kinds_of
 from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal
@@ -48,9 +46,9 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
     most = MOST_ROWS
     while True:
         runs = {name: run_data(result, shown, most, kinds) for result, name, kinds in (
-            *((result, result.plan.name, AXIS_PANELS + MOTOR_PANELS + OWN_PANELS) for result in results),
+            *((result, result.plan.name, tuple(PANELS)) for result in results),
             # What claims blame friction for is seen in the motion.
-            *((result, again_name(result), AXIS_PANELS) for result in frictionless))
+            *((result, again_name(result), kinds_of("axis")) for result in frictionless))
             if len(result.time) and is_drawn(result, shown)}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
@@ -77,7 +75,7 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
     return {
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical, "unit": PRINTED_UNITS[axis.unit],
+                        "error": error_of(axis), "vertical": axis.vertical,
                         "bands": plan.metrics.bands_of(axis)} for name, axis in plan.axes.items()},
         "sheet": {name: 1e3 * getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch")},   # mm
         "drives": {motor.name: motor.drives for motor in plan.rig.motors} if plan.rig else {},
@@ -101,7 +99,8 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
               f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
              if run.plan.name in labels and len(run.time)]
     return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
-            "panels": [panel._asdict() for panel in shown.panels],
+            "panels": [{"kind": panel.kind, **PANELS[panel.kind].data(panel.of, axis_unit(shown, panel))}
+                       for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
             "marks": figure_marks(shown, judgements),
             **({"without": again} if again else {}),

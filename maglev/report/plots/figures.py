@@ -13,18 +13,13 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.own_fmus import DEFINITIONS, definition
-from maglev.report.plots.series import tolerances
 from maglev.report.status import shown_until
+from maglev.schema.panels import PANELS, kinds_of
 from maglev.schema.run_plan import Axis, Motor, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 from pmlsm.rigs import RIGS
 
-AXIS_PANELS = ("position", "speed", "error")
-MOTOR_PANELS = ("commands", "currents")
-OWN_PANELS = ("own",)   # of an output that no FMU of this project has, by its column
 EVERY = "*"
-
-OWN = 1e-4   # of the largest value, tolerance of such an output
 
 # The main runs, those that are also shown as a moving picture.
 MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",
@@ -69,9 +64,9 @@ class Figure(Table):
         """Refuse a panel of an unknown kind."""
         for text in panels:
             kind, _, of = text.partition(" ")
-            if kind not in AXIS_PANELS + MOTOR_PANELS + OWN_PANELS or not of:
-                raise ValueError(f"{text!r} is no panel, expected {', '.join(AXIS_PANELS + MOTOR_PANELS + OWN_PANELS)} "
-                                 "and an axis, a motor, a column or *")
+            if kind not in PANELS or not of:
+                raise ValueError(f"{text!r} is no panel, expected {', '.join(PANELS)} and an axis, a motor, a column "
+                                 "or *")
         return panels
 
     @property
@@ -130,9 +125,9 @@ def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> li
 
     Runs of a procedure, many and short, get none of their own: the procedure has its charts.
     """
-    own = [f"{kind} {EVERY}" for kind in OWN_PANELS]
+    own = [f"{kind} {EVERY}" for kind in kinds_of("column")]
     shown = list(with_data(figures, results, own))
-    every_panel = [f"{kind} {EVERY}" for kind in AXIS_PANELS + MOTOR_PANELS]
+    every_panel = [f"{kind} {EVERY}" for kind in kinds_of("axis", "motor")]
     others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel,
                      until=shown_until([(result.metrics, float(result.time[-1]) if len(result.time) else 0.0)]))
               for result in results
@@ -154,15 +149,16 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
     """Panels that a text such as "error *" means, as far as the runs have what they show."""
     kind, _, of = text.partition(" ")
     for result in runs:
-        plan = result.plan
         recorded = recorded_columns(result)
-        if kind in OWN_PANELS:
-            yield from (Panel(kind, name) for name in own_outputs(plan, result.columns) if of in (name, EVERY))
-            continue
-        names: Mapping[str, Axis | Motor] = plan.axes if kind in AXIS_PANELS else plan.motors
-        for name in names:
-            if of in (name, EVERY) and any(column in recorded for column in needed_columns(plan, kind, name)):
+        for name in shown_by(result, kind):
+            if of in (name, EVERY) and any(column in recorded for column in needed_columns(result.plan, kind, name)):
                 yield Panel(kind, name)
+
+
+def shown_by(result: RunResult, kind: str) -> list[str]:
+    """What panels of a kind can show of a run: axes, motors, or columns that no FMU of this project has."""
+    of, plan = PANELS[kind].of, result.plan
+    return own_outputs(plan, result.columns) if of == "column" else [*(plan.axes if of == "axis" else plan.motors)]
 
 
 @cache
@@ -187,6 +183,11 @@ def rig_name(name: str, plan: RunPlan | None = None) -> str:
 def anchor(*parts: str) -> str:
     """Identifier of an element of the page."""
     return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
+
+
+def axis_unit(shown: Shown, panel: Panel) -> str:
+    """SI unit of the axis that a panel shows; m if it shows none."""
+    return next((run.plan.axes[panel.of].unit for run in shown.runs if panel.of in run.plan.axes), "m")
 
 
 def speed_of(axis: Axis) -> str:
@@ -219,7 +220,7 @@ def shown_commands(motor: Motor) -> list[str]:
 
 def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     """Names of the columns that a panel draws."""
-    if kind in OWN_PANELS:
+    if kind == "own":
         return [of]
     if kind == "commands":
         return shown_commands(plan.motors[of])
@@ -230,17 +231,16 @@ def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
 
 
 def needed_tolerances(result: RunResult, shown: Iterable[Shown],
-                      kinds: Sequence[str] = AXIS_PANELS + MOTOR_PANELS + OWN_PANELS) -> dict[str, float]:
+                      kinds: Sequence[str] = tuple(PANELS)) -> dict[str, float]:
     """Tolerances by name of the columns that panels of some kinds and the moving picture draw of a run."""
     plan = result.plan
     panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
     if plan.name in MOVING:
-        panels |= {Panel("position", axis) for axis in plan.axes}
-        panels |= {Panel(kind, motor) for kind in MOTOR_PANELS for motor in plan.motors}
-    needed: dict[str, list[str]] = {"position": [], "error": [], "speed": [], "current": []}
+        panels |= {Panel(kind, of) for kind in ("position", *kinds_of("motor")) for of in shown_by(result, kind)}
+    found = {}
     for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
-        if kind not in OWN_PANELS and of in (plan.axes if kind in AXIS_PANELS else plan.motors):
-            needed["current" if kind in MOTOR_PANELS else kind] += needed_columns(plan, kind, of)
-    own = {of: OWN * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
-           for kind, of in panels if kind in OWN_PANELS and kind in kinds and of in result.columns}
-    return own | tolerances(needed["position"], needed["error"], needed["speed"], needed["current"])
+        for name in needed_columns(plan, kind, of) if of in shown_by(result, kind) else ():
+            found[name] = PANELS[kind].tolerance
+            if kind == "own":
+                found[name] = found[name] * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
+    return found

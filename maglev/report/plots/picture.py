@@ -15,13 +15,12 @@ from maglev.experiment.execution import RunResult
 from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
 from maglev.report.status import events, shown_until
-from maglev.schema.quantities import PRINTED_UNITS
+from maglev.schema.panels import PANELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SMALLEST_ERROR = 1e-3   # mm or mrad, lower end of the logarithmic error axis
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
 FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
 
@@ -96,7 +95,7 @@ def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]
         number = 2 * rows.index(limit.of) + (limit.kind == "currents")
         panel, (low, high) = figure.axes[number], drawn[number]
         label = limit.text
-        for value in (1e3 * value if limit.kind == "position" else value for value in limit.values):
+        for value in (PANELS[limit.kind].scale * value for value in limit.values):
             place = (limit.kind, limit.of, value)
             # Further off it would flatten what is drawn.
             if 2.0 * low - high <= value <= 2.0 * high - low and place not in marked:
@@ -119,20 +118,20 @@ def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
 def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
     """Positions of an axis with the reference on the left, absolute errors on the right."""
     left, right = row
+    places, errors = PANELS["position"], PANELS["error"]
     for number, (label, run) in enumerate(runs.items()):
         axis = run.plan.axes[name]
-        position, reference = 1e3 * run.columns[axis.position], 1e3 * run.columns[axis.reference]
+        position, reference = (places.scale * run.columns[column] for column in (axis.position, axis.reference))
         if number == 0:
             left.plot(run.time, reference, **FAINT, label="reference")
             for band in run.plan.metrics.bands_of(axis):
-                right.axhline(1e3 * band, **FAINT, linestyle="--")
+                right.axhline(errors.scale * band, **FAINT, linestyle="--")
         left.plot(run.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
-        right.semilogy(run.time, np.maximum(np.abs(position - reference), SMALLEST_ERROR), linewidth=0.8,
+        right.semilogy(run.time, np.maximum(np.abs(position - reference), errors.drawn_floor or 0.0), linewidth=0.8,
                        color=f"C{number}")
-    unit = PRINTED_UNITS[axis.unit]
-    left.set_ylabel(f"{name} ({unit})")
+    left.set_ylabel(places.title(name, axis.unit))
     left.legend(**BESIDE)
-    right.set_ylabel(f"|error| of {name} ({unit})")
+    right.set_ylabel(errors.title(name, axis.unit))
 
 
 def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
@@ -151,14 +150,14 @@ def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, Run
 def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
     """Commands of a motor on the left, currents of its phases, as delivered, on the right."""
     # Of the commands the direct and the quadrature current, where there are some.
-    for panel, what in zip(row, ("commands", "phase currents"), strict=True):
+    for panel, kind in zip(row, ("commands", "currents"), strict=True):
         for number, (label, run) in enumerate(runs.items()):
             motor = run.plan.motors[name]
-            shown = shown_commands(motor) if what == "commands" else motor.currents
+            shown = shown_commands(motor) if kind == "commands" else motor.currents
             for variable in shown:
                 own = {"color": f"C{number}", "label": label if variable == shown[0] else None} if label else {
                     "label": variable.rpartition(".")[2]}
                 panel.plot(run.time, run.columns[variable], linewidth=0.8, **own)
-        panel.set_ylabel(f"{name} {what} (A)")
+        panel.set_ylabel(PANELS[kind].title(name))
         if panel.lines:
             panel.legend(**BESIDE)

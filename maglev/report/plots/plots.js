@@ -1,22 +1,16 @@
 "use strict";
 // Plots of the figures: what their panels show of the runs, drawn when they come near the view and released when they are far.
-const KINDS = {
-  position: { unit: "mm", scale: 1e3, digits: 4 }, speed: { unit: "mm/s", scale: 1e3, digits: 2 },
-  error: { unit: "mm", scale: 1e3, digits: 4 }, commands: { unit: "A", scale: 1, digits: 3 },
-  currents: { unit: "A", scale: 1, digits: 3 }, own: { unit: "", scale: 1, digits: 6 },
-};
-const SMALLEST_ERROR = 1e-4;   // mm or mrad, lower end of logarithmic axes
 const RUN_DASHES = ["solid", "dash", "dot", "dashdot"];
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same
 const frictionless = new Set();   // ids of the figures that show their runs without friction, too
 let kept = false;     // while all are drawn, for paper, none is released
 
-/** Points of |error| in mm or mrad; between rows that differ by much, further points of the straight line. */
-function logarithmicPoints({ times, values }) {
+/** Points of sizes, from a floor on; between rows that differ by much, further points of the straight line. */
+function logarithmicPoints({ times, values }, { scale, floor }) {
   const x = [];
   const y = [];
-  const size = (value) => Math.max(1e3 * Math.abs(value), SMALLEST_ERROR);
+  const size = (value) => Math.max(scale * Math.abs(value), floor);
   for (let k = 0; k < times.length; k++) {
     if (k > 0) {
       const parts = Math.min(12, Math.ceil(Math.abs(Math.log(size(values[k]) / size(values[k - 1]))) / 0.4));
@@ -73,28 +67,28 @@ function panelLines(figure, runs, { kind, of }) {
   return lines.filter(({ run, signal }) => ready[run][signal]);
 }
 
-function drawnLine(line, kind, unit) {
-  const { scale } = KINDS[kind];
+function drawnLine(line, panel) {
+  const { scale, unit } = panel;
   const signal = ready[line.run][line.signal];
-  const points = kind === "error" ? logarithmicPoints(signal)
+  const points = panel.floor ? logarithmicPoints(signal, panel)
     : { x: signal.times, y: signal.values.map((value) => scale * value) };
   return { ...line, ...points, ascending: true, note: ` ± ${Number((scale * signal.tolerance).toPrecision(2))} ${unit}` };
 }
 
 /** Levels across a panel: bands of settling, end stops, limits of currents; each limit once, of whichever runs have it. */
-function panelLevels(figure, { kind, of }) {
+function panelLevels(figure, { kind, of, scale }) {
   const levels = [];
   for (const { name, label } of figure.runs) {
     const { axes, limits } = report.runs[name];
     if (kind === "error") {
-      for (const band of axes[of]?.bands ?? []) levels.push({ value: 1e3 * band, name: "bands of settling", css: "reference", dash: "dot" });
+      for (const band of axes[of]?.bands ?? []) levels.push({ value: scale * band, name: "bands of settling", css: "reference", dash: "dot" });
     }
     const whose = figure.runs.length > 1 ? ` (${label})` : "";
     for (const { of: what, kind: shown, text, values } of limits) {
       if (what !== of || shown !== kind) continue;
       for (const value of values) {
-        if (levels.some((level) => level.value === KINDS[kind].scale * value)) continue;
-        levels.push({ value: KINDS[kind].scale * value, name: `${text}${text.startsWith("end stop") ? "" : whose}`, css: "limit", dash: "dashdot" });
+        if (levels.some((level) => level.value === scale * value)) continue;
+        levels.push({ value: scale * value, name: `${text}${text.startsWith("end stop") ? "" : whose}`, css: "limit", dash: "dashdot" });
       }
     }
   }
@@ -103,8 +97,9 @@ function panelLevels(figure, { kind, of }) {
 
 /** Ranges, across a panel, in which the data of the thesis's figure end. */
 function panelAreas(figure, p) {
+  const { scale } = figure.panels[p];
   return (figure.bounds ?? []).filter(({ panel }) => panel === p).map(({ low, high, met }) => ({
-    low: KINDS[figure.panels[p].kind].scale * low, high: KINDS[figure.panels[p].kind].scale * high, area: true,
+    low: scale * low, high: scale * high, area: true,
     css: met === null ? "none" : met ? "good" : "bad",
     name: `axis of the thesis's figure${met === null ? "" : met ? ": met" : ": not met"}`,
   }));
@@ -112,25 +107,11 @@ function panelAreas(figure, p) {
 
 /** Values that the thesis states: at a time, or at a level between two times. */
 function panelMarks(figure, p, end) {
-  const { kind } = figure.panels[p];
-  const { scale } = KINDS[kind];
+  const { scale } = figure.panels[p];
   return (figure.marks ?? []).filter(({ panel }) => panel === p).map((mark) => ({
     name: mark.text, short: mark.short, css: "thesis", dash: "dot", x: mark.time, low: mark.start, high: mark.end ?? end,
     value: mark.level === null ? null : scale * mark.level,
   }));
-}
-
-/** Unit of what a panel shows, of axes in rad with mrad for mm, which is as many SI units. */
-function panelUnit(figure, { kind, of }) {
-  const axis = figure.runs.map(({ name }) => report.runs[name].axes[of]).find(Boolean);
-  return axis ? KINDS[kind].unit.replace("mm", axis.unit) : KINDS[kind].unit;
-}
-
-function panelTitle(figure, panel) {
-  const { kind, of } = panel;
-  const what = { position: of, speed: `speed of ${of}`, error: `|error| of ${of}`, commands: `${of} commands`,
-    currents: `${of} currents`, own: of }[kind];
-  return kind === "error" || kind === "own" ? what : `${what} (${panelUnit(figure, panel)})`;
 }
 
 function figurePanels(id) {
@@ -141,9 +122,11 @@ function figurePanels(id) {
     x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
   return figure.panels.map((panel, p) => ({
-    title: panelTitle(figure, panel), xTitle: "time (s)", low: 0, high: Math.max(...ends), logarithmic: panel.kind === "error" && panelUnit(figure, panel),
-    format: (value) => `${numberText(value, KINDS[panel.kind].digits)}`,
-    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel.kind, panelUnit(figure, panel))),
+    // The ticks of a logarithmic one have units.
+    title: panel.floor || !panel.unit ? panel.name : `${panel.name} (${panel.unit})`, xTitle: "time (s)", low: 0,
+    high: Math.max(...ends), logarithmic: panel.floor !== null && panel.unit,
+    format: (value) => numberText(value, panel.digits),
+    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel)),
     levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants,
     marks: panelMarks(figure, p, Math.max(...ends)),
   }));

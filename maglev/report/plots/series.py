@@ -6,7 +6,7 @@ tolerance of its signal.
 
 import base64
 import gzip
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +16,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-LENGTH = 1e-6          # m, tolerance of positions and references
-ERROR = 0.2e-6         # m, tolerance of the differences between them
-SPEED = 0.2e-3         # m/s, tolerance of velocities
-CURRENT = 20e-3        # A, tolerance of currents
 QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it
 FIRST_ROWS = 33        # evenly spaced, before rows are added where they are needed
 LARGEST_COUNT = 2**30 - 1   # quanta; keeps values and their differences in 32 bits
@@ -137,10 +133,3 @@ def time_quantum(time: Array, interval: float) -> float:
     """Return the output interval (s) if all times (s) are multiples of it, else a microsecond."""
     counts = time / interval
     return interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND
-
-
-def tolerances(positions: Iterable[str], errors: Iterable[str], speeds: Iterable[str],
-               currents: Iterable[str]) -> dict[str, float]:
-    """Tolerances, SI, by the names of the columns of each kind."""
-    kinds = ((positions, LENGTH), (errors, ERROR), (speeds, SPEED), (currents, CURRENT))
-    return {name: tolerance for names, tolerance in kinds for name in names}

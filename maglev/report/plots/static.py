@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.report.plots.charts import ShownChart
-from maglev.report.plots.figures import AXIS_PANELS, MOTOR_PANELS, Panel, Shown, needed_columns, recorded_columns
+from maglev.report.plots.figures import Panel, Shown, axis_unit, needed_columns, recorded_columns, shown_by
 from maglev.report.plots.series import thin
-from maglev.schema.quantities import PRINTED_UNITS
+from maglev.schema.panels import PANELS
 
 Array = NDArray[np.float64]
 
@@ -20,11 +20,6 @@ LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, time
 MOST_POINTS = 80                 # of a line; twice as many of an error, whose peaks are steep
 FINEST = 1.0                     # px, tolerance of a line
 COLOURS = 5                      # of runs
-SMALLEST_ERROR = 1e-3            # mm or mrad
-# Titles with the unit, and how many of it are one SI unit.
-KINDS = {"position": ("{} ({})", 1e3), "speed": ("speed of {} ({}/s)", 1e3), "error": ("|error| of {} ({})", 1e3),
-         "commands": ("{} commands (A)", 1.0), "currents": ("{} currents (A)", 1.0),
-         "own": ("{}", 1.0)}
 PHASES = ("phase-0", "phase-1", "phase-2")
 
 
@@ -40,28 +35,22 @@ class Line(NamedTuple):
 
 def static_picture(shown: Shown | ShownChart) -> str:
     """The panels of a figure as SVG below each other."""
+    panels: list[tuple[str, str, list[Line], float | None]]
     if isinstance(shown, ShownChart):
         panels = [(panel.y_title, panel.x_title, [
             Line(curve.label, f"run-{k % COLOURS}", np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float),
-                 curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)], False)
+                 curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)], None)
             for panel in shown.chart.panels]
     else:
-        panels = [(KINDS[panel.kind][0].format(panel.of, axis_unit(shown, panel)), "time (s)",
-                   list(panel_lines(shown, panel)), panel.kind == "error") for panel in shown.panels]
+        panels = [(PANELS[panel.kind].title(panel.of, axis_unit(shown, panel)), "time (s)",
+                   list(panel_lines(shown, panel)), PANELS[panel.kind].drawn_floor) for panel in shown.panels]
     return "\n".join(panel_picture(*panel) for panel in panels)
-
-
-def axis_unit(shown: Shown, panel: Panel) -> str:
-    """Unit of the axis that a panel shows, mm or mrad."""
-    return next((PRINTED_UNITS[run.plan.axes[panel.of].unit] for run in shown.runs if panel.of in run.plan.axes), "")
 
 
 def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
     """Lines of a panel: of each run, and of a position the reference of the run that was recorded longest."""
-    factor = KINDS[panel.kind][1]
-    runs = [run for run in shown.recorded if panel.of in (run.plan.axes if panel.kind in AXIS_PANELS
-                                                          else run.plan.motors if panel.kind in MOTOR_PANELS
-                                                          else run.columns)]
+    factor = PANELS[panel.kind].scale
+    runs = [run for run in shown.recorded if panel.of in shown_by(run, panel.kind)]
     if panel.kind == "position":
         longest = max(runs, key=lambda run: run.time[-1])
         reference = longest.columns.get(longest.plan.axes[panel.of].reference)
@@ -76,14 +65,15 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
             short = name.rpartition(".")[2].replace("_cmd", "")
             colour = {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(
                 panel.kind, f"run-{number % COLOURS}")
-            if panel.kind in MOTOR_PANELS:
+            if PANELS[panel.kind].of == "motor":
                 label = short if len(runs) == 1 else f"{short} {shown.figure.runs[run.plan.name]}"
             yield Line(label, colour, run.time, factor * columns[name])
 
 
-def panel_picture(title: str, x_title: str, lines: Sequence[Line], logarithmic: bool) -> str:
+def panel_picture(title: str, x_title: str, lines: Sequence[Line], floor: float | None) -> str:
     """One panel as SVG: title and names of the lines, frame with labels, and the lines; none if it has no points."""
-    lines = [finite(line, logarithmic) for line in lines]
+    logarithmic = floor is not None
+    lines = [finite(line, floor) for line in lines]
     lines = [line for line in lines if len(line.x)]
     if not lines:
         return ""
@@ -109,11 +99,11 @@ def panel_picture(title: str, x_title: str, lines: Sequence[Line], logarithmic: 
             f"{escape(x_title)}</text></svg>")
 
 
-def finite(line: Line, logarithmic: bool) -> Line:
-    """The line without points that are not finite; of a logarithmic one the logarithms of its sizes."""
+def finite(line: Line, floor: float | None) -> Line:
+    """The line without points that are not finite; of a logarithmic one, from a floor on, logarithms of its sizes."""
     kept = np.isfinite(line.x) & np.isfinite(line.y)
     y = line.y[kept]
-    return line._replace(x=line.x[kept], y=np.log10(np.maximum(np.abs(y), SMALLEST_ERROR)) if logarithmic else y)
+    return line._replace(x=line.x[kept], y=y if floor is None else np.log10(np.maximum(np.abs(y), floor)))
 
 
 def limits(lines: Sequence[Line], of: int, air: float) -> tuple[float, float]:

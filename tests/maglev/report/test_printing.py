@@ -136,7 +136,7 @@ def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     pytest.importorskip("matplotlib")
     panels = figure_of(RUN).axes
     assert [panel.get_ylabel() for panel in panels] == [
-        "v (mm)", "|error| of v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)", "motor phase currents (A)"]
+        "v (mm)", "|error| of v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)", "motor currents (A)"]
     reference, position = panels[0].get_lines()
     np.testing.assert_allclose(position.get_ydata() - reference.get_ydata(), -1.0)   # mm
     assert len(position.get_xdata()) == len(RUN.time)
@@ -155,7 +155,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
                                       panel.get_ylabel()]
         instants += [line[0, 0] for line in lines if line[0, 0] == line[1, 0]]
     assert levels["v (mm)"] == [18.0]   # the upper one is far
-    assert levels["motor phase currents (A)"] == [-2.5, 2.5]
+    assert levels["motor currents (A)"] == [-2.5, 2.5]
     assert levels["motor commands (A)"] == levels["h (mm)"] == []
     assert instants == [0.125] * len(figure.axes)
     assert figure.get_suptitle().endswith("touched an end stop at 0.125 s (dashed)")

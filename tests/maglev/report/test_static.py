@@ -39,14 +39,14 @@ def test_few_points_keep_the_extremes_and_what_has_no_value_is_left_out():
     time = np.linspace(0.0, 1.0, 10001)
     values = np.sin(2.0 * np.pi * time)
     values[[100, 200]] = np.nan, np.inf
-    picture = parse_svg(panel_picture("x (mm)", "time (s)", [Line("a & b", "run-0", time, values)], False))
+    picture = parse_svg(panel_picture("x (mm)", "time (s)", [Line("a & b", "run-0", time, values)], None))
     line, = (points(path.get("d")) for path in picture.findall("path") if path.get("style"))
     assert 20 < len(line) < 200
     assert line[:, 1].min() == pytest.approx(TOP + HEIGHT * 0.05 / 1.1, abs=1.0)
     assert line[:, 1].max() == pytest.approx(TOP + HEIGHT * 1.05 / 1.1, abs=1.0)
     expected = TOP + HEIGHT * (1.1 - np.sin(2.0 * np.pi * (line[:, 0] - LEFT) / WIDTH)) / 2.2
     assert np.abs(line[:, 1] - expected).max() < 2.0   # px
-    assert panel_picture("x (mm)", "time (s)", [Line("a", "run-0", time[:3], np.full(3, np.nan))], False) == ""
+    assert panel_picture("x (mm)", "time (s)", [Line("a", "run-0", time[:3], np.full(3, np.nan))], None) == ""
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 26.0), (-1.3, 1.3), (20.01, 20.02), (1e5, 3e5), (-3e-7, 1e-7)])

@@ -1,0 +1,73 @@
+"""The one table of the panels that runs are drawn in, for every picture and page."""
+
+from typing import Any, Literal, NamedTuple
+
+from maglev.schema.quantities import PRINTED_UNITS
+from maglev.units import UNITS
+
+
+class PanelKind(NamedTuple):
+    """One kind of panel.
+
+    Attributes
+    ----------
+    of : str
+        What it shows: an axis, a motor, or an output of a user's own, by its column.
+    name : str
+        Its title, with {} for what it shows.
+    unit : str
+        SI unit of its values; what is of metres is of radians on a rotation.
+    tolerance : float
+        SI, of the lines in a page; of a user's outputs a share of the largest value.
+    digits : int
+        Of a readout, behind the point.
+    floor : float or None
+        SI, from which on it is logarithmic; None: linear.
+    """
+
+    of: Literal["axis", "motor", "column"]
+    name: str
+    unit: str
+    tolerance: float
+    digits: int
+    floor: float | None = None
+
+    def printed_unit(self, axis_unit: str = "m") -> str:
+        """Unit in which it is drawn, such as mm; mrad if the axis is in rad."""
+        unit = self.unit.replace("m", axis_unit, 1)
+        return PRINTED_UNITS.get(unit, unit)
+
+    @property
+    def scale(self) -> float:
+        """How many of the unit in which it is drawn are one SI unit."""
+        return 1.0 / UNITS[self.printed_unit() or "1"][1]
+
+    @property
+    def drawn_floor(self) -> float | None:
+        """The floor in the unit in which it is drawn."""
+        return None if self.floor is None else self.scale * self.floor
+
+    def title(self, of: str, axis_unit: str = "m") -> str:
+        """Title with the unit, such as "speed of x (mm/s)"."""
+        unit = self.printed_unit(axis_unit)
+        return self.name.format(of) + (f" ({unit})" if unit else "")
+
+
+    def data(self, of: str, axis_unit: str = "m") -> dict[str, Any]:
+        """What the scripts of pages know about it."""
+        return {"of": of, "name": self.name.format(of), "unit": self.printed_unit(axis_unit), "scale": self.scale,
+                "digits": self.digits, "floor": self.drawn_floor}
+
+
+PANELS = {
+    "position": PanelKind("axis", "{}", "m", 1e-6, 4),   # with the reference
+    "speed": PanelKind("axis", "speed of {}", "m/s", 0.2e-3, 2),
+    "error": PanelKind("axis", "|error| of {}", "m", 0.2e-6, 4, floor=1e-6),
+    "commands": PanelKind("motor", "{} commands", "A", 20e-3, 3),
+    "currents": PanelKind("motor", "{} currents", "A", 20e-3, 3),
+    "own": PanelKind("column", "{}", "", 1e-4, 6)}   # of an output that no FMU of this project has
+
+
+def kinds_of(*shown: str) -> tuple[str, ...]:
+    """Kinds of panels that show an axis, a motor, a column."""
+    return tuple(kind for kind, panel in PANELS.items() if panel.of in shown)
