@@ -34,10 +34,10 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "copies", "processors", "units", "csv_table", "toml_file", "rig", "linear", "own_stage",
-         "identification", "written", "own_fmus", "cosim", "processes", "gym", "stability", "schema", "operating_range",
-         "live", "judging", "experiment", "catalogue", "regression", "procedures", "report", "comparison", "studies",
-         "tuning", "api", "__init__", "cli", "__main__")
+ROOMS = ("errors", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file", "rig", "linear",
+         "own_stage", "identification", "written", "own_fmus", "cosim", "processes", "gym", "stability", "schema",
+         "operating_range", "live", "judging", "experiment", "catalogue", "regression", "procedures", "report",
+         "comparison", "studies", "tuning", "api", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|drawings|definitions?|\w+_fmu|plant_\w+")

@@ -7,11 +7,11 @@ from string import Template
 
 from maglev.comparison.table import Row, summary
 from maglev.experiment.execution import RunResult
+from maglev.panels import PANELS
 from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.status import run_status
-from maglev.schema.panels import PANELS
 
 PAGE = Path(__file__).parent / "comparison.html"
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from maglev.judging.measures import Measure
-from maglev.schema.quantities import metric_text
+from maglev.quantities import metric_text
 
 
 @dataclass(frozen=True)

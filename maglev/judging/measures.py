@@ -6,7 +6,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from maglev.judging.metrics import Metrics
-from maglev.schema.quantities import METRICS, metric_text, printed
+from maglev.quantities import METRICS, metric_text, printed
 from maglev.schema.run_plan import RunPlan
 
 

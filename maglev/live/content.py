@@ -12,10 +12,10 @@ from maglev.errors import FmuError
 from maglev.linear.parameters import KINDS
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
+from maglev.panels import PANELS
 from maglev.rig.modules import definitions
 from maglev.schema.layers import is_packaged, packaged_files
 from maglev.schema.loading import load_plans
-from maglev.schema.panels import PANELS
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry

@@ -13,7 +13,7 @@ class Found:
     Attributes
     ----------
     name : str
-        See `schema.quantities.PROCEDURE_VALUES`.
+        See `maglev.quantities.PROCEDURE_VALUES`.
     value : float
         SI.
     constant, axis : str or None

@@ -30,9 +30,9 @@ from maglev.judging.verdicts import (
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
+from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import plain_console
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
-from maglev.schema.quantities import PRINTED_UNITS, printed
 from maglev.schema.run_plan import RunPlan
 
 REPORT_WIDTH = 120   # characters

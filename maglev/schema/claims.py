@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from maglev.errors import QuantityError, nearest
-from maglev.schema.quantities import (
+from maglev.quantities import (
     FORMER,
     METRICS,
     PICKED_BY,

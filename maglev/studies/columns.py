@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.judging.measures import measures
 from maglev.judging.metrics import Metrics, evaluate
-from maglev.schema.quantities import printed
+from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
 from maglev.units import read_quantity, si_unit

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Column, Table
 
-from maglev.schema.quantities import metric_text
+from maglev.quantities import metric_text
 from maglev.studies.columns import EVENTS
 from maglev.tuning.cost import Cost
 from maglev.tuning.schema import TuneFile

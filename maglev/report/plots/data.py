@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
+from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figure_bounds import figure_bounds
@@ -22,7 +23,6 @@ from maglev.report.plots.limits import limits
 from maglev.report.plots.marks import figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
-from maglev.schema.panels import PANELS, kinds_of
 from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal

@@ -13,8 +13,8 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.own_fmus import DEFINITIONS, definition
+from maglev.panels import PANELS, kinds_of
 from maglev.report.status import shown_until
-from maglev.schema.panels import PANELS, kinds_of
 from maglev.schema.run_plan import Axis, Motor, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 from pmlsm.rigs import RIGS

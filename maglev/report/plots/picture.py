@@ -12,10 +12,10 @@ from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
+from maglev.panels import PANELS
 from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
 from maglev.report.status import events, shown_until
-from maglev.schema.panels import PANELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.panels import PANELS
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Panel, Shown, axis_unit, needed_columns, recorded_columns, shown_by
 from maglev.report.plots.series import thin
-from maglev.schema.panels import PANELS
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ import pyarrow as pa
 from fmi_export.whole_file import write_whole
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
+from maglev.quantities import PRINTED_UNITS, metric_text
 from maglev.report.page import json_in_html, read
-from maglev.schema.quantities import PRINTED_UNITS, metric_text
 from maglev.studies.page.again import command_of
 from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.plotting import plotly_script, require_plotly

@@ -8,7 +8,7 @@ import pyarrow as pa
 from rich.console import Console
 from rich.table import Column, Table
 
-from maglev.schema.quantities import metric_text
+from maglev.quantities import metric_text
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from maglev.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES
 from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
-from maglev.schema.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES, metric_text, printed
 
 # A claim of each kind about a number with a unit, and how it compares with another place.
 RUN = {"metric": "peak_current", "relation": "<", "target": "2 A"}
@@ -188,22 +188,6 @@ def test_quantities_are_told_apart_and_have_units_to_print() -> None:
     ("constant", 13.944, "13.94"), ("cogging_force", 4.7, "4.7 N"), ("estimator_deviation", 0.1 / 3.0, "3.33 %")])
 def test_values_are_printed_in_the_units_of_the_thesis(name: str, value: float | bool, text: str) -> None:
     assert (METRICS | PROCEDURE_VALUES)[name].printed(value) == text
-
-
-@pytest.mark.parametrize(("value", "unit", "text"), [
-    (12e-6, "m", "12 µm"), (0.1e-3, "m", "0.1 mm"), (-0.05e-3, "m", "-50 µm"), (1.2345e-3, "m", "1.23 mm"),
-    (0.0, "m", "0 mm"),
-    (4.56e-6, "rad", "4.56 µrad"), (2e-3, "rad", "2 mrad"), (0.02, "s", "20 ms"), (0.5, "s", "0.5 s"),
-    (0.0542, "A", "0.0542 A"),
-    (0.3234, "1", "32.3 %"), (12.345, "1", "1234 %"), (768.24, "", "768.2"), (0.2, "m/s", "200 mm/s")])
-def test_one_rule_prints_all_values(value: float, unit: str, text: str) -> None:
-    assert printed(value, unit) == text
-
-
-def test_a_value_in_a_wanted_unit_has_four_digits() -> None:
-    assert printed(0.019876, "m", "mm") == "19.88 mm"
-    assert metric_text("settling time to 10 µm of x", float("inf"), "s") == "not settled"
-    assert metric_text("stop contact time", float("inf"), "s") == "never"
 
 
 def test_a_name_of_before_is_read() -> None:

@@ -2,7 +2,7 @@
 
 from typing import Any, Literal, NamedTuple
 
-from maglev.schema.quantities import PRINTED_UNITS
+from maglev.quantities import PRINTED_UNITS
 from maglev.units import UNITS
 
 
