@@ -29,8 +29,6 @@ PAGES = (
     "controller_fmu/documentation/setpoint_{}.html",
     "estimator_fmu/documentation/rows_{}.html")
 
-REGULATORS = {"NONLINEAR": "Regulator", "LINEAR": "LinearRegulator", "SCHEDULED": "ScheduledRegulator"}
-
 
 def paths(rig: Rig) -> tuple[str, ...]:
     """Paths of what is written of a rig."""
@@ -69,16 +67,13 @@ def write(rig: Rig, root: Path) -> None:
 def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
     """Module and attribute of every FMU of a rig, by its name."""
     name, suffix = rig.name, rig.suffix
-    laws = [law for law in REGULATORS if law != "SCHEDULED" or rig.design.schedule is not None]
-    loops = {law: REGULATORS[law].removesuffix("Regulator") for law in laws}
+    laws = ("", "Linear", "Scheduled") if rig.design.schedule else ("", "Linear")
+    regulators, loops = f"controller_fmu.regulator_{name}_fmu", f"closed_loop_fmu.closed_loop_{name}_fmu"
     return {
         f"Plant{suffix}": (f"plant_fmu.plant_{name}", "PLANT"),
-        **{f"{REGULATORS[law]}{suffix}": (f"controller_fmu.regulator_{name}_fmu",
-                                          REGULATORS[law].replace("Regulator", "_Regulator").strip("_").upper())
-           for law in laws},
+        **{f"{law}Regulator{suffix}": (regulators, f"{law}_regulator".strip("_").upper()) for law in laws},
         f"PID{suffix}": (f"controller_fmu.pid_{name}_fmu", "PID"),
         f"Commutation{suffix}": (f"controller_fmu.commutation_{name}_fmu", "COMMUTATION"),
         f"Estimator{suffix}": (f"estimator_fmu.estimator_{name}_fmu", "ESTIMATOR"),
-        **{f"ClosedLoop{kind}{suffix}": (f"closed_loop_fmu.closed_loop_{name}_fmu", f"CLOSED_LOOP_{law}")
-           for law, kind in loops.items()},
-        f"ClosedLoopPID{suffix}": (f"closed_loop_fmu.closed_loop_{name}_fmu", "CLOSED_LOOP_PID")}
+        **{f"ClosedLoop{law}{suffix}": (loops, f"CLOSED_LOOP_{law or 'nonlinear'}".upper()) for law in laws},
+        f"ClosedLoopPID{suffix}": (loops, "CLOSED_LOOP_PID")}
