@@ -23,7 +23,8 @@ INPUTS = PACKAGED / "inputs"
 
 # Closed loop and scenario of each file; the scenario's start values are those of the loop.
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
-         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
+         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved"),
+         "5dof-setpoints.csv": ("ClosedLoop5DOF", "5dof-setpoints")}
 
 
 def inputs(loop: str, name: str) -> Recording:

@@ -17,12 +17,13 @@ from maglev.experiment.results import write_csv
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
+from pmlsm.rigs import DESCRIBED
 
 INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
-         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved")}
+         "3dof-setpoints.csv": ("ClosedLoop3DOF", "3dof-setpoints-improved"),
+         "5dof-setpoints.csv": ("ClosedLoop5DOF", "5dof-setpoints")}
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
-SCRIPTED = [name for name in LOOPS if name.endswith(("2DOF", "3DOF"))]   # those with a script and an input file
 
 
 def start_values(plan: RunPlan) -> dict[str, float | bool]:
@@ -57,6 +58,7 @@ def assert_same(recording: Recording, expected: Recording, every: int) -> None:
     # Communication steps of several samples.
     ("ClosedLoop2DOF", "2dof-setpoints", [], 4),
     ("ClosedLoop3DOF", "3dof-setpoints-improved", [], 500),
+    ("ClosedLoop5DOF", "5dof-setpoints", [], 5),
     # Parameters, and a start elsewhere than where the controller's inputs start.
     ("ClosedLoop3DOF", "3dof-setpoints", ["plant.y.position_start=23.456mm", "plant.x.friction.coulomb=1N"], 1),
     ("ClosedLoop2DOF", "2dof-setpoints-low-overshoot", ["plant.v.position_start=18.1mm"], 1),
@@ -93,15 +95,15 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
     assert max(np.ptp(result[axis.position]) for axis in plan.axes.values()) > 1e-3, "the step at 1 s is in it"
 
 
-@pytest.mark.parametrize("name", SCRIPTED)
+@pytest.mark.parametrize("name", LOOPS)
 def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
     """It ends where it is told to, and the references step at 1 s."""
-    rig = "2dof" if name.endswith("2DOF") else "3dof"
-    run_script(f"closed_loop_{rig}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
+    rig = next(rig for rig in DESCRIBED.values() if name.endswith(rig.suffix))
+    run_script(f"closed_loop_{rig.name}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
     result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=float, deletechars="")
-    step = load_plan(FILES[f"{rig}-setpoints.csv"][1]).step
+    step = load_plan(FILES[f"{rig.name}-setpoints.csv"][1]).step
     assert len(result) - 1 == round(1.005 / step)
-    error = result[f"controller.{'v' if rig == '2dof' else 'y'}.error"]
+    error = result[f"controller.{rig.vertical.name}.error"]
     assert np.abs(error[:round(1.0 / step)]).max() < 3e-4 < 1.5e-3 < np.abs(error[round(1.0 / step) + 1])
 
 

@@ -1,0 +1,7 @@
+#!/bin/sh
+# A 5DOF plant under its controller, in one FMU: the set-point experiment of 21 s, complete.
+# Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, LOOP another loop than
+# that of the regulator, STOP_TIME an earlier end (s).
+here=$(dirname "$0")
+fmpy simulate "${FMUS:-fmus}/${LOOP:-ClosedLoop5DOF}.fmu" --input-file "$here/../inputs/5dof-setpoints.csv" \
+    --stop-time "${STOP_TIME:-21}" --output-interval 0.0002 --output-file "${OUT:-closed_loop_5dof.csv}"
