@@ -81,7 +81,6 @@ def write_identification(found: Identification, data: str | Path, out: str | Pat
         Folder for the files.
     """
     folder, name = Path(out), Path(data).stem
-    folder.mkdir(parents=True, exist_ok=True)
     model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"
     write_model(model, found, Path(data))
     write_convergence(convergence, found)

@@ -8,7 +8,7 @@ from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, read_port_maps
-from maglev.errors import QuantityError, ScenarioError
+from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.following import FOLLOW
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.replacement import Replacement
@@ -50,6 +50,8 @@ def settings_of(settings: Settings) -> list[str]:
 
 def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
     """Runs made ready; MaglevError if an option or a plan cannot be used."""
+    for name in options.keys() - FlightOptions.__annotations__.keys():
+        raise ScenarioError(f"{name}: unknown option, nearest is {nearest(name, FlightOptions.__annotations__)}")
     replaced, timeout = replacements(options), timeout_of(options)
     for name, replacement in replaced.items():
         if is_written(replacement.path):

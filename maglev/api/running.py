@@ -10,10 +10,8 @@ from typing import Any, Unpack
 
 from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
-from maglev.api.options import FlightOptions, Settings, experiments_of
-from maglev.cosim.apart.run import TIMEOUT
+from maglev.api.options import FlightOptions, experiments_of
 from maglev.cosim.master import Progress
-from maglev.cosim.order import Order
 from maglev.errors import ControllerError, ScenarioError
 from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
 from maglev.experiment.form import Format
@@ -112,10 +110,7 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
              "measured": each.measured_text, "verdict": each.verdict, "note": each.note} for each in claims]
 
 
-def run(name: str | Path, *, set: Settings = None, model: str | Path | None = None,
-        plant: str | Path | None = None, controller: str | Path | type | None = None, ports: str | Path | None = None,
-        step: float | str | None = None, order: Order = "sequential", fmus: str | Path = "fmus", native: bool = False,
-        timeout: float | str = TIMEOUT, keep_settings: bool = False, progress: Progress | None = None) -> Run:
+def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack[FlightOptions]) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
 
     It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
@@ -171,9 +166,6 @@ def run(name: str | Path, *, set: Settings = None, model: str | Path | None = No
     >>> run.metrics.failed
     False
     """
-    options: FlightOptions = {"set": set, "model": model, "plant": plant, "controller": controller, "ports": ports,
-                              "step": step, "order": order, "fmus": fmus, "native": native, "timeout": timeout,
-                              "keep_settings": keep_settings}
     plan = load_plan(name)
     if plan.needs:
         raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "

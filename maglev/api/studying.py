@@ -137,7 +137,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
         After Ctrl-C; what is done is kept.
     """
     require_study()
-    from maglev.api.for_workers import controller_built
+    from maglev.studies.controllers import controller_built
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
@@ -154,8 +154,9 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     options = {**options, "set": settings}
     if found.controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / found.controller
-    with controller_built(options, scheduler is not None, say or warn) as for_workers:
-        experiment, = experiments_of([plan], for_workers)
+    with controller_built(options.get("controller"), options.get("native", False), scheduler is not None,
+                          say or warn) as built:
+        experiment, = experiments_of([plan], {**options, "controller": built})
         say_notes([experiment], say or warn)
         planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
         with (watch or unwatched)([found.name]) as watcher:

@@ -77,7 +77,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         If something in it cannot be used: before the first flight.
     """
     require_study()
-    from maglev.api.for_workers import controller_built
+    from maglev.studies.controllers import controller_built
     from maglev.studies.parts import Parts
     from maglev.studies.targets import require_free
     from maglev.tuning.planning import plan_tuning
@@ -90,14 +90,14 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     settings = [*settings_of(tuning.set), *settings_of(options.get("set"))]
     require_free(settings, tuning.vary, str(path))
     options = {**options, "set": settings}
-    with controller_built(options, scheduler is not None, say or warn) as for_workers:
-        experiment, = experiments_of([load_plan(scenario)], for_workers)
+    with controller_built(options.get("controller"), options.get("native", False), scheduler is not None,
+                          say or warn) as built:
+        experiment, = experiments_of([load_plan(scenario)], {**options, "controller": built})
         say_notes([experiment], say or warn)
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,
                            jobs or processors(), resume, partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
-    written.parent.mkdir(parents=True, exist_ok=True)
     write_whole(written, gains_toml(tuning, found))
     return Tuned(found.parameters, written, found, planned)

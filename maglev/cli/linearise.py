@@ -1,6 +1,5 @@
 """The command `maglev linearise`."""
 
-import json
 from collections.abc import Mapping, Sequence
 from math import degrees
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from maglev.cli.options import Debug, Out, RigFile
-from maglev.cli.terminal import one_line_errors
+from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError
 from maglev.units import number_or_text
 
@@ -92,9 +91,7 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
         else:
             raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller")
         if as_json is not None:
-            as_json.parent.mkdir(parents=True, exist_ok=True)
-            as_json.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-            typer.echo(f"results: {as_json}")
+            write_json(as_json, data)
 
 
 def pair(option: str, text: str) -> tuple[str, str]:

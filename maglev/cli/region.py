@@ -1,6 +1,5 @@
 """The command `maglev region`."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +7,7 @@ import typer
 
 from maglev.cli.linearise import pair
 from maglev.cli.options import AXIS_NAMES, RIG_NAMES, Debug, Fmus, Native, Out
-from maglev.cli.terminal import one_line_errors
+from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
 RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}.", show_default=False)]
@@ -67,6 +66,4 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
             found.plot().savefig(picture, dpi=110)
             typer.echo(f"picture: {picture}")
         if as_json is not None:
-            as_json.parent.mkdir(parents=True, exist_ok=True)
-            as_json.write_text(json.dumps(found.as_data(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-            typer.echo(f"results: {as_json}")
+            write_json(as_json, found.as_data())

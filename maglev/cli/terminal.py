@@ -4,6 +4,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -116,6 +117,16 @@ def print_json(data: object) -> None:
     import json
 
     typer.echo(json.dumps(data, indent=1, allow_nan=False))
+
+
+def write_json(path: Path, data: object) -> None:
+    """Write data as JSON, infinite numbers as Python has them, and print where."""
+    import json
+
+    from fmi_export.whole_file import write_whole
+
+    write_whole(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+    typer.echo(f"results: {path}")
 
 
 def print_tables(results: "Results") -> None:

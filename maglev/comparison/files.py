@@ -35,7 +35,6 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
     `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
     `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     written = []
     for run in runs.values():
         files = ResultFiles(folder, run.plan.name)

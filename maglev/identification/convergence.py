@@ -26,7 +26,6 @@ def table_of(found: Identification) -> tuple[list[str], Array]:
 def write_convergence(path: Path, found: Identification) -> None:
     """Write the estimates over time as CSV."""
     header, rows = table_of(found)
-    path.parent.mkdir(parents=True, exist_ok=True)
     text = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
     write_whole(path, "\n".join(text) + "\n")
 

@@ -56,22 +56,16 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
         plan = RunPlan.model_validate(merged(layers))
     except ValidationError as error:
         raise ScenarioError(one_line(error, layers)) from None
-    for claim in plan.claims:
-        if claim.than is not None and claim.than not in siblings and claim.than not in packaged_runs():
-            raise ScenarioError(f"{path}: claims.than = {claim.than!r}: there is no such run; nearest is "
-                                f"{nearest(claim.than, [*siblings, *packaged_runs()])}")
-        for run in claim.together_with or ():
-            if run not in siblings and run not in packaged_runs():
-                raise ScenarioError(f"{path}: claims.together_with = {run!r}: there is no such run; nearest is "
-                                    f"{nearest(run, [*siblings, *packaged_runs()])}")
-    for source in sorted(plan.needs):
-        if source == plan.name or (source not in siblings and source not in packaged_runs()):
-            raise ScenarioError(f"{path}: start_from.run = {source!r}: expected another run; nearest is "
-                                f"{nearest(source, [*siblings, *packaged_runs()])}")
-    for part, name in (plan.procedure.runs if plan.procedure is not None else {}).items():
-        if part != "parabolas" and name not in siblings and name not in packaged_runs():
-            raise ScenarioError(f"{path}: procedure.runs.{part} = {name!r}: there is no such run; nearest is "
-                                f"{nearest(name, [*siblings, *packaged_runs()])}")
+    named = [("claims.than", claim.than) for claim in plan.claims if claim.than is not None]
+    named += [("claims.together_with", run) for claim in plan.claims for run in claim.together_with or ()]
+    named += [("start_from.run", source) for source in sorted(plan.needs)]
+    if plan.procedure is not None:
+        named += [(f"procedure.runs.{part}", run) for part, run in plan.procedure.runs.items() if part != "parabolas"]
+    known = [*siblings, *packaged_runs()]
+    for key, run in named:
+        others = [each for each in known if key != "start_from.run" or each != plan.name]
+        if run not in others:
+            raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; nearest is {nearest(run, others)}")
     if plan.procedure is not None and plan.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run is called so, expected "
                             "another name, for the results are named after it")

@@ -28,6 +28,12 @@ def test_public_names() -> None:
         _ = maglev.runn
 
 
+def test_an_option_that_does_not_exist_is_refused() -> None:
+    for call in (maglev.run, maglev.check, maglev.run_all):
+        with pytest.raises(maglev.ScenarioError, match="nativ: unknown option, nearest is '?native"):
+            call(["2dof-smooth-nonlinear"] if call is not maglev.run else "2dof-smooth-nonlinear", nativ=True)
+
+
 def test_every_error_has_one_root() -> None:
     errors = import_module("maglev.errors")
     found = [each for each in vars(errors).values() if isinstance(each, type) and issubclass(each, Exception)]
