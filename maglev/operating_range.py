@@ -1,4 +1,4 @@
-"""How far each law can go: outcomes over initial gap, target gap, horizontal step and constants, as maps.
+"""How far each law can go: outcomes over initial gap, target gap, what else steps and constants, as maps.
 
 Studies find them; those of the rigs come with the package, as data that `tools/operating_range.py` writes.
 """
@@ -20,7 +20,8 @@ OUTCOMES = ("settles", "settles after it touched a stop", "ends with a command a
 SETTLED_ALWAYS = "settles with all constants"
 SETTLED_NOMINAL = "settles only with the constants as they are"
 
-NEAR = 1e-4   # m, the steady state that the specification asks for
+NEAR = 1e-4   # m, the steady state that the specification asks for; rad of a tilt
+STEPS = {"horizontal step": "mm", "tilt": "mrad"}   # what steps beside the gap, in thousandths of its SI unit
 
 FILE = PACKAGED / "studies" / "operating_range.json"
 TOOL = "python tools/operating_range.py"
@@ -32,19 +33,26 @@ class Map:
 
     Attributes
     ----------
-    initial, target, horizontal : ndarray
-        m, the gaps at the start and at the end, shapes (n,) and (m,), and the horizontal steps, shape (k,).
+    initial, target, steps : ndarray
+        The gaps at the start and at the end, m, shapes (n,) and (m,), and what else steps, m or rad, shape (k,).
     constants : ndarray, shape (p,)
         Factors on the plant's constants.
     outcomes : ndarray of int, shape (n, m, k, p)
         Indices of `OUTCOMES`.
+    what : str
+        What else steps, of `STEPS`.
     """
 
     initial: NDArray[np.float64]
     target: NDArray[np.float64]
-    horizontal: NDArray[np.float64]
+    steps: NDArray[np.float64]
     constants: NDArray[np.float64]
     outcomes: NDArray[np.int64]
+    what: str = "horizontal step"
+
+    def size(self, step: float) -> str:
+        """A step of what else steps as text, such as "20 mm"."""
+        return f"{1e3 * step:g} {STEPS[self.what]}"
 
     @property
     def nominal(self) -> NDArray[np.int64]:
@@ -80,9 +88,9 @@ class RigMaps:
 
 
 def shares(found: Map) -> list[tuple[float, list[float], float]]:
-    """Of each horizontal step (m): the share of the map of every outcome, nominal, and that which always settles."""
+    """Of each step beside the gap (m or rad): the share of the map of every outcome, nominal, and that which always settles."""
     return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
-             float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.horizontal)]
+             float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.steps)]
 
 
 def seen(laws: Iterable[Map]) -> list[int]:
@@ -93,8 +101,8 @@ def seen(laws: Iterable[Map]) -> list[int]:
 def shares_table(laws: Mapping[str, Map]) -> list[tuple[str, ...]]:
     """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
     occurring = seen(laws.values())
-    rows = [("law", "horizontal step", *(OUTCOMES[outcome] for outcome in occurring), SETTLED_ALWAYS)]
-    rows += [(law, f"{1e3 * step:g} mm", *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
+    rows = [("law", next(iter(laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring), SETTLED_ALWAYS)]
+    rows += [(law, found.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
               f"{100 * always:.0f} %") for law, found in laws.items() for step, nominal, always in shares(found)]
     return rows
 
@@ -102,7 +110,7 @@ def shares_table(laws: Mapping[str, Map]) -> list[tuple[str, ...]]:
 def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
     """Write maps as JSON, such as "2dof" to its maps: a text of digits, indices of "outcomes", for each initial gap.
 
-    The texts of a law stand by horizontal step and then by constants.
+    The texts of a law stand by what else steps and then by constants.
     """
     write_whole(path, json.dumps({"outcomes": OUTCOMES, "rigs": {rig: rig_data(maps) for rig, maps in rigs.items()}},
                                  indent=1) + "\n")
@@ -114,14 +122,14 @@ def rig_data(maps: RigMaps) -> dict[str, object]:
     origin = maps.origin
     return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
             "initial gap": lengths(first.initial), "target gap": lengths(first.target),
-            "horizontal step": lengths(first.horizontal), "constants": first.constants.tolist(),
+            first.what: lengths(first.steps), "constants": first.constants.tolist(),
             "laws": {law: [[["".join(map(str, row)) for row in found.outcomes[:, :, step, factor].tolist()]
-                            for factor in range(len(found.constants))] for step in range(len(found.horizontal))]
+                            for factor in range(len(found.constants))] for step in range(len(found.steps))]
                      for law, found in maps.laws.items()}}
 
 
 def lengths(values: NDArray[np.float64]) -> list[float]:
-    """Lengths in m to the nearest nm, so that they read as they were set."""
+    """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
     return [round(value, 9) for value in values.tolist()]
 
 
@@ -135,6 +143,7 @@ def read_maps(path: Path = FILE) -> dict[str, RigMaps]:
 def map_of(data: Mapping[str, list[float]], texts: list[list[list[str]]]) -> Map:
     """Map of a law from its texts and the grid of its rig."""
     digits = np.array([[[[int(digit) for digit in row] for row in rows] for rows in of_step] for of_step in texts])
-    initial, target, horizontal, constants = (np.array(data[name]) for name in (
-        "initial gap", "target gap", "horizontal step", "constants"))
-    return Map(initial, target, horizontal, constants, digits.transpose(2, 3, 0, 1))
+    what = next(name for name in STEPS if name in data)
+    initial, target, steps, constants = (np.array(data[name]) for name in ("initial gap", "target gap", what,
+                                                                           "constants"))
+    return Map(initial, target, steps, constants, digits.transpose(2, 3, 0, 1), what)

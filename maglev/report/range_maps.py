@@ -26,7 +26,7 @@ from maglev.operating_range import (
 )
 from maglev.procedures.outcome import ValueTable
 from maglev.report.findings import value_table
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED
 
 LINK = '<li><a href="#operating-range">How far each controller can go</a></li>'
 CELL, LEFT, BOTTOM, EDGE = 10, 40, 36, 8   # units of the pictures: of a cell, and around the map
@@ -55,8 +55,9 @@ def introduction(shown: Mapping[str, RigMaps]) -> str:
     """What the maps are of, what they rest on, and how to make them anew."""
     origins = " and ".join(dict.fromkeys(origin_text(maps.origin) for maps in shown.values()))
     factors = next(iter(next(iter(shown.values())).laws.values())).constants
-    return f"""<p>Moves from rest at one air gap to another, alone and with a horizontal step: which of them each
-controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference and no stop was touched.
+    return f"""<p>Moves from rest at one air gap to another, alone and with a step of something else: which of them
+each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm, or mrad, of its reference and no stop
+was touched.
 Each was flown with all force constants of the plant times {listed(factors)}, of which the controller does not know.
 The maps show the constants as they are; a dot is on what settles with these only.</p>
 <p>The maps are not of this report's runs: they come with the package, from studies that were flown with native FMUs of
@@ -91,31 +92,31 @@ def cells(paths: str, left: float = 0) -> str:
 
 
 def rig_maps(rig: str, maps: RigMaps) -> str:
-    """Maps of a rig, those of a horizontal step beside each other, and the table of their shares."""
-    title = RIGS[rig].title if rig in RIGS else rig
-    steps = next(iter(maps.laws.values())).horizontal
-    rows = "\n".join(f'<h4>{escape(step_text(step))}</h4><div class="range">' + "\n".join(
+    """Maps of a rig, those of a step beside the gap in a row, and the table of their shares."""
+    title = DESCRIBED[rig].title if rig in DESCRIBED else rig
+    first = next(iter(maps.laws.values()))
+    rows = "\n".join(f'<h4>{escape(step_text(first, step))}</h4><div class="range">' + "\n".join(
         f"<figure><figcaption>{escape(law)}</figcaption>{map_picture(law, found, k)}</figure>"
-        for law, found in maps.laws.items()) + "</div>" for k, step in enumerate(steps))
+        for law, found in maps.laws.items()) + "</div>" for k, step in enumerate(first.steps))
     head, *body = shares_table(maps.laws)
     table = value_table(ValueTable(f"{title}: shares of the maps", head, tuple(body)))
     return (f'<article id="range-{rig}" data-rig="{rig}"><h3>{escape(title)}: operating range</h3>\n{rows}\n{table}'
             "</article>")
 
 
-def step_text(step: float) -> str:
-    """A horizontal step (m) in words."""
-    return f"Horizontal step {1e3 * step:g} mm" if step else "No horizontal step"
+def step_text(found: Map, step: float) -> str:
+    """A step beside the gap (m or rad) in words."""
+    return f"{found.what} {found.size(step)}".capitalize() if step else f"No {found.what}"
 
 
 def map_picture(law: str, found: Map, step: int) -> str:
-    """Map of one horizontal step as SVG, its shares as the text for who does not see it."""
+    """Map of one step beside the gap as SVG, its shares as the text for who does not see it."""
     _, nominal, _ = shares(found)[step]
     said = ", ".join(f"{OUTCOMES[outcome]} {100 * nominal[outcome]:.0f} %" for outcome in seen([found])
                      if nominal[outcome])
     rows, columns = found.nominal.shape[:2]
     width, height = LEFT + CELL * columns + EDGE, CELL * rows + BOTTOM
-    title = f"{law}. {step_text(found.horizontal[step])}: {said}"
+    title = f"{law}. {step_text(found, found.steps[step])}: {said}"
     ticks = [f'<text x="{LEFT + CELL * (k + 0.5):g}" y="{CELL * rows + 14}">{1e3 * found.target[k]:g}</text>'
              for k in ticked(columns)]
     ticks += [f'<text class="end" x="{LEFT - 4}" y="{CELL * (rows - k - 0.5) + 4:g}">{1e3 * found.initial[k]:g}</text>'

@@ -6,6 +6,7 @@ from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.schema.run_plan import RunPlan, StartValue, read_start_value
 from maglev.schema.signals import Constant, Signal, Sinusoids, Steps
 from maglev.units import number_or_text, si_unit
+from pmlsm.rig import ROTATION
 
 REFERENCE = "reference"   # in the place of an FMU's name
 UNITS = {"amplitude": "1", "start": "m", "end": "m"}
@@ -34,12 +35,19 @@ def with_references(plan: RunPlan, settings: Iterable[str]) -> tuple[RunPlan, li
             about_fmus.append(setting)
             continue
         _, variable, value = read_setting(setting)
-        unit = UNITS.get(variable.rpartition(".")[2], "1")
+        unit = unit_of(plan, variable)
         if value.unit is not None and si_unit(value.unit) != unit or isinstance(value.value, bool):
             raise ScenarioError(f"--set {setting}: expected a number, or a quantity in {unit}")
         plan = with_reference(plan, variable, float(value.value))
         others.append(f"{REFERENCE}.{variable} = {value.written}")
     return plan, about_fmus, others
+
+
+def unit_of(plan: RunPlan, setting: str) -> str:
+    """SI unit of a setting of a reference, `AXIS.what`; of one that is not there "1"."""
+    name, _, what = setting.rpartition(".")
+    unit, axis = UNITS.get(what, "1"), plan.axes.get(name)
+    return ROTATION.get(unit, unit) if axis is not None and axis.rotation else unit
 
 
 def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:

@@ -1,4 +1,4 @@
-"""How far a law can go: maps of a study over initial gap, target gap, horizontal step and constants, and pictures."""
+"""How far a law can go: maps of a study over two gaps, what else steps and constants, and pictures."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +16,7 @@ from maglev.operating_range import (
     RECOVERED,
     SETTLED,
     SETTLED_NOMINAL,
+    STEPS,
     STOPPED,
     TRIPPED,
     Map,
@@ -32,7 +33,6 @@ COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
-VARIED = ("initial gap", "target gap", "horizontal step", "constants")   # in this order
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -73,10 +73,10 @@ def read_map(path: Path) -> Map:
     beyond = (commands >= CURRENT_LIMIT).any(axis=1) & (time > time.max() - ENDING)
     at_limit = np.zeros(len(table), dtype=np.bool_)
     at_limit[rows["sample"].to_numpy()[beyond]] = True
-    initial, target, horizontal, constants = (np.unique(columns[name]) for name in VARIED)
+    what = next(name for name in STEPS if name in columns)
     # Samples of a grid stand in the order of what varies.
-    found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(horizontal), len(constants))
-    return Map(initial, target, horizontal, constants, found)
+    axes = [np.unique(columns[name]) for name in ("initial gap", "target gap", what, "constants")]
+    return Map(*axes, outcomes(columns, at_limit).reshape([len(axis) for axis in axes]), what)
 
 
 def origin_of(paths: Iterable[Path]) -> Origin:
@@ -94,11 +94,12 @@ def shares_text(laws: Mapping[str, Map]) -> str:
 
 
 def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
-    """Write a PNG: a column for each law, a row for each horizontal step."""
+    """Write a PNG: a column for each law, a row for each step beside the gap."""
     from matplotlib.figure import Figure  # an extra: only who draws needs it
     from matplotlib.patches import Patch
 
-    rows = len(next(iter(laws.values())).horizontal)
+    first = next(iter(laws.values()))
+    rows = len(first.steps)
     figure = Figure(figsize=(2.6 * len(laws) + 0.6, 2.6 * rows + 1.2), layout="constrained")
     grid = figure.subplots(rows, len(laws), sharex=True, sharey=True, squeeze=False)
     figure.suptitle(title)
@@ -107,8 +108,8 @@ def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
             draw(grid[row][column], found, row)
         grid[0][column].set_title(law)
         grid[-1][column].set_xlabel("target gap, mm")
-    for row, step in enumerate(next(iter(laws.values())).horizontal):
-        grid[row][0].set_ylabel(f"horizontal step {1e3 * step:g} mm\ninitial gap, mm")
+    for row, step in enumerate(first.steps):
+        grid[row][0].set_ylabel(f"{first.what} {first.size(step)}\ninitial gap, mm")
     handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome]) for outcome in seen(laws.values())]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False,
                   title=f"·  {SETTLED_NOMINAL}")
@@ -116,7 +117,7 @@ def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
 
 
 def draw(axes: "Axes", found: Map, step: int) -> None:
-    """Draw the map of one horizontal step; a dot where other constants have another end."""
+    """Draw the map of one step beside the gap; a dot where other constants have another end."""
     from matplotlib.colors import ListedColormap
 
     target, initial = 1e3 * found.target, 1e3 * found.initial

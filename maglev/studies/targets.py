@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
-from maglev.schema.settings import REFERENCE, UNITS, with_reference
+from maglev.schema.settings import REFERENCE, unit_of, with_reference
 from maglev.studies.schema import Mode, StudyFile, Varied
 from maglev.units import si_unit
 
@@ -92,7 +92,7 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
         signal = next(signal for signal in experiment.plan.signals if signal.to == to)
         times = {"start": 0.0, "end": experiment.plan.stop_time}
         nominal = signal.value(times[what]) if what in times else 1.0
-        return Target(name, column, mode, nominal, UNITS[what], False, -np.inf, np.inf)
+        return Target(name, column, mode, nominal, unit_of(plan, own), False, -np.inf, np.inf)
     if fmu not in descriptions:
         raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
     variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}

@@ -45,7 +45,7 @@ def of_every_outcome() -> RigMaps:
 def test_every_cell_is_drawn_as_the_data_have_it(stage: str) -> None:
     rigs = {**read_maps(), "4dof": of_every_outcome()}
     maps = rigs[stage]
-    flown = [(law, found, step) for step in range(len(next(iter(maps.laws.values())).horizontal))
+    flown = [(law, found, step) for step in range(len(next(iter(maps.laws.values())).steps))
              for law, found in maps.laws.items()]
     for (law, found, step), svg in zip(flown, pictures(range_section([stage], rigs), stage), strict=True):
         nominal = found.nominal[::-1, :, step]   # the largest initial gap is on top

@@ -79,7 +79,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
     write_maps(tmp_path / "maps.json", {"2dof": RigMaps({"nonlinear": found}, origin)})
     again = read_maps(tmp_path / "maps.json")["2dof"]
     assert again.origin == origin
-    for name in ("initial", "target", "horizontal", "constants", "outcomes"):
+    for name in ("initial", "target", "steps", "constants", "outcomes"):
         assert getattr(again.laws["nonlinear"], name).tolist() == getattr(found, name).tolist()
 
 
@@ -89,7 +89,7 @@ def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) ->
     maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
     assert shares_text(maps.laws) in (DOCS / "operating_range.md").read_text(encoding="utf-8")
     for found in maps.laws.values():
-        for axis, varied in zip((found.initial, found.target, found.horizontal, found.constants), study.vary,
+        for axis, varied in zip((found.initial, found.target, found.steps, found.constants), study.vary,
                                 strict=True):
             assert axis == pytest.approx(values_of(varied)), varied.column
 
