@@ -88,7 +88,7 @@ class RigMaps:
 
 
 def shares(found: Map) -> list[tuple[float, list[float], float]]:
-    """Of each step beside the gap (m or rad): the share of the map of every outcome, nominal, and that which always settles."""
+    """Of each step beside the gap (m or rad): the map's share of every outcome, nominal, and what always settles."""
     return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
              float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.steps)]
 

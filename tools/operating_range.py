@@ -4,7 +4,8 @@
 
 It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
 package, which the report draws; with --rig those of one rig, and the others stay. It needs native FMUs
-(`maglev build --native --target host`) and takes some twenty minutes on two processors. A study that is done is not flown again.
+(`maglev build --native --target host`) and takes some twenty minutes on two processors. A study that is done is not
+flown again.
 """
 
 import argparse

@@ -3,15 +3,15 @@
 >>> import gymnasium
 >>> import maglev.gym
 >>> sorted(name for name in gymnasium.registry if name.startswith("maglev/"))
-['maglev/Stage-v0', 'maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0']
+['maglev/Stage-v0', 'maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0', 'maglev/Stage5DOF-v0']
 
 The first is of any stage: `gymnasium.make("maglev/Stage-v0", rig="mine.toml")`.
 """
 
 from gymnasium.envs.registration import register
 
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):
+for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in DESCRIBED.values())):
     register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs=given)

@@ -2,12 +2,13 @@
 
 The FMUs' C functions read and write the row itself, so that a sample copies nothing and looks nothing up:
 
-    commands | displacements | positions, delivered currents | encoders | velocities | references
-    set in the commutation                                      observation
+    commands | commutated with | positions, delivered currents | encoders | velocities | references
+    set in the commutation                                        observation
                got from the plant, in one call
 
-Displacements are encoders again: the commutation turns direct and quadrature currents into phase currents by them.
-Phase currents as commands go straight to the plant.
+The commutation turns direct and quadrature currents into phase currents by encoders, which are there again for it:
+those of the displacements, and where the platform tilts, of the gaps at the motors too. Phase currents as commands go
+straight to the plant.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ import numpy as np
 
 from maglev.cosim.fmu import WARNING, Buffer, Fmu, read_description
 from maglev.errors import FmuError
+from maglev.own_fmus import built_here
 from pmlsm.rig import Rig
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
@@ -43,24 +45,28 @@ class CompiledStage:
     ----------
     commands : ndarray, shape (commands,)
         Currents to be commanded, A, motor by motor; a view of the row, as the others.
-    positions, encoders, velocities, references : ndarray, shape (axes,)
-        In the order of the rig's axes, m and m/s. Velocities and references are the user's of this class to write.
+    encoders : ndarray, shape (encoders,)
+        Of the axes, m; where the platform tilts, of the horizontal axes, then of the gaps at the motors.
+    positions, velocities, references : ndarray, shape (axes,)
+        In the order of the rig's axes, m and m/s, or rad and rad/s. Velocities and references are the user's of this
+        class to write.
     currents : ndarray, shape (2 motors,)
         Direct and quadrature currents that the amplifiers deliver, A.
-    observation : ndarray, shape (3 axes,)
+    observation : ndarray, shape (encoders + 2 axes,)
         Encoders, velocities and references.
 
     Raises
     ------
     FmuError
-        If an FMU is missing or cannot be loaded.
+        If an FMU is missing, is not of this installation, or cannot be loaded.
     """
 
     def __init__(self, rig: Rig, folder: Path, in_phases: bool):
         self.rig = rig
         axes, motors = len(rig.axes), len(rig.motors)
         given = [f"{motor}.{phase}" for motor in rig.motor_names for phase in PHASES]
-        widths = [(3 if in_phases else 2) * motors, len(rig.horizontal), axes, 2 * motors, axes, axes, axes]
+        seen, used = encoders_of(rig), commutated_with(rig)
+        widths = [(3 if in_phases else 2) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
         ends = [sum(widths[:i + 1]) for i in range(len(widths))]
         self.row = np.zeros(ends[-1])
         parts = np.split(self.row, ends[:-1])
@@ -75,14 +81,15 @@ class CompiledStage:
                 loaded(f"Commutation{rig.suffix}", folder))
             self.stack = stack.pop_all()
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")])
-        self.outputs = self.values(self.plant, "Get", outputs(rig), ends[0])
+        self.outputs = self.values(self.plant, "Get", [
+            *used, *(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names, *seen], ends[0])
         self.calls = [self.values(self.plant, "Set", given, 0), self.stepping(self.plant), self.outputs,
                       (self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments()))]
         if self.commutation is not None:
             self.phases = (c_double * len(given))()
             address = addressof(self.phases)
             asked = [f"{motor}.{current}_reference" for motor in rig.motor_names for current in ("i_d", "i_q")]
-            measured = [f"{axis.name}.measured" for axis in rig.horizontal]
+            measured = [name.replace("encoder", "measured") for name in used]
             self.calls[0] = call(self.plant, "Set", given, address)
             self.calls = [self.values(self.commutation, "Set", [*asked, *measured], 0),
                           self.stepping(self.commutation), call(self.commutation, "Get", given, address), *self.calls]
@@ -152,14 +159,21 @@ def loaded(name: str, folder: Path) -> Fmu:
     if not path.is_file():
         raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --native` makes those of this "
                        "project in fmus/native, and the environment's fmus= names another folder than fmus")
+    if not built_here(path):
+        raise FmuError(f"{path} is not what this installation builds as {name}, expected it built again, for only that "
+                       "flies in the process of an environment: `maglev build --native --target host`")
     return Fmu(name, path, read_description(name, path))
 
 
-def outputs(rig: Rig) -> list[str]:
-    """Outputs of a plant in the order of the row."""
-    return [*(f"{axis.name}.encoder" for axis in rig.horizontal), *(f"{axis}.position" for axis in rig.axis_names),
-            *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")),
-            *(f"{axis}.encoder" for axis in rig.axis_names)]
+def encoders_of(rig: Rig) -> list[str]:
+    """Encoders of a plant."""
+    return [*(f"{axis.name}.encoder" for axis in rig.measured),
+            *(f"{motor}.gap_encoder" for motor in rig.motor_names if rig.rotations)]
+
+
+def commutated_with(rig: Rig) -> list[str]:
+    """Encoders of a plant that its commutation needs: all where the platform tilts, otherwise not that of the gap."""
+    return encoders_of(rig)[0 if rig.rotations else 1:]
 
 
 def call(fmu: Fmu, verb: str, names: Sequence[str], address: int) -> Call:

@@ -10,11 +10,13 @@ import numpy.typing as npt
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.errors import QuantityError, ScenarioError
-from maglev.gym.compiled_stage import CompiledStage
+from maglev.gym.compiled_stage import CompiledStage, encoders_of
 from maglev.gym.parameters import PlantParameters, Setting
 from maglev.gym.references import References
+from maglev.linear.motors.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.units import parse_quantity
+from pmlsm.rig import RigAxis
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,8 +30,9 @@ class Stage(gymnasium.Env[Floats, Floats]):
 
     An action is held for a sample: direct and quadrature current of each motor (A), which the rig's commutation turns
     into phase currents with the measured displacements, or the phase currents. They are limited to the peak current.
-    An observation has the measured positions of all axes (m), then the velocities that the controllers' observer makes
-    of them (m/s), then the references (m).
+    An observation has what the encoders measure (m), the positions of all axes or, where the platform tilts, those of
+    the horizontal axes and the gaps at the motors; then the velocities of all axes that the controllers' observer makes
+    of it (m/s, rad/s of a tilt), then their references (m, rad).
 
     The reward of a sample is 1 − error_weight · mean((reference − position)² / travel²)
     − current_weight · mean(current² / peak²), with true positions and delivered direct and quadrature currents. An
@@ -39,7 +42,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
     Parameters
     ----------
     rig : str
-        "2dof", "3dof", or the description of a stage of the user's, "mine.toml".
+        "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml".
     action : "dq" or "phases"
     reference : str or array_like, shape (samples, axes)
         "setpoints", "hold", "sinusoids" or references (m), see `References`.
@@ -79,16 +82,20 @@ class Stage(gymnasium.Env[Floats, Floats]):
         self.freed = weakref.finalize(self, self.stage.close)
         self.parameters = PlantParameters(self.stage.plant.variables, parameters)
 
-        stops = [(self.parameters.extremes(f"{axis}.stop.lower")[0], self.parameters.extremes(f"{axis}.stop.upper")[1])
-                 for axis in self.rig.axis_names]
+        stops = [self.travel(axis) for axis in self.rig.axes]
         low, high = (np.array(ends) for ends in zip(*stops, strict=True))
+        # Tilts and the gap at the centre follow from the gaps at the motors.
+        self.measuring = MotorPlaces.of(self.rig).measuring(self.rig)
+        seen = [self.ends(name.rpartition(".")[0]) for name in encoders_of(self.rig)]
+        seen_low, seen_high = (np.array(ends) for ends in zip(*seen, strict=True))
         self.peak = self.parameters.own(f"{self.rig.motor_names[0]}.amplifier.peak")
         self.references = References(reference, low, high, self.last + 1, self.sample_time)
         self.action_space = gymnasium.spaces.Box(-self.peak, self.peak, self.stage.commands.shape, np.float64)
-        speeds = np.full(len(stops), HIGHEST_SPEED)
+        arm = max(max(abs(motor.x), abs(motor.z)) for motor in self.rig.motors)
+        speeds = np.array([HIGHEST_SPEED / arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
         rounding = self.parameters.extremes("encoder.resolution")[1]   # beyond a stop, at most
-        self.lowest = np.concatenate([low - rounding, -speeds, low])
-        self.highest = np.concatenate([high + rounding, speeds, high])
+        self.lowest = np.concatenate([seen_low - rounding, -speeds, low])
+        self.highest = np.concatenate([seen_high + rounding, speeds, high])
         self.observation_space = gymnasium.spaces.Box(self.lowest, self.highest, dtype=np.float64)
 
         self.error_weights = [error_weight / len(stops) / (upper - lower) ** 2 for lower, upper in stops]
@@ -111,7 +118,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
         stage.start(drawn, self.peak)
         self.episode = self.references.draw(self.np_random, stage.positions)
         stage.references[:] = self.episode[0]
-        for observer, measured in zip(self.observers, stage.encoders.tolist(), strict=True):
+        for observer, measured in zip(self.observers, self.measured(), strict=True):
             observer.seed(measured)
         self.sample = 0
         return stage.observation.copy(), {"parameters": drawn}
@@ -132,7 +139,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
         for current in stage.currents.tolist():
             reward -= self.current_weight * current * current
         velocities = stage.velocities
-        for i, measured in enumerate(stage.encoders.tolist()):
+        for i, measured in enumerate(self.measured()):
             observer = self.observers[i]
             observer.update(measured, self.observer_filter, self.sample_time)
             velocities[i] = observer.velocity
@@ -141,6 +148,27 @@ class Stage(gymnasium.Env[Floats, Floats]):
             # An encoder reads on beyond its stop.
             return np.clip(observation, self.lowest, self.highest), reward, True, False, {}
         return observation, reward, False, self.sample >= self.last, {}
+
+    def measured(self) -> list[float]:
+        """Measured positions of the axes, m and rad."""
+        encoders = self.stage.encoders
+        found: list[float] = (self.measuring @ encoders if self.rig.rotations else encoders).tolist()
+        return found
+
+    def ends(self, place: str) -> tuple[float, float]:
+        """Stops of an axis or at a motor, m."""
+        return self.parameters.extremes(f"{place}.stop.lower")[0], self.parameters.extremes(f"{place}.stop.upper")[1]
+
+    def travel(self, axis: RigAxis) -> tuple[float, float]:
+        """Where an axis can be, m or rad: between its stops, or what those at the motors leave."""
+        if axis.stop is not None:
+            return self.ends(axis.name)
+        lower, upper = zip(*(self.ends(motor) for motor in self.rig.motor_names), strict=True)
+        if not axis.rotation:
+            return min(lower), max(upper)
+        k = self.rig.axis_names.index(axis.name)
+        tilt = (max(upper) - min(lower)) / (2.0 * float(np.abs(MotorPlaces.of(self.rig).gaps[:, k]).max()))
+        return -tilt, tilt
 
     def close(self) -> None:
         """Free the FMUs."""

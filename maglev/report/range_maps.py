@@ -56,8 +56,8 @@ def introduction(shown: Mapping[str, RigMaps]) -> str:
     origins = " and ".join(dict.fromkeys(origin_text(maps.origin) for maps in shown.values()))
     factors = next(iter(next(iter(shown.values())).laws.values())).constants
     return f"""<p>Moves from rest at one air gap to another, alone and with a step of something else: which of them
-each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm, or mrad, of its reference and no stop
-was touched.
+each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference, a tilt within as
+many mrad, and no stop was touched.
 Each was flown with all force constants of the plant times {listed(factors)}, of which the controller does not know.
 The maps show the constants as they are; a dot is on what settles with these only.</p>
 <p>The maps are not of this report's runs: they come with the package, from studies that were flown with native FMUs of

@@ -75,8 +75,10 @@ def read_map(path: Path) -> Map:
     at_limit[rows["sample"].to_numpy()[beyond]] = True
     what = next(name for name in STEPS if name in columns)
     # Samples of a grid stand in the order of what varies.
-    axes = [np.unique(columns[name]) for name in ("initial gap", "target gap", what, "constants")]
-    return Map(*axes, outcomes(columns, at_limit).reshape([len(axis) for axis in axes]), what)
+    initial, target, steps, constants = (np.unique(columns[name]) for name in ("initial gap", "target gap", what,
+                                                                               "constants"))
+    found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
+    return Map(initial, target, steps, constants, found, what)
 
 
 def origin_of(paths: Iterable[Path]) -> Origin:

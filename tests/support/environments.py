@@ -8,7 +8,7 @@ import numpy as np
 
 import maglev.gym  # noqa: F401 - registers
 
-RIG_NAMES = ("2dof", "3dof")
+RIG_NAMES = ("2dof", "3dof", "5dof")
 
 
 def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:

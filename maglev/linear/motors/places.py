@@ -50,6 +50,16 @@ class MotorPlaces:
         masses = [getattr(block, axis).nominal_mass for axis in rig.axis_names]
         return cls.at(rig, [getattr(block, f"{name}_mount") for name in names], block.height, masses)
 
+    def measuring(self, rig: Rig) -> Matrix:
+        """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
+        if not rig.rotations:
+            return np.eye(len(rig.axes))
+        found = np.zeros((len(rig.axes), len(rig.measured) + len(rig.motors)))
+        for k, axis in enumerate(rig.measured):
+            found[rig.axes.index(axis), k] = 1.0
+        found[:, len(rig.measured):] = np.linalg.pinv(self.gaps)
+        return found
+
     @classmethod
     def at(cls, rig: Rig, spots: Sequence[Any], height: float, masses: Sequence[float]) -> "MotorPlaces":
         """Places of motors that are at x and z (m) of a platform; nominal masses are those of each axis in turn."""

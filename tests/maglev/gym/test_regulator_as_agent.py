@@ -11,7 +11,7 @@ from environments import RIG_NAMES, same_bits
 import maglev
 from maglev.cosim.fmu import Buffer, Fmu, read_description
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED as RIGS
 
 Make = Callable[..., Any]
 
@@ -28,15 +28,16 @@ class Controller:
         def buffer(names: list[str]) -> Buffer:
             return Buffer("Real", [self.fmu.variable(name) for name in names])
 
-        self.inputs = buffer([f"{axis}.{port}" for port in ("measured", "reference", "reference_rate")
-                              for axis in rig.axis_names])
+        measured = [f"{axis.name}.measured" for axis in rig.measured]
+        measured += [f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations]
+        self.inputs = buffer([*measured, *(f"{axis}.reference" for axis in rig.axis_names)])
+        self.measured = len(measured)
         self.dq = buffer([f"{motor}.{current}_cmd" for motor in rig.motor_names for current in ("i_d", "i_q")])
         self.phases = buffer([f"{motor}.i_{phase}_cmd" for motor in rig.motor_names for phase in "abc"])
 
     def action(self, observation: np.ndarray, phases: bool) -> np.ndarray:
         """Currents at an observation."""
-        axes = len(self.rig.axes)
-        self.inputs.values[:2 * axes] = [*observation[:axes], *observation[2 * axes:]]
+        self.inputs.values[:] = [*observation[:self.measured], *observation[-len(self.rig.axes):]]
         self.fmu.set(self.inputs)
         step = self.rig.sample_time
         assert self.fmu.instance is not None
@@ -47,8 +48,10 @@ class Controller:
         return np.array(chosen.values)
 
 
+BASES = {"2dof": ["loops/2dof.toml", "references/2dof-setpoints.toml"],
+         "3dof": ["loops/3dof.toml", "references/3dof-setpoints.toml"], "5dof": ["5dof-setpoints.toml"]}
 SETPOINTS = """
-extends = ["loops/{rig}.toml", "references/{rig}-setpoints.toml"]
+extends = {bases}
 name = "setpoints"
 title = "The first step of a sequence"
 stop_time = "1.5 s"
@@ -62,7 +65,7 @@ def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, r
     """The regulator as an agent gives the positions of `maglev.run` bit for bit."""
     of = RIGS[rig]
     scenario = tmp_path / "setpoints.toml"
-    scenario.write_text(SETPOINTS.format(rig=rig, interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
+    scenario.write_text(SETPOINTS.format(bases=BASES[rig], interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
     changed = {f"plant.{of.horizontal[0].name}.friction.coulomb": 0.2}
     run = maglev.run(scenario, fmus=folder, native=True, set=changed)
     references = np.column_stack([run[f"controller.{axis}.reference"] for axis in of.axis_names])

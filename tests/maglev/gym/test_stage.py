@@ -1,5 +1,6 @@
 """The environments: Gymnasium's contract, the loop of `maglev.run` bit for bit, physics by hand, and refusals."""
 
+import zipfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,7 @@ from gymnasium.utils.env_checker import check_env
 import maglev
 import maglev.gym  # noqa: F401 - registers
 from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED as RIGS
 
 Make = Callable[..., Any]
 
@@ -25,6 +26,11 @@ Make = Callable[..., Any]
 @pytest.mark.filterwarnings("ignore:.*normalized space")
 def test_checker_of_gymnasium(make: Make, rig: str, options: dict[str, Any]) -> None:
     check_env(make(rig, **options))
+
+
+def gap_column(rig: str) -> int:
+    """Of an observation: the air gap, or that of the first motor of a platform that tilts."""
+    return len(RIGS[rig].horizontal) if RIGS[rig].rotations else 0
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -39,9 +45,9 @@ def test_seeds(make: Make, rig: str) -> None:
     assert same_bits(first, flown(env, actions, seed=1))
     assert same_bits(first, flown(make(rig, **options), actions, seed=1))
     other = flown(env, actions, seed=2)
-    references = slice(2 * len(RIGS[rig].axes), None)
+    references = slice(-len(RIGS[rig].axes), None)
     assert not np.array_equal(first[0, references], other[0, references])
-    assert np.ptp(first[:, 0]) > 1e-4, "something has to move for this to mean anything"
+    assert np.ptp(first[:, gap_column(rig)]) > 1e-4, "something has to move for this to mean anything"
     # Without a seed the next episode is another one.
     assert not np.array_equal(flown(env, actions)[0], flown(env, actions)[0])
 
@@ -54,33 +60,36 @@ def test_free_fall(make: Make, rig: str) -> None:
     off = {constant.name: 0.0 for constant in of.constants}
     off |= {f"{axis}.friction.coulomb": 0.0, f"{axis}.friction.viscous": 0.0, f"{axis}.bias": 0.25}
     off |= {"encoder.resolution": 0.0, f"{axis}.position_start": 0.020}
-    off |= {"y.ripple.amplitude": 0.0} if rig == "3dof" else {}
+    off |= {"y.ripple.amplitude": 0.0} if axis == "y" else {}
     env = make(rig, reference="hold", duration=0.03, **off)
     found = flown(env, np.zeros((10_000, *env.action_space.shape)))
     time = of.sample_time * np.arange(len(found))
     assert len(found) == 1 + round(0.03 / of.sample_time)
-    assert np.allclose(found[:, 0], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
+    assert np.allclose(found[:, gap_column(rig)], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
     # The observer lags behind by half a sample of differentiation and twice by its filter of 1 ms, sampled.
     lag = 0.5 * of.sample_time + 2.0 * of.sample_time / np.expm1(of.sample_time / 1e-3)
     late = time > 0.028
-    assert np.allclose(found[late, len(of.axes)], (9.81 + 0.25) * (time[late] - lag), rtol=0.0, atol=1e-9)
+    speed = found[late, found.shape[1] - 2 * len(of.axes)]
+    assert np.allclose(speed, (9.81 + 0.25) * (time[late] - lag), rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_ends_at_a_stop(make: Make, rig: str) -> None:
     """Without currents the mover sticks to the iron or falls, and the episode ends there, inside the spaces."""
-    of = RIGS[rig]
+    of, column = RIGS[rig], gap_column(rig)
     env = make(rig)
     for start in (0.5, 0.9):
-        low, high = env.lowest[0], env.highest[0]
+        low, high = env.lowest[column], env.highest[column]
         env.reset(options={f"{of.vertical.name}.position_start": low + start * (high - low)})
         terminated = truncated = False
         while not terminated:
             observation, reward, terminated, truncated, _ = env.step(np.zeros(env.action_space.shape))
             assert not truncated and 0.0 < reward <= 1.0
             assert env.observation_space.contains(observation)
-        lower, upper = (env.parameters.own(f"{of.vertical.name}.stop.{end}") for end in ("lower", "upper"))
-        assert min(observation[0] - lower, upper - observation[0]) < 1e-4
+        place = of.motor_names[0] if of.rotations else of.vertical.name
+        lower, upper = (env.parameters.own(f"{place}.stop.{end}") for end in ("lower", "upper"))
+        gaps = observation[column:column + (len(of.motors) if of.rotations else 1)]
+        assert min((gaps - lower).min(), (upper - gaps).min()) < 1e-4
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 2000.0])
@@ -239,6 +248,33 @@ def test_closed(make: Make) -> None:
         env.step(np.zeros(2))
     with pytest.raises(FmuError, match="the environment is closed"):
         env.reset()
+
+
+def test_tilts_are_seen_in_the_gaps(make: Make) -> None:
+    """The tilts that are seen are those that fly, to the rounding of the encoders; their ends are those of the gaps."""
+    tilts = {"roll.position_start": "5 mrad", "pitch.position_start": "-8 mrad"}
+    env = make("5dof", **{"y.position_start": 24e-3}, **tilts)
+    observation, _ = env.reset()
+    assert observation[2:6] == pytest.approx([23e-3, 25e-3, 22.4e-3, 25.6e-3], abs=5.1e-6)
+    assert env.measured() == pytest.approx([24e-3, 0.0, 0.0, 5e-3, -8e-3], abs=5e-5)
+    assert env.stage.positions.tolist() == [24e-3, 0.0, 0.0, 5e-3, -8e-3]
+    assert env.highest[-5:] == pytest.approx([32e-3, 62e-3, 62e-3, 33.75e-3, 33.75e-3])
+    loaded = make("5dof", **{"payload.mass": "0.5 kg", "payload.x": "0.1 m"}, reference="hold")
+    pushed, alone = (flown(each, np.tile([-1.12, 0.0], (200, 4))) for each in (loaded, make("5dof", reference="hold")))
+    lowered = pushed[-1, 2:6] - alone[-1, 2:6]
+    assert lowered[2] - lowered[3] > 1e-4, "the motor under the payload goes down"
+
+
+def test_a_foreign_fmu_under_our_name(folder: Path, tmp_path: Path) -> None:
+    """What this installation does not build is not loaded into the process, whatever it is called."""
+    (tmp_path / "native").mkdir()
+    for name in ("Plant2DOF", "Commutation2DOF"):
+        (tmp_path / "native" / f"{name}.fmu").write_bytes((folder / "native" / f"{name}.fmu").read_bytes())
+    environment("2dof", tmp_path).close()
+    with zipfile.ZipFile(tmp_path / "native" / "Plant2DOF.fmu", "a") as archive:
+        archive.writestr("resources/other.txt", "somebody's")
+    with pytest.raises(FmuError, match="is not what this installation builds as Plant2DOF, expected it built again"):
+        environment("2dof", tmp_path)
 
 
 def test_missing_fmu(tmp_path: Path) -> None:
