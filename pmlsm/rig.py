@@ -302,6 +302,18 @@ class Rig:
         return tuple(axis for axis in self.axes if axis.rotation)
 
     @property
+    def gap_stop(self) -> Stop:
+        """Stops of the air gap, those at the motors where the platform tilts."""
+        stop = self.vertical.stop or self.motor_stop
+        assert stop is not None   # as the reader of descriptions sees to
+        return stop
+
+    @property
+    def arm(self) -> float:
+        """How far the outermost motor is from the centre of mass, m: what a tilt is there is the tilt times it."""
+        return max(max(abs(motor.x), abs(motor.z)) for motor in self.motors)
+
+    @property
     def measured(self) -> tuple[RigAxis, ...]:
         """The axes that have an encoder; where the platform tilts, each motor has one of its air gap instead."""
         return self.horizontal if self.rotations else self.axes

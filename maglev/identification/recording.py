@@ -9,7 +9,7 @@ import numpy as np
 from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest
 from maglev.identification.rigs import RIGS, Array, Rig, rig_of
-from maglev.own_stage.adoption import rig_named
+from maglev.own_stage.adoption import level_rig
 from pmlsm.dq_transform import clarke, park
 
 SHORTEST = 1.0            # s
@@ -87,11 +87,7 @@ def current_names(rig: Rig, motor: str, current: str) -> list[str]:
 def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
-        described = rig_named(rig_name)
-        if described.rotations:
-            raise IdentificationError(f"--rig {rig_name}: expected a stage without tilt: where it tilts, each motor "
-                                      "has an air gap of its own")
-        return rig_of(described)
+        return rig_of(level_rig(rig_name))
     present = {rig.name: sum(found(table, axis_names(axis)) is not None for axis in rig.axes) for rig in RIGS.values()}
     best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
     whole = [rig.name for rig in RIGS.values() if present[rig.name] == len(rig.axes)]

@@ -57,8 +57,10 @@ def forces_of(rig: Rig) -> MotorForces:
                        MotorPlaces.of(rig))
 
 
-def unstable_rate(rig: Rig) -> float:
-    """Rate (1/s) with which the mover leaves its start gap, where the model's motors hold it, if nothing controls it.
+def unstable_rate(rig: Rig, axis: str = "") -> float:
+    """Rate (1/s) with which the mover leaves its start, where the model's motors hold it, if nothing controls it.
+
+    Along the air gap, or a tilt of it.
 
     Raises
     ------
@@ -73,7 +75,8 @@ def unstable_rate(rig: Rig) -> float:
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
     by_position, _ = forces.slopes([axis.start for axis in rig.axes], np.tile([current, 0.0], n))
-    return sqrt(max(by_position[0, 0], 1e-6))
+    k = rig.axis_names.index(axis or rig.vertical.name)
+    return sqrt(max(by_position[k, k], 1e-6))
 
 
 def strongest(rig: Rig, axis: str) -> float:
@@ -87,9 +90,9 @@ def strongest(rig: Rig, axis: str) -> float:
 def quickness(rig: Rig, axis: str) -> float:
     """How much faster than on the 3-DOF stage the design of an axis is to be.
 
-    The air gap by the rate at which it is left, a horizontal axis by the root of what its motors can accelerate, and at
-    most twice.
+    Air gap and tilts by the rate at which the mover leaves its start, a horizontal axis by the root of what its motors
+    can accelerate, and at most twice.
     """
-    if axis == rig.vertical.name:
-        return unstable_rate(rig) / unstable_rate(LIKE)
+    if axis not in [each.name for each in rig.horizontal]:
+        return unstable_rate(rig, axis) / unstable_rate(LIKE)
     return min(sqrt(strongest(rig, axis) / strongest(LIKE, LIKE.horizontal[0].name)), MOST_QUICK)

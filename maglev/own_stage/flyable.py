@@ -32,7 +32,7 @@ def flyable(path: str | Path) -> Rig:
             equilibrium(f"{kind}{rig.suffix}", start)
         for axis in rig.horizontal:
             require_thrust(rig, axis.name)
-        rate = unstable_rate(rig)
+        rate = max(unstable_rate(rig, axis.name) for axis in (rig.vertical, *rig.rotations))
         if rate * rig.sample_time > SLOWEST_SAMPLING:
             raise RigError(f"sample_time: {1e3 * rig.sample_time:g} ms, expected at most "
                            f"{1e3 * SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start with "
@@ -50,9 +50,10 @@ def flyable(path: str | Path) -> Rig:
 
 def require_field(rig: Rig) -> None:
     """Refuse stops between which the field of the magnets is not known."""
-    stop, field = rig.vertical.stop, rig.motor().field
-    if stop is not None and not field.lower <= stop.lower < stop.upper <= field.upper:
-        raise RigError(f"axes.{rig.vertical.name}.stop: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
+    stop, field = rig.gap_stop, rig.motor().field
+    if not field.lower <= stop.lower < stop.upper <= field.upper:
+        place = "motor_stop" if rig.rotations else f"axes.{rig.vertical.name}.stop"
+        raise RigError(f"{place}: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
                        f"within {1e3 * field.lower:g}…{1e3 * field.upper:g} mm, where the field is known")
 
 

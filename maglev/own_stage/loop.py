@@ -9,20 +9,27 @@ PHASES = ("a", "b", "c")
 
 def loop_table(rig: Rig) -> dict[str, Any]:
     """Table of a loop: step, connections, FMUs, axes, motors, and what is measured and compared."""
-    axes, motors = rig.axis_names, rig.motor_names
+    motors, bands = rig.motor_names, [1e-4, max(rig.resolution, 1e-6)]
+    # Tilts by what moves the outermost motor as much.
+    arm = rig.arm or 1.0
+    tilts: dict[str, Any] = {"tilt_bands": [band / arm for band in bands], "fail_tilt": 1e-3 / arm}
     commands = [f"{motor}.i_{phase}_cmd" for motor in motors for phase in PHASES]
     return {
         "step": rig.sample_time,
         "output_interval": rig.sample_time * max(1, round(1e-3 / rig.sample_time)),
         "stop_flag": "plant.at_stop",
         "trip_flag": "controller.tripped",
-        "connections": [*([f"plant.{axis}.encoder", f"controller.{axis}.measured"] for axis in axes),
+        "connections": [*([f"plant.{axis.name}.encoder", f"controller.{axis.name}.measured"] for axis in rig.measured),
+                        *([f"plant.{motor}.gap_encoder", f"controller.{motor}.gap_measured"] for motor in motors
+                          if rig.rotations),
                         *([f"controller.{command}", f"plant.{command}"] for command in commands)],
         "fmus": {"controller": {"model": f"Regulator{rig.suffix}"}, "plant": {"model": f"Plant{rig.suffix}"}},
         "axes": {axis: {"position": f"plant.{axis}.position", "reference": f"controller.{axis}.reference",
-                        "vertical": axis == rig.vertical.name} for axis in axes},
+                        "vertical": axis == rig.vertical.name, "rotation": of.rotation}
+                 for of in rig.axes for axis in [of.name]},
         "motors": {motor: {"currents": [f"plant.{motor}.i_{phase}" for phase in PHASES],
                            "commands": [f"controller.{motor}.i_{each}_cmd" for each in ("d", "q", *PHASES)]}
                    for motor in motors},
-        "metrics": {"bands": [1e-4, max(rig.resolution, 1e-6)], "fail_error": 1e-3},
-        "check": {"interval": 0.1, "signals": {f"plant.{axis}.position": {"absolute": 1e-4} for axis in axes}}}
+        "metrics": {"bands": bands, "fail_error": 1e-3, **(tilts if rig.rotations else {})},
+        "check": {"interval": 0.1, "signals": {f"plant.{axis.name}.position": {
+            "absolute": tilts["tilt_bands"][0] if axis.rotation else 1e-4} for axis in rig.axes}}}

@@ -6,10 +6,12 @@ from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
 from maglev.own_stage.template import stage_text
 from pmlsm.rig import Rig
-from pmlsm.rigs import EXAMPLE, RIGS
+from pmlsm.rigs import DESCRIBED, EXAMPLE
 
-# Set-points of the scenario, as shares of the way from the start to the nearer stop, for every axis in turn.
-SHARES = ((0.0, 0.2, -0.2, 0.1), (0.0, 0.08, -0.08, 0.12), (0.0, -0.08, 0.08, -0.12))
+# Set-points of the scenario, as shares of the way from the start to the nearer stop, for every axis in turn; of a tilt
+# that of the outermost motor.
+SHARES = ((0.0, 0.2, -0.2, 0.1), (0.0, 0.08, -0.08, 0.12), (0.0, -0.08, 0.08, -0.12), (0.0, 0.1, -0.1, 0.05),
+          (0.0, -0.1, 0.05, 0.1))
 TIMES = (0, 1, 6, 11)   # s
 
 SCENARIO = '''# Set-points of the {title} of {file}: its loop and FMUs follow from the description.
@@ -28,7 +30,7 @@ SIGNAL = '''
 [[signals]]
 to = "controller.{axis}.reference"
 kind = "steps"
-unit = "mm"
+unit = "{unit}"
 times = {times}
 values = {values}
 '''
@@ -61,8 +63,8 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     ['mine.toml', 'mine-setpoints.toml']
     """
     file = Path(path)
-    if like not in RIGS:
-        raise RigError(f"--like {like}: expected one of {', '.join(RIGS)}; nearest is {nearest(like, RIGS)}")
+    if like not in DESCRIBED:
+        raise RigError(f"--like {like}: expected one of {', '.join(DESCRIBED)}; nearest is {nearest(like, DESCRIBED)}")
     if file.suffix != ".toml":
         raise RigError(f"{file}: expected a name that ends in .toml, such as {file.stem or 'mine'}.toml")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
@@ -71,7 +73,7 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
             raise RigError(f"{each}: it is there already, expected the name of a new file")
     if not file.parent.is_dir():
         raise RigError(f"{file}: there is no folder {file.parent}, expected one")
-    file.write_text(stage_text(RIGS[like], file), encoding="utf-8")
+    file.write_text(stage_text(DESCRIBED[like], file), encoding="utf-8")
     try:
         rig = read_own(file)
     except RigError:
@@ -85,10 +87,10 @@ def scenario_text(rig: Rig, file: Path, scenario: Path) -> str:
     """Text of a scenario of set-points that lie well between the stops."""
     signals = []
     for axis, shares in zip(rig.axes, SHARES, strict=False):
-        stop = axis.stop
-        assert stop is not None   # of a stage without tilt
-        way = min(axis.start - stop.lower, stop.upper - axis.start)
+        stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
+        way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
         values = [round(1e3 * (axis.start + share * way), 1) for share in shares]
-        signals.append(SIGNAL.format(axis=axis.name, times=list(TIMES), values=values))
+        signals.append(SIGNAL.format(axis=axis.name, times=list(TIMES), values=values,
+                                     unit="mrad" if axis.rotation else "mm"))
     return SCENARIO.format(title=rig.title, file=file.name, scenario=scenario.name, name=rig.name,
                            signals="".join(signals))

@@ -41,9 +41,6 @@ def read_own(path: Path) -> Rig:
     if not with_estimator:
         rig = replace(rig, estimator=Estimator(scaled(rig.model, 0.5), weights(rig)))
     reader.check(rig)
-    if rig.rotations:
-        raise RigError(f"{path}: axes.{rig.rotations[0].name}.rotation: true, expected no tilt: loops of a stage of "
-                       "one's own are designed for axes in m")
     try:
         return replace(rig, axes=tuple(designed(rig, axis, open_designs[axis.name]) for axis in rig.axes))
     except RigError as error:
@@ -57,7 +54,8 @@ def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, se
     table.setdefault("title", f"stage {name}")
     table.setdefault("text", f"levitated and driven by iron-cored linear synchronous motors ({', '.join(motors)})")
     table.setdefault("longest_step", "0.2 ms")
-    unknown = {"thrust": dict.fromkeys(list(axes)[1:], 1.0), "attraction": 1.0, "coils": 1.0, "iron": 1.0}
+    horizontal = [axis for axis, entries in axes.items() if entries.get("rotation") is not True][1:]
+    unknown = {"thrust": dict.fromkeys(horizontal, 1.0), "attraction": 1.0, "coils": 1.0, "iron": 1.0}
     table.setdefault("stage", unknown)
     table.setdefault("model", table["stage"])
     table.setdefault("estimator", {"guess": unknown, "weight": unknown})
@@ -102,7 +100,7 @@ def designed(rig: Rig, axis: RigAxis, missing: set[str]) -> RigAxis:
     """Axis with what is missing of its design, scaled from that of the 3-DOF stage."""
     if not missing:
         return axis
-    like = LIKE.vertical if axis == rig.vertical else LIKE.horizontal[0]
+    like = LIKE.horizontal[0] if axis in rig.horizontal else LIKE.vertical
     factor = quickness(rig, axis.name)
     found: dict[str, Any] = {"gains": scaled_gains(like.design.gains, factor),
                              "pid": tuple(factor * part for part in like.design.pid),

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig, RigAxis
+from pmlsm.rig import Rig, RigAxis, RigMotor
 
 TEXT = '''# A stage of yours: plant, controllers, estimator and closed loops follow from this file.
 #
@@ -18,11 +18,11 @@ sample_time = {sample_time!r}        # s, of the controllers [1e-6…1]
 sharing = {sharing:g}                 # motors that share each current below; 1 where each has amplifiers of its own
 resolution = {resolution!r}          # m, of the encoders; 0 = exact
 modulation = {modulation!r}         # of the attraction along the slots [0…1]: 1 − modulation sin²(π x/slot pitch)
-
-# Axes by the names that the ports get: first the air gap (larger is lower), then one or two horizontal axes.
+{height}
+# Axes by the names that the ports get: first the air gap (larger is lower), then one or two horizontal axes{tilts}.
 {axes}
 # Motors, or groups of {sharing:g} with one current, and the horizontal axis that each drives; all of them carry the mover.
-{motors}
+{motors}{motor_stop}
 # Of the motor's drawing: pitches, slots, magnets.
 [geometry]
 pole_pitch = {pole_pitch!r}        # m [1e-3…1]; makers also print the magnetic period, which is two of them
@@ -75,8 +75,21 @@ start = {start!r}               # m, where it begins{nominal}
 bias = {bias!r}                  # m/s², constant, such as by misalignment
 friction = {{ coulomb = {coulomb!r}, presliding = {presliding!r}, viscous = {viscous!r} }}   # N, m, N s/m; of the guides
 ripple = {{ amplitude = {amplitude!r}, period = {period!r} }}   # m/s², m
-stop = {{ lower = {lower!r}, upper = {upper!r} }}   # m
+'''
 
+STOP = "stop = {{ lower = {lower!r}, upper = {upper!r} }}   # m\n"
+
+TILT = '''
+[axes.{name}]
+rotation = true             # a tilt of the platform: rad, N m
+meaning = "{meaning}"
+mass = {mass!r}                  # kg m², the inertia [1e-3…1e6]
+start = {start!r}               # rad, where it begins
+bias = {bias!r}                  # rad/s², constant
+friction = {{ coulomb = {coulomb!r}, presliding = {presliding!r}, viscous = {viscous!r} }}   # N m, rad, N m s; of the guides
+'''
+
+AXIS_DESIGN = '''
 [axes.{name}.design]
 # poles = {poles}   # rad/s, five; without them those of the 3-DOF stage, scaled {scale}
 antiwindup_gain = 0.0
@@ -85,6 +98,21 @@ antiwindup_gain = 0.0
 MOTOR = '''
 [motors.{name}]
 drives = "{drives}"
+'''
+
+PLACE = '''x = {x!r}                    # m, place on the platform along {along[0]} and {along[1]}, from the centre of mass [-10…10]
+z = {z!r}
+'''
+
+HEIGHT = "height = {height!r}             # m, of the magnets' faces against the centre of mass, downwards [-1…1]\n"
+
+MOTOR_STOP = '''
+# Stops at the motors, on the air gap of each.
+[motor_stop]
+lower = {lower!r}              # m
+upper = {upper!r}
+stiffness = {stiffness!r}        # N/m [0…1e8]
+damping = {damping!r}             # N s/m [0…1e6]
 '''
 
 
@@ -98,7 +126,10 @@ def stage_text(rig: Rig, file: Path) -> str:
         file=file.name, scenario=f"{file.stem}-setpoints.toml", name=file.stem,
         suffix=file.stem[:1].upper() + file.stem[1:], sample_time=rig.sample_time, sharing=rig.sharing,
         resolution=rig.resolution, modulation=rig.modulation, axes="".join(axis_text(rig, axis) for axis in rig.axes),
-        motors="".join(MOTOR.format(name=each.name, drives=each.drives) for each in rig.motors),
+        motors="".join(motor_text(rig, each) for each in rig.motors),
+        tilts=", then the tilts about these" if rig.rotations else "",
+        height=HEIGHT.format(height=rig.height) if rig.rotations else "",
+        motor_stop="" if rig.motor_stop is None else MOTOR_STOP.format(**vars(rig.motor_stop)),
         **{name: value for name, value in vars(motor).items() if isinstance(value, float)},
         force=rig.stage.thrust[first.name] * first.mass * f1, start=vertical.start,
         attraction=rig.stage.attraction * vertical.mass * f2, direct=rig.stage.coils * vertical.mass * f3,
@@ -109,11 +140,19 @@ def stage_text(rig: Rig, file: Path) -> str:
 
 def axis_text(rig: Rig, axis: RigAxis) -> str:
     """Text of an axis."""
-    stop, vertical = axis.stop, axis == rig.vertical
-    assert stop is not None   # of a stage without tilt
-    return AXIS.format(
+    driven = axis in rig.horizontal
+    text = TILT if axis.rotation else AXIS + (STOP if axis.stop else "")
+    return (text + AXIS_DESIGN).format(
         **{name: getattr(axis, name) for name in ("name", "meaning", "mass", "start", "bias")},
-        **vars(axis.friction), **vars(axis.ripple), lower=stop.lower, upper=stop.upper,
-        nominal=": the nominal gap, at which the linear laws are designed" if vertical else "",
-        poles="[-90, [-4, 6], [-2, 2]]" if vertical else "[-5, -6, -7, -8, -9]",
-        scale="by the rate at which the mover falls" if vertical else "by what the motors can accelerate")
+        **vars(axis.friction), **vars(axis.ripple), **vars(axis.stop or rig.gap_stop),
+        nominal=": the nominal gap, at which the linear laws are designed" if axis == rig.vertical else "",
+        poles="[-5, -6, -7, -8, -9]" if driven else "[-90, [-4, 6], [-2, 2]]",
+        scale="by what the motors can accelerate" if driven else "by the rate at which the mover "
+        f"{'tilts' if axis.rotation else 'falls'}")
+
+
+def motor_text(rig: Rig, motor: RigMotor) -> str:
+    """Text of a motor."""
+    text = MOTOR + (PLACE if rig.rotations else "")
+    return text.format(name=motor.name, drives=motor.drives, x=motor.x, z=motor.z,
+                       along=[axis.name for axis in (*rig.horizontal, *rig.horizontal)])

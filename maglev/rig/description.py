@@ -135,6 +135,13 @@ class Reader:
                 self.refuse("design.schedule", "expected none where the platform tilts")
             if rig.motor_stop is None:
                 self.refuse("motor_stop", "missing, expected stops at the motors of a platform that tilts")
+            if rig.sharing != 1.0:
+                self.refuse("sharing", f"{rig.sharing:g}, expected 1 where the platform tilts: each motor has a place")
+            first, *others = rig.motors
+            if not any(abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
+                       for a in others for b in others):
+                places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in rig.motors)
+                self.refuse("motors", f"{places}, expected motors that are not all on one line")
         elif rig.motor_stop is not None:
             self.refuse("motor_stop", "expected only where the platform tilts")
         for motor in rig.motors:

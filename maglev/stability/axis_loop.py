@@ -10,7 +10,7 @@ from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.linearise import linearise
 from maglev.linear.model import LinearModel, Matrix, equivalents, slowest_first
 from maglev.linear.parameters import BLOCKS, Quantity, block_of
-from maglev.own_stage.adoption import rig_named as own_or_ours
+from maglev.own_stage.adoption import level_rig
 from pmlsm.rig import Rig
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
@@ -92,7 +92,7 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
         If there is no such rig.
     """
     try:
-        described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
+        described = level_rig(rig if rig.endswith(".toml") else rig.lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
     plant, *controllers = (definition.name for definition in BLOCKS[described.name])

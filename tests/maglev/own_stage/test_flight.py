@@ -9,7 +9,7 @@ import pytest
 
 import maglev
 from maglev.api.identifying import write_identification
-from maglev.errors import IdentificationError, RigError
+from maglev.errors import IdentificationError, MaglevError, RigError
 from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
@@ -24,6 +24,10 @@ FOUR = {**SINGLE, '[motors.alpha]\ndrives = "x"': '[motors.a1]\ndrives = "x"\n\n
 TWO = {**SINGLE, "mass = 6.9 ": "mass = 3.4 ", "pole_pitch = 0.05715": "pole_pitch = 0.048",
        "slot_pitch = 0.01905": "slot_pitch = 0.016", "slot_width = 0.0127": "slot_width = 0.008",
        "magnet_height = 0.005": "magnet_height = 0.006", "lower = -0.062, upper = 0.062": "lower = -0.03, upper = 0.03"}
+# A platform that tilts, with longer arms along z than along x, and a heavier one.
+TILTING = {"mass = 6.9 ": "mass = 7.5 ", "mass = 0.2 ": "mass = 0.22 ", "z = 0.2": "z = 0.25", "z = -0.2": "z = -0.25",
+           "x = 0.2 ": "x = 0.18 ", "x = -0.2 ": "x = -0.18 ", "coulomb = 1.1": "coulomb = 0.8"}
+
 # A motor with a gap of 3 mm, as makers sell them, whose data sheet has rms values and no normal force by currents.
 SMALL = {"sample_time = 0.0005": "sample_time = 0.0001", "mass = 4.35 ": "mass = 12 ",
          "start = 0.02 ": "start = 0.003 ",
@@ -67,7 +71,8 @@ def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, boo
     ("one", "2dof", {"mass = 4.35 ": "mass = 5.5 "}, {"v": 0.0195, "h": 2e-3}),
     ("small", "2dof", SMALL, {"v": 0.0031, "h": 2e-3}),
     ("two", "3dof", TWO, {"y": 0.0255, "x": 4e-3, "z": -4e-3}),
-    ("four", "3dof", FOUR, {"y": 0.0255, "x": 4e-3, "z": -4e-3})])
+    ("four", "3dof", FOUR, {"y": 0.0255, "x": 4e-3, "z": -4e-3}),
+    ("tilting", "5dof", TILTING, {"y": 0.0255, "x": 4e-3, "z": -4e-3, "roll": 3e-3, "pitch": -4e-3})])
 def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, str],
                       references: dict[str, float]) -> None:
     flyable(written(tmp_path / f"{name}.toml", like, changes))
@@ -75,6 +80,10 @@ def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, s
     assert not touched
     for axis, reference in references.items():
         assert getattr(loop.plant, axis).position == pytest.approx(reference, abs=1.2e-3 if axis in "xz" else 0.2e-3)
+    if "roll" in references:
+        # Where the motors are: higher where the platform leans up.
+        gaps = [getattr(loop.plant, motor).gap for motor in ("alpha1_mount", "beta1_mount")]
+        assert gaps == pytest.approx([0.0255 - 0.25 * 3e-3, 0.0255 + 0.18 * -4e-3], abs=0.2e-3)
 
 
 def test_single_motors_are_a_pair_with_one_current(tmp_path: Path) -> None:
@@ -136,6 +145,9 @@ def test_native_fmus_are_known_and_fly(tmp_path: Path, monkeypatch: pytest.Monke
      r"axes.x: its motors give 0.\d+ N at their limit and the start gap, bias and friction take 1.73 N"),
     ("3dof", {"sample_time = 0.0002 ": "sample_time = 0.01 "}, r"sample_time: 10 ms, expected at most 6.\d+ ms"),
     ("3dof", {"lower = 0.0185": "lower = 0.006"}, "axes.y.stop: from 6 to 32 mm, expected within 8…40 mm"),
+    ("5dof", {"lower = 0.0185": "lower = 0.006"}, "motor_stop: from 6 to 32 mm, expected within 8…40 mm"),
+    ("5dof", {"mass = 0.2 ": "mass = 0.01 ", "sample_time = 0.0002 ": "sample_time = 0.002 "},
+     r"sample_time: 2 ms, expected at most 1.8\d ms: without control the mover leaves its start with exp\(13\d t/s\)"),
     ("3dof", {"# poles = [-90, [-4, 6], [-2, 2]]": "poles = [-1, -1, -1, -1, -1]"},
      "design: with these gains the loop"),
     ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, "expected slots narrower than their pitch"),
@@ -196,3 +208,22 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
     assert f"plant.C3={found.estimate.final['C3']!r}" in settings
     with pytest.raises(IdentificationError, match="rig = 'found': expected one of 2dof, 3dof"):
         model_settings(model)
+
+
+def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "leaning.toml", "5dof", TILTING)
+    maglev.build(rig="leaning.toml", names=["PlantLeaning", "RegulatorLeaning"], native=True, target="host")
+    run = maglev.run("leaning-setpoints.toml", native=True)
+    assert not run["plant.at_stop"].any()
+    assert run.plan.axes["roll"].rotation
+    for axis in ("y", "x", "z", "roll", "pitch"):
+        assert abs(run[f"plant.{axis}.position"][-1] - run[f"controller.{axis}.reference"][-1]) < 0.1e-3
+    assert run["controller.roll.reference"].max() > 2e-3
+    for refused in (lambda: maglev.region("leaning.toml", "y", "25 mm"),
+                    lambda: maglev.identify("a.csv", rig="leaning.toml"),
+                    lambda: maglev.new_controller("lqi.py", stage="leaning.toml")):
+        (tmp_path / "a.csv").write_text("time,y\n0,0\n", encoding="utf-8")
+        with pytest.raises(MaglevError, match="leaning.toml: its platform tilts, expected a stage without tilt"):
+            refused()

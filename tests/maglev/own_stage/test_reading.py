@@ -13,9 +13,8 @@ from maglev.own_stage.data_sheet import Field, Winding, field_geometry, formulas
 from maglev.own_stage.design import OMEGA0
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
-from maglev.rig.description import PACKAGED
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rigs import RIGS
+from pmlsm.rigs import DESCRIBED, RIGS
 
 WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-3, length=50e-3, coercivity=875.4e3)
 
@@ -31,10 +30,10 @@ def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("like", RIGS)
+@pytest.mark.parametrize("like", DESCRIBED)
 def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> None:
     """Its data sheet is turned back into the constants that it was written from; z of the 3-DOF stage has x's motor."""
-    rig, own = RIGS[like], read_own(changed(tmp_path / "own.toml", like))
+    rig, own = DESCRIBED[like], read_own(changed(tmp_path / "own.toml", like))
     first = rig.horizontal[0].name
     assert own.stage.thrust[first] == pytest.approx(rig.stage.thrust[first], rel=1e-3)
     for name in ("attraction", "coils", "iron"):
@@ -43,6 +42,11 @@ def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> No
     fields = [[each.motor().field.value(gap) for gap in gaps] for each in (own, rig)]
     assert fields[0] == pytest.approx(fields[1], rel=5e-3)
     assert (own.axis_names, own.motor_names, own.sharing) == (rig.axis_names, rig.motor_names, rig.sharing)
+    assert own.motors == rig.motors
+    for name in ("height", "motor_stop", "sample_time", "modulation", "resolution"):
+        assert getattr(own, name) == getattr(rig, name)
+    for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple"):
+        assert [getattr(axis, name) for axis in own.axes] == [getattr(axis, name) for axis in rig.axes]
 
 
 def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
@@ -134,11 +138,25 @@ def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, me
     assert "\n" not in str(refused.value)
 
 
-def test_a_tilt_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "own.toml"
-    path.write_text((PACKAGED / "5dof.toml").read_text(encoding="utf-8"), encoding="utf-8")
-    with pytest.raises(RigError, match=r"own\.toml: axes\.roll\.rotation: true, expected no tilt"):
-        read_own(path)
+@pytest.mark.parametrize(("changes", "message"), [
+    ([("sharing = 1 ", "sharing = 2 ")], "sharing: 2, expected 1 where the platform tilts"),
+    ([("[motor_stop]", "[estimator]")], "estimator.lower: no such key"),
+    ([("z = 0.2", "z = 0.0"), ("z = -0.2", "z = 0.0")],
+     "motors: alpha1 at x = 0 m, z = 0 m, .*, expected motors that are not all on one line"),
+    ([("rotation = true             # a tilt of the platform: rad, N m\nmeaning = \"tilt about z\"",
+       "meaning = \"tilt about z\"")], "expected the air gap, two horizontal axes, and the tilts about them")])
+def test_tilts_that_fit_nothing_are_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
+    with pytest.raises(RigError, match=message):
+        read_own(changed(tmp_path / "own.toml", "5dof", *changes))
+
+
+def test_a_tilt_is_designed_by_how_fast_it_is_left(tmp_path: Path) -> None:
+    """The motors push the platform down with M y'' = k y, and over with I r'' = k Σ z²/n r."""
+    own = read_own(changed(tmp_path / "own.toml", "5dof", ("mass = 0.2 ", "mass = 0.3 "), ("z = 0.2", "z = 0.25"),
+                           ("z = -0.2", "z = -0.25")))
+    y, roll = (regulator_polynomial(axis.design.gains, OMEGA0) for axis in (own.axes[0], own.axes[3]))
+    ratio = sqrt(6.9 * (2.0 * 0.25**2 / 4.0) / 0.3)
+    assert roll / y == pytest.approx(ratio ** np.arange(6))
 
 
 @pytest.mark.parametrize(("name", "like", "message"), [
