@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hints
 
 from maglev.errors import QuantityError, RigError, nearest
+from maglev.rig.writer import own_names
 from maglev.toml_file import read_toml
 from maglev.units import parse_quantity
 from pmlsm.motor_geometry import MotorGeometry
@@ -124,6 +125,9 @@ class Reader:
         """Refuse what does not fit together."""
         if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
             self.refuse("name", f"{rig.name!r}, expected letters, digits and _")
+        for key, text in (("title", rig.title), ("equation", rig.equation)):
+            if not text.isprintable() or set('"\\') & set(text):
+                self.refuse(key, f"{text!r}, expected words on one line without \" and \\")
         if len(rig.axes) < 2:
             self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes")
         horizontal = [axis.name for axis in rig.horizontal]
@@ -144,6 +148,10 @@ class Reader:
                 self.refuse("motors", f"{places}, expected motors that are not all on one line")
         elif rig.motor_stop is not None:
             self.refuse("motor_stop", "expected only where the platform tilts")
+        for place, names in (("axes", rig.axis_names), ("motors", rig.motor_names)):
+            for name in names:
+                if name in own_names() or name in rig.axis_names and place == "motors":
+                    self.refuse(f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so")
         for motor in rig.motors:
             if motor.drives not in horizontal:
                 self.refuse(f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}")

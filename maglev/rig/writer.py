@@ -1,6 +1,8 @@
 """Writes what follows from a rig: templates that look like the modules that they make, with the rig's names in them."""
 
+import re
 from functools import cache
+from keyword import kwlist
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +13,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).with_name("templates")
+MARKED = re.compile(r"\{[{%].*?[%}]\}", re.DOTALL)
+OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 
 
 @cache
@@ -25,6 +29,16 @@ def environment() -> "Environment":
         "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
         "sentence": tex.sentence, "stop": text.stop_of, "total": text.total, "unit": text.unit_words}
     return made
+
+
+@cache
+def own_names() -> frozenset[str]:
+    """Names that blocks have of their own: no axis and no motor can be called so."""
+    found = {*kwlist, "self", "t", "dt", "law"}
+    for path in TEMPLATES.rglob("*.j2"):
+        code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
+        found.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
+    return frozenset(found)
 
 
 def render(name: str, rig: Rig, **more: str) -> str:

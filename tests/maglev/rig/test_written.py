@@ -1,6 +1,7 @@
 """What is committed of a rig is what its description writes."""
 
 import ast
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from jinja2.meta import find_referenced_templates
 from maglev.rig.description import PACKAGED, read_rig
 from maglev.rig.modules import MODULES, PAGES, controller, paths, template, written
 from maglev.rig.text import LONGEST
-from maglev.rig.writer import TEMPLATES, environment
+from maglev.rig.writer import TEMPLATES, environment, own_names
 from pmlsm.rig import Rig, RigMotor
 from pmlsm.rigs import DESCRIBED
 
@@ -57,6 +58,26 @@ def test_no_template_is_left_over() -> None:
 def test_a_name_that_a_template_does_not_know_is_an_error() -> None:
     with pytest.raises(UndefinedError, match="'moters' is undefined"):
         environment().from_string("{% for motor in moters %}{% endfor %}").render(motors=["alpha"])
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
+    """What a block calls its own, as its syntax tree has it: attributes, methods, variables, imports."""
+    rig = DESCRIBED[name]
+    parts = "|".join([*rig.axis_names, *rig.motor_names, *(constant.name for constant in rig.constants)])
+    called = set()
+    for path, text in written(rig).items():
+        for node in ast.walk(ast.parse(text)) if path.endswith(".py") else ():
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
+                called.add(node.attr)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                called.add(node.id)
+            elif isinstance(node, (ast.FunctionDef, ast.alias)):
+                called.add(node.name)
+    own = {each for each in called if re.fullmatch("[a-z][a-z0-9_]*", each)
+           and not re.search(rf"(?<![a-z])({parts})(?![a-z])|{rig.name}", each)}
+    assert len(own) > 60
+    assert own <= own_names()
 
 
 @pytest.mark.parametrize("name", DESCRIBED)
