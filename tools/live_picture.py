@@ -22,7 +22,8 @@ COLOURS = 128            # of the file: flat areas, few gradients
 def picture(page: Path) -> Image.Image:
     """The page in light colours, stopped at UNTIL."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium") or None)
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium") or None,
+                                             args=["--no-sandbox"])
         tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light")
         problems: list[str] = []
         tab.on("pageerror", lambda error: problems.append(str(error)))
