@@ -4,36 +4,8 @@ from pathlib import Path
 
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
-from maglev.own_stage.template import stage_text
-from pmlsm.rig import Rig
+from maglev.own_stage.template import scenario_text, stage_text
 from pmlsm.rigs import DESCRIBED, EXAMPLE
-
-# Set-points of the scenario, as shares of the way from the start to the nearer stop, for every axis in turn; of a tilt
-# that of the outermost motor.
-SHARES = ((0.0, 0.2, -0.2, 0.1), (0.0, 0.08, -0.08, 0.12), (0.0, -0.08, 0.08, -0.12), (0.0, 0.1, -0.1, 0.05),
-          (0.0, -0.1, 0.05, 0.1))
-TIMES = (0, 1, 6, 11)   # s
-
-SCENARIO = '''# Set-points of the {title} of {file}: its loop and FMUs follow from the description.
-#
-#     maglev build --rig {file}
-#     maglev run {scenario} --plot
-
-rig = "{file}"
-
-name = "{name}-setpoints"
-title = "{title}: a sequence of set-points"
-stop_time = "16 s"
-{signals}'''
-
-SIGNAL = '''
-[[signals]]
-to = "controller.{axis}.reference"
-kind = "steps"
-unit = "{unit}"
-times = {times}
-values = {values}
-'''
 
 
 def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
@@ -81,16 +53,3 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
         raise
     scenario.write_text(scenario_text(rig, file, scenario), encoding="utf-8")
     return file, scenario
-
-
-def scenario_text(rig: Rig, file: Path, scenario: Path) -> str:
-    """Text of a scenario of set-points that lie well between the stops."""
-    signals = []
-    for axis, shares in zip(rig.axes, SHARES, strict=False):
-        stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
-        way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
-        values = [round(1e3 * (axis.start + share * way), 1) for share in shares]
-        signals.append(SIGNAL.format(axis=axis.name, times=list(TIMES), values=values,
-                                     unit="mrad" if axis.rotation else "mm"))
-    return SCENARIO.format(title=rig.title, file=file.name, scenario=scenario.name, name=rig.name,
-                           signals="".join(signals))

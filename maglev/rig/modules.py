@@ -49,7 +49,7 @@ def module(path: str, rig: Rig) -> str:
 
 def controller(rig: Rig, name: str, file: str) -> str:
     """Text of a controller for a user of a rig to begin with: a class of a name, in a file."""
-    return fitted(render("controller.py.j2", rig, class_name=name, file=file))
+    return fitted(render("new/controller.py.j2", rig, name=name, file=file))
 
 
 def written(rig: Rig) -> dict[str, str]:

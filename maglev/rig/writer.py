@@ -36,15 +36,17 @@ def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
     found = {*kwlist, "self", "t", "dt", "law"}
     for path in TEMPLATES.rglob("*.j2"):
+        if path.name.endswith((".html.j2", ".toml.j2")):
+            continue
         code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
         found.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
     return frozenset(found)
 
 
-def render(name: str, rig: Rig, **more: str) -> str:
+def render(template: str, rig: Rig, **more: Any) -> str:
     """Text by a template; in the equations of a page, the names are in TeX."""
-    page = name.endswith(".html.j2")
-    return environment().get_template(name).render(words(rig) | (tex.tex(rig) if page else {}) | more)
+    page = template.endswith(".html.j2")
+    return environment().get_template(template).render(words(rig) | (tex.tex(rig) if page else {}) | more)
 
 
 def words(rig: Rig) -> dict[str, Any]:

@@ -46,7 +46,8 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
 
 
 def test_no_template_is_left_over() -> None:
-    used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)} | {"controller.py.j2"}
+    used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)}
+    used |= {f"new/{what}.j2" for what in ("controller.py", "stage.toml", "scenario.toml")}
     reached: set[str] = set()
     while used - reached:
         name = (used - reached).pop()
