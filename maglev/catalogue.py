@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import NamedTuple, TypeVar
 
 from fmi_export.build import build_fmu
 from fmi_export.errors import ExportError
@@ -14,14 +14,13 @@ from fmi_export.ssp import write_ssp
 from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError
 from maglev.own_fmus import DEFINITIONS as DEFINITIONS
-from maglev.own_fmus import SYSTEMS, definition, places, project
+from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
+from maglev.own_fmus import SYSTEMS as SYSTEMS
+from maglev.own_stage.loop import loop_table
 from maglev.processors import processors
 from maglev.written.build import FMU, buildable, finished, named_lines
 from maglev.written.own_modules import PACKAGES
 from maglev.written.source import is_class
-
-if TYPE_CHECKING:
-    from maglev.schema.run_plan import RunPlan
 
 Made = TypeVar("Made")
 Watch = Callable[[int, int], None]   # told how many of how many are done
@@ -64,7 +63,7 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
         read_description("controller", path)   # in another process, which a file may end when it is imported
     with buildable(path, PACKAGES, native) as found, whole_files(folder) as unfinished:
         name, packages = found.definition.name, (*PACKAGES, *found.packages)
-        if name in (*places(), *SYSTEMS):
+        if name in (*places(), *systems()):
             raise BuildError(f"{path}: class {name} would overwrite an FMU of this project, expected another name")
         if native:
             with named_lines(found.files):
@@ -100,26 +99,36 @@ def build(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[
     with whole_files(folder) as unfinished:
         fmus = counted((build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished)
                         for item in chosen), len(chosen), watch)
-        made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
+        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
     return [folder / path.name for path in made]
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
     """FMUs to build: those that are named, and in place of a system, those of its scenario."""
-    chosen = [list(models(loop_of(name)).values()) if name in SYSTEMS else [name] for name in names]
+    chosen = [list(loop_of(name).models.values()) if name in systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
-def loop_of(name: str) -> "RunPlan":
-    """Plan of the run that a system is of."""
+class SystemLoop(NamedTuple):
+    """Models of a system by their names in it, in the order of stepping; what they exchange; the stop time (s)."""
+
+    models: dict[str, str]
+    wires: list[tuple[str, str]]
+    stop_time: float
+
+
+def loop_of(name: str) -> SystemLoop:
+    """Loop of a system: that of an experiment, or of a stage of the user's the one that its scenarios have."""
     from maglev.schema.loading import load_plan  # to list what there is takes no pydantic
 
-    return load_plan(SYSTEMS[name])
-
-
-def models(plan: "RunPlan") -> dict[str, str]:
-    """FMUs of a scenario in the order in which they step, by their names in it."""
-    return {part: fmu.model or "" for part, fmu in plan.fmus.items()}
+    rig = systems()[name]
+    if not rig.experiment:
+        table = loop_table(rig)
+        models = {part: fmu["model"] for part, fmu in table["fmus"].items()}
+        return SystemLoop(models, [(source, target) for source, target in table["connections"]], SYSTEM_STOP)
+    plan = load_plan(rig.experiment)
+    return SystemLoop({part: fmu.model or "" for part, fmu in plan.fmus.items()}, list(plan.wires.values()),
+                      plan.stop_time)
 
 
 @build_errors()
@@ -143,7 +152,7 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False, wa
         fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
                                                               host_only), chosen), len(chosen), watch)
         loop.result()
-        made = [*fmus, *build_systems([name for name in names if name in SYSTEMS], unfinished, unfinished)]
+        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
     return [folder / path.name for path in made]
 
 
@@ -179,9 +188,9 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
     """
     written = []
     for name in names:
-        plan = loop_of(name)
-        parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in models(plan).items()}
+        loop = loop_of(name)
+        parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in loop.models.items()}
         for ports in (True, False):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
-            written.append(write_ssp(path, parts, list(plan.wires.values()), plan.stop_time, ports))
+            written.append(write_ssp(path, parts, loop.wires, loop.stop_time, ports))
     return written

@@ -14,6 +14,7 @@ from maglev.errors import BuildError, nearest
 from maglev.own_stage.adoption import OWN
 from maglev.rig.modules import definitions
 from maglev.written.own_modules import PACKAGES
+from pmlsm.rig import Rig
 from pmlsm.rigs import DESCRIBED
 
 DEFINITIONS = {name: place for rig in DESCRIBED.values() for name, place in definitions(rig).items()}
@@ -21,6 +22,8 @@ DEFINITIONS = {name: place for rig in DESCRIBED.values() for name, place in defi
 # Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
 # so that tools that leave out the start values in it run the same.
 SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in DESCRIBED.values() if rig.experiment}
+
+SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 
 PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
 NAME = re.compile(rb'modelName="(\w+)"')
@@ -32,10 +35,16 @@ def places() -> dict[str, tuple[str, str]]:
     return DEFINITIONS | {name: place for own in OWN.values() for name, place in definitions(own.rig).items()}
 
 
+def systems() -> dict[str, Rig]:
+    """Rig of every system that can be built, by its name: of the project, and of the user's stages."""
+    rigs = [*(rig for rig in DESCRIBED.values() if rig.experiment), *(own.rig for own in OWN.values())]
+    return {f"Stage{rig.suffix}": rig for rig in rigs}
+
+
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in places():
-        known = [*places(), *SYSTEMS]
+        known = [*places(), *systems()]
         raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}; nearest is "
                          f"{nearest(name, known)}")
     module, attribute = places()[name]

@@ -8,7 +8,7 @@ from pathlib import Path
 from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
-from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition
+from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, systems
 from maglev.own_stage.flyable import flyable
 from maglev.rig.modules import definitions
 from maglev.schema.layers import merged, packaged_files, run_layers
@@ -109,13 +109,14 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     given = [names] if isinstance(names, (str, Path)) else list(names)
     every = [*DEFINITIONS, *SYSTEMS]
     if rig is not None:
-        every = list(definitions(flyable(rig)))
+        described = flyable(rig)
+        every = [*definitions(described), f"Stage{described.suffix}"]
     folder = Path(fmus) / "native" if native else Path(fmus)
     files = [Path(name) for name in given if is_written(Path(name))]
     if target == "wasm":
         if files:
             raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
-        return build_wasm(map(str, given or (name for name in every if name not in SYSTEMS)), Path(fmus) / "wasm",
+        return build_wasm(map(str, given or (name for name in every if name not in systems())), Path(fmus) / "wasm",
                           watch)
     written = [build_written(path, folder, native, target == "host") for path in files]
     chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)

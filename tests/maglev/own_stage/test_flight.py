@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from interop.loops import foreign, ours_from_zero
 
 import maglev
 from maglev.api.identifying import write_identification
@@ -214,13 +215,18 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "leaning.toml", "5dof", TILTING)
-    maglev.build(rig="leaning.toml", names=["PlantLeaning", "RegulatorLeaning"], native=True, target="host")
+    maglev.build(rig="leaning.toml", names=["StageLeaning"], native=True, target="host")
     run = maglev.run("leaning-setpoints.toml", native=True)
     assert not run["plant.at_stop"].any()
     assert run.plan.axes["roll"].rotation
     for axis in ("y", "x", "z", "roll", "pitch"):
         assert abs(run[f"plant.{axis}.position"][-1] - run[f"controller.{axis}.reference"][-1]) < 0.1e-3
     assert run["controller.roll.reference"].max() > 2e-3
+    # The system of its plant and controller flies in another tool.
+    plan = run.plan.model_copy(update={"stop_time": 1.2})
+    rows = foreign("fmpy.ssp", plan, Path("fmus/native"), tmp_path, Path("fmus/native/StageLeaning.ssp"))
+    assert np.ptp(rows, axis=0).min() > 1e-4
+    assert np.array_equal(rows, ours_from_zero(plan, Path("fmus/native")))
     for refused in (lambda: maglev.region("leaning.toml", "y", "25 mm"),
                     lambda: maglev.identify("a.csv", rig="leaning.toml"),
                     lambda: maglev.new_controller("lqi.py", stage="leaning.toml")):

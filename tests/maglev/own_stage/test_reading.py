@@ -11,8 +11,11 @@ from maglev.errors import RigError
 from maglev.linear.design import regulator_polynomial
 from maglev.own_stage.data_sheet import Field, Winding, field_geometry, formulas
 from maglev.own_stage.design import OMEGA0
+from maglev.own_stage.loop import loop_table
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
+from maglev.schema.layers import PACKAGED as SCENARIOS
+from maglev.schema.layers import merged, read_layers
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rigs import DESCRIBED, RIGS
 
@@ -136,6 +139,22 @@ def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, me
         read_own(path)
     assert str(refused.value).startswith(f"{path}: ")
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
+    """Written from the description it says what stands in the files of the scenarios, but for tolerances of checks."""
+    loop = loop_table(DESCRIBED[name])
+    packaged = merged(read_layers(SCENARIOS / "loops" / f"{name}.toml"))
+    assert sorted(loop["connections"]) == sorted(packaged["connections"])
+    for axis in loop["axes"].values():
+        for key in ("vertical", "rotation"):
+            if not axis[key]:
+                del axis[key]
+    assert loop["axes"] == packaged["axes"]
+    assert loop["fmus"] == {each: {"model": packaged["fmus"][each]["model"]} for each in ("controller", "plant")}
+    for key in ("stop_flag", "trip_flag", "motors"):
+        assert loop[key] == packaged[key]
 
 
 @pytest.mark.parametrize(("changes", "message"), [
