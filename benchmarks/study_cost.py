@@ -35,7 +35,7 @@ def planned(folder: Path, samples: int) -> PlannedStudy:
     study = read_study({"name": "cost", "scenario": SCENARIO, "vary": [
         {"set": "plant.y.mass", "kind": "grid", "from": 6.5, "to": 7.5, "number": samples}]}, Path("cost"))
     experiment, = experiments_of([load_plan(SCENARIO)], {"fmus": folder, "native": True})
-    return plan_study(study, experiment, "cost", folder, [])
+    return plan_study(study, experiment, "cost", folder, {})
 
 
 def processor_times(client: Client) -> float:

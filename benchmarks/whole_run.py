@@ -99,7 +99,7 @@ def main() -> int:
         folder = Path(name)
         plan = load_plan(NAME)
         build_native([fmu.model or "" for fmu in plan.fmus.values()], folder, host_only=True)
-        measurements = ways(prepare(plan, folder, {}, []), folder)
+        measurements = ways(prepare(plan, folder, {}, {}), folder)
         times: dict[str, list[float]] = {way: [] for way in measurements}
         for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
             for way, measure in measurements.items():

@@ -69,7 +69,7 @@ def inputs(plan: RunPlan, recording: Recording, fmu: str) -> Recording:
 
 def record(plan: RunPlan, files: dict[str, Path]) -> None:
     """Run a scenario and write an input file for each FMU that is named."""
-    recording = prepare(plan, Path("fmus"), {}, []).run()
+    recording = prepare(plan, Path("fmus"), {}, {}).run()
     for fmu, path in files.items():
         write_csv(path, inputs(plan, recording, fmu))
 

@@ -1,6 +1,6 @@
 """Options that the functions share: what is put in place of a plan's FMUs, values and step."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict
 
@@ -9,17 +9,16 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.errors import QuantityError, ScenarioError, nearest
-from maglev.experiment.following import FOLLOW
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.replacement import Replacement
 from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
-from maglev.schema.run_plan import RunPlan
+from maglev.schema.run_plan import RunPlan, StartValue
+from maglev.schema.settings import Settings, start_values
 from maglev.units import number_or_text, parse_quantity
 from maglev.written.source import copy_of, is_written, path_of
 
 Value = float | int | bool | str
-Settings = Mapping[str, Value] | Iterable[str] | None
 
 
 class FlightOptions(TypedDict, total=False):
@@ -38,16 +37,6 @@ class FlightOptions(TypedDict, total=False):
     keep_settings: bool
 
 
-def settings_of(settings: Settings) -> list[str]:
-    """Start values as texts `fmu.variable=value`; a mapping may have numbers, Booleans, and text with a unit."""
-    if settings is None:
-        return []
-    if isinstance(settings, Mapping):
-        return [f"{name}={str(value).lower() if isinstance(value, bool) else value}"
-                for name, value in settings.items()]
-    return list(settings)
-
-
 def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
     """Runs made ready; MaglevError if an option or a plan cannot be used."""
     for name in options.keys() - FlightOptions.__annotations__.keys():
@@ -57,7 +46,8 @@ def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Exp
         if is_written(replacement.path):
             read_description(name, copy_of(replacement.path), timeout)   # its import may take that, too
     return prepare_all(plans, folder_of(options), replaced, starts(plans, options),
-                       seconds("step", options.get("step")), options.get("order", "sequential"), timeout)
+                       seconds("step", options.get("step")), options.get("order", "sequential"), timeout,
+                       follows(options))
 
 
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
@@ -79,24 +69,27 @@ def replacements(options: FlightOptions) -> dict[str, Replacement]:
     return {name: Replacement(path, maps.get(name, PortMap()), keep) for name, path in given.items()}
 
 
-def starts(plans: Sequence[RunPlan], options: FlightOptions) -> list[str]:
-    """Start values of a model file and of the settings, in the order in which they go over each other."""
-    settings, model = settings_of(options.get("set")), options.get("model")
-    if model is None:
+def follows(options: FlightOptions) -> bool:
+    """Whether the controller's model is to follow the masses of the plant."""
+    return str(options.get("model")) == "plant"
+
+
+def starts(plans: Sequence[RunPlan], options: FlightOptions) -> dict[str, StartValue]:
+    """Start values of a model file and, over them, of the settings."""
+    settings, model = start_values(options.get("set")), options.get("model")
+    if model is None or follows(options):
         return settings
-    if str(model) == "plant":
-        return [FOLLOW, *settings]
     rigs = {plan.rig.name: plan.rig for plan in plans if plan.rig is not None}
     if len(rigs) != 1:
         raise ScenarioError(f"--model {model}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
-    constants = model_settings(Path(model), *rigs.values())
+    constants = start_values(model_settings(Path(model), *rigs.values()))
     for plan in plans:
         for name, fmu in plan.fmus.items():
             for variable, source in fmu.start_from.items():
-                if any(constant.startswith(f"{name}.{variable}=") for constant in constants):
+                if f"{name}.{variable}" in constants:
                     raise ScenarioError(f"--model {model}: {plan.name} takes {name}.{variable} from {source.run}, "
                                         "expected only runs that take no constants from others")
-    return [*constants, *settings]
+    return constants | settings
 
 
 def folder_of(options: FlightOptions) -> Path:

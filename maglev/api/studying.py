@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from maglev.api.flown import extra
-from maglev.api.options import FlightOptions, Value, experiments_of, seconds, settings_of
+from maglev.api.options import FlightOptions, Value, experiments_of, seconds
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import MaglevError, ScenarioError, UnknownName
 from maglev.processors import processors
 from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import StartValue
+from maglev.schema.settings import start_values
 
 if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
@@ -146,7 +148,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
     limit = seconds("sample-timeout", sample_timeout)
     found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
-    settings = [*settings_of(found.set), *settings_of(options.get("set"))]
+    settings = start_values(found.set) | start_values(options.get("set"))
     require_free(settings, found.vary, str(path))
     beside = path.parent / found.scenario
     scenario = beside if found.scenario.endswith(".toml") else Path(found.scenario)
@@ -158,7 +160,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
                           say or warn) as built:
         experiment, = experiments_of([plan], {**options, "controller": built})
         say_notes([experiment], say or warn)
-        planned = plan_study(found, experiment, str(path), Path(out), run_command(str(scenario), options))
+        planned = plan_study(found, experiment, str(path), Path(out), flown_with(str(scenario), options, settings))
         with (watch or unwatched)([found.name]) as watcher:
             return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
                                    partial(watcher, found.name), say or warn))
@@ -231,22 +233,15 @@ def values_of(target: str, text: str, sampled: bool) -> dict[str, Any]:
     return {"kind": "grid", "from": number_or_text(parts[0]), "to": number_or_text(parts[1]), "number": int(parts[2])}
 
 
-def run_command(scenario: str, options: FlightOptions) -> list[str]:
-    """The command that flies a scenario with the same options."""
-    found = ["maglev", "run", scenario]
-    flags = {"model": "--model", "plant": "--plant", "controller": "--controller", "ports": "--map", "step": "--step"}
-    for key, flag in flags.items():
-        value = options.get(key)
-        found += [] if value is None else [flag, str(value)]
-    if options.get("order", "sequential") != "sequential":
-        found += ["--order", str(options["order"])]
-    if Path(options.get("fmus", "fmus")) != Path("fmus"):
-        found += ["--fmus", str(options["fmus"])]
-    found += ["--native"] if options.get("native") else []
-    found += ["--keep-settings"] if options.get("keep_settings") else []
-    for setting in settings_of(options.get("set")):
-        found += ["--set", setting]
-    return found
+def flown_with(scenario: str, options: FlightOptions, settings: Mapping[str, StartValue]) -> dict[str, Any]:
+    """What a full run takes to fly the scenario as the study does, as JSON has it, of options the unusual ones."""
+    from maglev.studies.page.again import FLAGS
+
+    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "keep_settings": False}
+    given = {key: options.get(key) for key in FLAGS}
+    return {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
+            "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
+                        if value is not None and usual.get(key) not in (value, str(value))}}
 
 
 def require_study() -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from fmi_export.whole_file import write_whole
-from maglev.api.options import FlightOptions, experiments_of, settings_of
+from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.api.studying import require_study
 from maglev.processors import processors
 from maglev.schema.loading import load_plan
+from maglev.schema.settings import start_values
 
 if TYPE_CHECKING:
     from maglev.tuning.planning import PlannedTuning
@@ -87,7 +88,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
 
     tuning, path = load_tuning(file)
     scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else Path(tuning.scenario)
-    settings = [*settings_of(tuning.set), *settings_of(options.get("set"))]
+    settings = start_values(tuning.set) | start_values(options.get("set"))
     require_free(settings, tuning.vary, str(path))
     options = {**options, "set": settings}
     with controller_built(options.get("controller"), options.get("native", False), scheduler is not None,

@@ -9,8 +9,6 @@ from maglev.errors import ScenarioError
 from maglev.own_fmus import definition
 from pmlsm.rig import Rig
 
-FOLLOW = "model=plant"   # the setting that asks for it
-
 Own = Callable[[str], float | None]   # what a variable of an FMU is that flies, or None if it has none
 
 

@@ -17,14 +17,14 @@ from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import FmuError, ScenarioError, nearest
-from maglev.experiment.following import FOLLOW, Following, Own, following
+from maglev.experiment.following import Following, Own, following
 from maglev.experiment.port_check import check_names
 from maglev.experiment.provenance import Provenance, departures_of, provenance
 from maglev.experiment.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.own_fmus import built_here
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
-from maglev.schema.settings import read_setting, with_references
+from maglev.schema.settings import with_references
 from maglev.written.source import copy_of, is_class, is_written
 
 
@@ -181,8 +181,9 @@ class Experiment:
         return max(1, round(self.plan.output_interval / self.step))
 
 
-def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Iterable[str],
-            step: float | None = None, order: Order = "sequential", timeout: float = TIMEOUT) -> Experiment:
+def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Mapping[str, StartValue],
+            step: float | None = None, order: Order = "sequential", timeout: float = TIMEOUT,
+            follow: bool = False) -> Experiment:
     """Experiment of a run.
 
     Parameters
@@ -192,15 +193,17 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         Folder with the FMUs of this project.
     replaced : mapping of str to Replacement
         FMUs that take the place of the plan's, by name in the run.
-    settings : iterable of str
-        Start values that go before the plan's, `fmu.variable=value`, the value with or without a unit; or other
-        references, `reference.AXIS.amplitude=value`, see `with_reference`; or `FOLLOW`.
+    settings : mapping of str to StartValue
+        What goes before the plan's: start values by `fmu.variable`, or other references by `reference.AXIS.amplitude`,
+        see `with_reference`.
     step : float, optional
         Communication step that takes the place of the plan's, s.
     order : str
         "sequential" or "jacobi", see `wire`.
     timeout : float
         As of `Experiment`, s.
+    follow : bool
+        Whether the controller's model follows the masses of the plant.
 
     Raises
     ------
@@ -233,16 +236,15 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in left_out]})
     plan, settings, other_references = with_references(plan, settings)
     overruled: list[str] = []
-    follows, settings = FOLLOW in settings, [setting for setting in settings if setting != FOLLOW]
-    for setting in settings:
-        name, variable, value = read_setting(setting)
-        known_participant(plan, f"--set {setting}", name)
+    for full, value in settings.items():
+        name, _, variable = full.partition(".")
+        known_participant(plan, value.origin, name)
         start[name][variable] = value
         source = start_from[name].pop(variable, None)
         if source is not None:
             overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
-    asked = {setting.partition("=")[0].strip() for setting in settings}
-    follow = followed(plan, files, start, start_from, asked) if follows else None
+    asked = set(settings)
+    model = followed(plan, files, start, start_from, asked) if follow else None
     left_out = {full: reason for full, reason in left_out.items() if full not in asked}
     scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name],
                                             "inherited": {}})
@@ -258,7 +260,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
     not_compared = tuple(name for name in plan.check.signals if name not in experiment.plan.check.signals)
     return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures,
-                   following=follow, not_compared=not_compared)
+                   following=model, not_compared=not_compared)
 
 
 def followed(plan: RunPlan, files: Mapping[str, Path], start: Mapping[str, dict[str, StartValue]],

@@ -10,7 +10,7 @@ from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.replacement import Replacement
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
-from maglev.schema.run_plan import RunPlan
+from maglev.schema.run_plan import RunPlan, StartValue
 
 
 def select(names: Iterable[str | Path] | None) -> list[RunPlan]:
@@ -72,14 +72,14 @@ def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
     return list(known.values())[len(runs):]
 
 
-def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement], settings: Sequence[str],
-                step: float | None = None, order: Order = "sequential",
-                timeout: float = TIMEOUT) -> list[Experiment]:
+def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement],
+                settings: Mapping[str, StartValue], step: float | None = None, order: Order = "sequential",
+                timeout: float = TIMEOUT, follow: bool = False) -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`.
 
     Also refused is a run that starts from an output which the other run, among the given ones, does not have.
     """
-    experiments = [prepare(run, fmus, replaced, settings, step, order, timeout) for run in runs]
+    experiments = [prepare(run, fmus, replaced, settings, step, order, timeout, follow) for run in runs]
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
         if experiment.plan.needs:

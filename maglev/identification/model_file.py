@@ -37,8 +37,8 @@ def write_model(path: Path, found: "Identification", source: Path) -> None:
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
-def model_settings(path: Path, rig: RigDescription | None = None) -> list[str]:
-    """Settings `plant.C1=…` of a model file, as for --set.
+def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, float]:
+    """Values of a model file by `plant.C1`, ….
 
     The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
     and those of a table go before them. `rig = "2dof"` may say which rig they belong to, by its
@@ -71,12 +71,12 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> list[str]:
     valid = CONSTANTS if belongs is None else known[belongs].constants
     tables = {name: table.pop(name, {}) for name in FMUS}
     both = checked(path, "", table, valid, (*valid, *FMUS, "rig"))
-    settings = []
+    settings: dict[str, float] = {}
     for fmu, own in tables.items():
         if not isinstance(own, dict):
             raise IdentificationError(f"{path}: {fmu} = {own!r}: expected a table [{fmu}]")
         values = {**both, **checked(path, f"{fmu}.", own, valid, valid)}
-        settings += [f"{fmu}.{name}={values[name]!r}" for name in sorted(values)]
+        settings |= {f"{fmu}.{name}": values[name] for name in sorted(values)}
     if not settings:
         raise IdentificationError(f"{path}: has no constants, expected C1 = … in [plant], in [controller] or for both")
     return settings

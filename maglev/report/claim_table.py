@@ -214,7 +214,7 @@ def wording(result: ClaimResult) -> str:
 
 def unbroken(text: str) -> str:
     """The text with numbers and their units kept on one line."""
-    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
+    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
 
 
 def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:

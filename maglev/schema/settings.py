@@ -1,6 +1,6 @@
 """Settings of the user: start values `fmu.variable=value`, and references `reference.x.amplitude=1.2`."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.schema.run_plan import RunPlan, StartValue, read_start_value
@@ -11,35 +11,53 @@ from pmlsm.rig import ROTATION
 REFERENCE = "reference"   # in the place of an FMU's name
 UNITS = {"amplitude": "1", "start": "m", "end": "m"}
 
+Settings = Mapping[str, float | int | bool | str | StartValue] | Iterable[str] | None
 
-def read_setting(setting: str) -> tuple[str, str, StartValue]:
-    """FMU, variable and value of a setting `fmu.variable=value`."""
-    path, equals, text = setting.partition("=")
-    name, dot, variable = path.strip().partition(".")
-    if not (equals and dot and variable):
-        raise ScenarioError(f"--set {setting}: expected FMU.variable=value, such as plant.y.mass=7.2")
-    text = text.strip()
+
+def start_values(given: Settings) -> dict[str, StartValue]:
+    """Start values by `fmu.variable`; ScenarioError if one has no such name, or cannot be read.
+
+    Parameters
+    ----------
+    given : mapping of str to float, int, bool, str or StartValue, or iterable of str, or None
+        Text may have a unit; or words of a command line, `fmu.variable=value`, of which the last about a name counts.
+    """
+    if isinstance(given, Mapping):
+        return {name: value if isinstance(value, StartValue) else start_value(name, value)
+                for name, value in given.items()}
+    pairs = (word.partition("=") for word in given or ())
+    return {name.strip(): start_value(name if equals else "", text, f"{name}{equals}{text}")
+            for name, equals, text in pairs}
+
+
+def start_value(name: str, value: float | bool | str, written: str = "") -> StartValue:
+    """One of them; `written` is the word, if it was one."""
+    text = str(value).strip()
+    origin = f"--set {written or f'{name}={text.lower() if isinstance(value, bool) else text}'}"
+    if not all(name.strip().partition(".")):
+        raise ScenarioError(f"{origin}: expected FMU.variable=value, such as plant.y.mass=7.2")
     if text.lower() in ("true", "false"):
-        return name, variable, StartValue(text.lower() == "true", None, text, f"--set {setting}")
+        return StartValue(text.lower() == "true", None, text if isinstance(value, str) else text.lower(), origin)
     try:
-        return name, variable, read_start_value(number_or_text(text))._replace(origin=f"--set {setting}")
+        return read_start_value(number_or_text(text) if isinstance(value, str) else value)._replace(origin=origin)
     except QuantityError as error:
-        raise ScenarioError(f"--set {setting}: {error}") from error
+        raise ScenarioError(f"{origin}: {error}") from error
 
 
-def with_references(plan: RunPlan, settings: Iterable[str]) -> tuple[RunPlan, list[str], list[str]]:
+def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
+                    ) -> tuple[RunPlan, dict[str, StartValue], list[str]]:
     """Plan with the references that settings ask for, the settings that are about FMUs, and those about references."""
-    others, about_fmus = [], []
-    for setting in settings:
-        if setting.partition(".")[0].strip() != REFERENCE or REFERENCE in plan.fmus:
-            about_fmus.append(setting)
+    others, about_fmus = [], {}
+    for name, value in settings.items():
+        if name.partition(".")[0] != REFERENCE or REFERENCE in plan.fmus:
+            about_fmus[name] = value
             continue
-        _, variable, value = read_setting(setting)
+        variable = name.partition(".")[2]
         unit = unit_of(plan, variable)
         if value.unit is not None and si_unit(value.unit) != unit or isinstance(value.value, bool):
-            raise ScenarioError(f"--set {setting}: expected a number, or a quantity in {unit}")
+            raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
         plan = with_reference(plan, variable, float(value.value))
-        others.append(f"{REFERENCE}.{variable} = {value.written}")
+        others.append(f"{name} = {value.written}")
     return plan, about_fmus, others
 
 

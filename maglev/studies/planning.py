@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -59,7 +60,8 @@ class PlannedStudy:
     units: dict[str, str]
 
 
-def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path, command: list[str]) -> PlannedStudy:
+def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
+               run: Mapping[str, Any]) -> PlannedStudy:
     """Plan a study of an experiment.
 
     Parameters
@@ -70,8 +72,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
         What refusals name: the file.
     out : Path
         Folder for the results.
-    command : list of str
-        The command that flies the experiment as a full run, to which `--set` of a sample is added.
+    run : mapping
+        With what a full run flies the experiment, see `maglev.studies.page.again`.
 
     Raises
     ------
@@ -108,7 +110,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
               for i, each in enumerate(study.vary)}
     for name in {each.column for each in study.vary} & {*known, "sample", "passed", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
-    layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, command, count))
+    layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
     return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
                         time[::every], experiment.outputs())
 
@@ -165,13 +167,13 @@ def key_of(job: Job, values: Array, experiment: Experiment) -> str:
     return found.hexdigest()
 
 
-def about(study: StudyFile, job: Job, experiment: Experiment, command: list[str], count: int) -> dict[str, Any]:
+def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:
     """What stands in the metadata of the dataset; the same for the same study, however it was flown."""
     provenance = {key: value for key, value in experiment.provenance().as_data().items() if key != "command"}
     return {"name": study.name, "title": study.title or f"{study.scenario}: {count} samples",
             "description": study.description, "key": job.key, "samples": count,
             "design": study.design.model_dump(), "correlated": [group.of for group in study.correlated],
-            "scenario": experiment.plan.name, "provenance": provenance, "run": command,
+            "scenario": experiment.plan.name, "provenance": provenance, "run": run,
             "vary": [{"name": each.column, "set": each.set, "mode": each.mode, "kind": each.kind}
                      for each in study.vary],
             "limits": {column.name: {"min": finite(column.min), "max": finite(column.max)} for column in job.columns

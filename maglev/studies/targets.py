@@ -1,6 +1,6 @@
 """What a study sets in each flight: parameters, inputs and references, with their values by sample."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
+from maglev.schema.run_plan import StartValue
 from maglev.schema.settings import REFERENCE, unit_of, with_reference
 from maglev.studies.schema import Mode, StudyFile, Varied
 from maglev.units import si_unit
@@ -69,13 +70,11 @@ def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Ta
     return found
 
 
-def require_free(settings: Iterable[str], vary: Iterable[Varied], origin: str) -> None:
-    """Refuse settings `fmu.variable=value` of what varies; what a factor or an offset is of may be set."""
+def require_free(settings: Mapping[str, StartValue], vary: Iterable[Varied], origin: str) -> None:
+    """Refuse to set `fmu.variable` that varies; what a factor or an offset is of may be set."""
     varied = {name for each in vary if each.mode == "value" for name in each.set}
-    for setting in settings:
-        name = setting.partition("=")[0].strip()
-        if name in varied:
-            raise ScenarioError(f"{origin}: {setting}: {name} varies, expected to be set, or to vary")
+    for name in settings.keys() & varied:
+        raise ScenarioError(f"{origin}: {settings[name].origin}: {name} varies, expected to be set, or to vary")
 
 
 def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descriptions: dict[str, ModelDescription],

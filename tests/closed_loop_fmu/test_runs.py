@@ -17,6 +17,7 @@ from maglev.experiment.results import write_csv
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
+from maglev.schema.settings import start_values
 from pmlsm.rigs import DESCRIBED
 
 INPUTS = PACKAGED / "inputs"
@@ -26,7 +27,7 @@ FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
 
 
-def start_values(plan: RunPlan) -> dict[str, float | bool]:
+def starts_of(plan: RunPlan) -> dict[str, float | bool]:
     """Start values of a plan, under their names in a loop."""
     return {f"{part}.{variable}": value.value for part, fmu in plan.fmus.items()
             for variable, value in fmu.start.items()}
@@ -36,7 +37,7 @@ def fly(loop: str, folder: Path, plan: RunPlan, given: Recording, every: int) ->
     """Run of a loop with what a run of the plan was given, in communication steps of several samples."""
     drives = {f"loop.{v.name}": given.columns[v.place][::every].tolist() for v in definition(loop).variables
               if v.causality == "input" and v.place in given.columns}
-    with Master([FmuSetup("loop", folder / f"{loop}.fmu", start_values(plan))], [],
+    with Master([FmuSetup("loop", folder / f"{loop}.fmu", starts_of(plan))], [],
                 every * plan.step) as master:
         return master.run(plan.stop_time, drives)
 
@@ -74,7 +75,7 @@ def assert_same(recording: Recording, expected: Recording, every: int) -> None:
 def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: str, run: str, settings: Sequence[str],
                                                      every: int) -> None:
     plan = load_plan(run).model_copy(update={"stop_time": 3.0})
-    experiment = prepare(plan, native_fmus, {}, settings)
+    experiment = prepare(plan, native_fmus, {}, start_values(settings))
     assert experiment.plan.fmus["controller"].model == definition(loop).description.split()[3]
     expected = experiment.run()
     assert_same(fly(loop, native_fmus, experiment.plan, expected, every), expected, every)
@@ -87,7 +88,7 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
     """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
     loop, run = FILES[file]
     plan = load_plan(run).model_copy(update={"stop_time": 1.5})
-    expected = prepare(plan, either_kind, {}, []).run()
+    expected = prepare(plan, either_kind, {}, {}).run()
     result = fmpy.simulate_fmu(str(either_kind / f"{loop}.fmu"), input=read_csv(INPUTS / file),
                                output_interval=plan.step, stop_time=1.5)
     columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}

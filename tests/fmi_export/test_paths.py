@@ -39,7 +39,7 @@ def test_every_fmu(elsewhere: Path) -> None:
 def test_our_master(either_kind: Path, elsewhere: Path) -> None:
     """Also the same numbers."""
     plan = load_plan("3dof-setpoints").model_copy(update={"stop_time": 0.1})
-    runs = [prepare(plan, folder, {}, []).run().columns for folder in (either_kind, elsewhere)]
+    runs = [prepare(plan, folder, {}, {}).run().columns for folder in (either_kind, elsewhere)]
     for name, column in runs[0].items():
         assert np.array_equal(column, runs[1][name]), name
 

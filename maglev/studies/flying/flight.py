@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import Master
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.schema.settings import REFERENCE, read_setting, with_references
+from maglev.schema.settings import REFERENCE, start_values, with_references
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
 
@@ -93,11 +93,10 @@ class Flight:
 
     def with_changes(self, changes: Changes) -> Experiment:
         """The experiment with other references."""
-        plan, about_fmus, _ = with_references(self.experiment.plan, [f"{name}={value!r}" for name, value
-                                                                      in changes.items()])
+        plan, about_fmus, _ = with_references(self.experiment.plan, start_values(changes))
         fmus = dict(plan.fmus)
-        for setting in about_fmus:
-            name, variable, value = read_setting(setting)
+        for full, value in about_fmus.items():
+            name, _, variable = full.partition(".")
             fmus[name] = fmus[name].model_copy(update={"start": {**fmus[name].start, variable: value}})
         return replace(self.experiment, plan=plan.model_copy(update={"fmus": fmus}))
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import maglev
 from maglev.judging.measures import measures
+from maglev.quantities import printed
 
 NOTHING = {f"plant.{axis}.friction.{kind}": 0.0 for axis in "vh" for kind in ("coulomb", "viscous")}
 
@@ -63,7 +64,8 @@ def test_what_friction_is_blamed_for_is_flown_without_it(fastest_fmus: Path, tmp
     assert all(f"{name} = 0 instead of" in again for name in NOTHING)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert page.count("<summary>What if friction were zero?") == 2   # in the table, and under the figure
-    assert f"met</span>: {1e3 * expected:.3g}\N{NO-BREAK SPACE}mm." in page
+    text = printed(expected, "m").replace(" ", "\N{NO-BREAK SPACE}")
+    assert f"met</span>: {text}." in page
 
 
 def test_nothing_is_flown_twice_without_a_reason_or_a_wish(fastest_fmus: Path, tmp_path: Path) -> None:

@@ -40,8 +40,8 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     assert convergence["C2"][-1] == table["plant"]["C2"]
     assert convergence.shape[0] < 3000
     assert (tmp_path / "mine.convergence.png").is_file() or (tmp_path / "mine.convergence.html").is_file()
-    expected = [f"{participant}.C{k}={table[participant][f'C{k}']!r}" for participant in ("plant", "controller")
-                for k in (1, 2, 3)]
+    expected = {f"{participant}.C{k}": table[participant][f'C{k}'] for participant in ("plant", "controller")
+                for k in (1, 2, 3)}
     assert model_settings(tmp_path / "mine.identified.toml", RIGS["2dof"]) == expected
     # A file that ends inside a number is TOML, too.
     text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
@@ -74,11 +74,11 @@ def model(tmp_path: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize(("text", "settings"), [
-    ("[plant]\nC1 = 14.5\n", ["plant.C1=14.5"]),
-    ("[controller]\nC4 = 1\nC2 = 790\n", ["controller.C2=790.0", "controller.C4=1.0"]),
-    ("C1 = 3.0\n", ["plant.C1=3.0", "controller.C1=3.0"]),
-    ('rig = "2dof"\nC1 = 3.0\n[plant]\nC1 = 4.0\n', ["plant.C1=4.0", "controller.C1=3.0"])])
-def test_model_settings(tmp_path: Path, text: str, settings: list[str]) -> None:
+    ("[plant]\nC1 = 14.5\n", {"plant.C1": 14.5}),
+    ("[controller]\nC4 = 1\nC2 = 790\n", {"controller.C2": 790.0, "controller.C4": 1.0}),
+    ("C1 = 3.0\n", {"plant.C1": 3.0, "controller.C1": 3.0}),
+    ('rig = "2dof"\nC1 = 3.0\n[plant]\nC1 = 4.0\n', {"plant.C1": 4.0, "controller.C1": 3.0})])
+def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -> None:
     assert model_settings(model(tmp_path, text)) == settings
 
 

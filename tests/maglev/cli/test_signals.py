@@ -177,7 +177,7 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path, number:
 
 def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:
     """Ctrl-C when the first of two runs is done."""
-    plans = prepare_all([load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")], fmus, {}, [])
+    plans = prepare_all([load_plan(scenario(tmp_path, name, 1.0)) for name in ("a", "b")], fmus, {}, {})
 
     def interrupt(_name: str, done: int, steps: int) -> None:
         if done == steps:

@@ -23,7 +23,7 @@ from pmlsm.rigs import RIG_3DOF
 def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str, order: Order) -> None:
     """1.5 s under every controller, the first step of the set-points included."""
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
-    experiment = prepare(plan, fmus, {}, [], order=order)
+    experiment = prepare(plan, fmus, {}, {}, order=order)
     recording = experiment.run()
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]

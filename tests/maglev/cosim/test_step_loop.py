@@ -72,7 +72,7 @@ def flown(folder: Path, steps: int, ports: PortMap | None = None, order: Order =
                                   "3dof-tracking-pid", "2dof-identification-rig"])
 def test_loops_agree(native_fmus: Path, without_loop: Path, loops: list[bool], name: str, order: Order) -> None:
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
-    compiled, plain = (prepare(plan, folder, {}, [], order=order).run() for folder in (native_fmus, without_loop))
+    compiled, plain = (prepare(plan, folder, {}, {}, order=order).run() for folder in (native_fmus, without_loop))
     assert loops == [True, False]
     require_equal(compiled, plain)
     assert any(np.ptp(column) > 1e-4 for name, column in compiled.columns.items() if name.endswith(".position"))

@@ -20,6 +20,7 @@ from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunOutput, RunPlan
+from maglev.schema.settings import start_values
 
 # Brackets hold the air gap; each run starts where the one that it names has ended.
 CHAIN = """
@@ -129,7 +130,7 @@ def changed(path: Path, old: str, new: str) -> Path:
 
 
 def ran(runs: list[RunPlan], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
-    experiments = prepare_all(runs, fmus, {}, settings)
+    experiments = prepare_all(runs, fmus, {}, start_values(settings))
     return {result.plan.name: result for result in execute_all(experiments, out, "csv", 2, lambda *_: None)}
 
 
@@ -221,7 +222,7 @@ def test_what_no_output_or_variable_has_is_refused_before_anything_runs(fmus: Pa
                                                                         new: str, expected: str) -> None:
     runs = load_plans(changed(chain, old, new))
     with pytest.raises(ScenarioError) as caught:
-        prepare_all(runs, fmus, {}, [])
+        prepare_all(runs, fmus, {}, {})
     assert expected in str(caught.value)
     assert str(chain) in str(caught.value)
     monkeypatch.setattr("maglev.api.running.execute_all", lambda *_: pytest.fail("it ran"))
@@ -249,12 +250,12 @@ def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -
 
 
 def checked(chain: Path, fmus: Path, *settings: str) -> dict[str, CheckResult]:
-    experiments = prepare_all(load_plans(chain), fmus, {}, settings)
+    experiments = prepare_all(load_plans(chain), fmus, {}, start_values(settings))
     return {result.name: result for result in check_all(experiments, chain.parent / "baselines", 2, lambda *_: None)}
 
 
 def updated(chain: Path, fmus: Path, plans: list[RunPlan], *settings: str) -> list[UpdateResult]:
-    experiments = prepare_all(plans, fmus, {}, settings)
+    experiments = prepare_all(plans, fmus, {}, start_values(settings))
     return update_all(experiments, chain.parent / "baselines", 2, lambda *_: None)
 
 

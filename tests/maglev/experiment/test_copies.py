@@ -87,7 +87,7 @@ def test_an_edit_in_mid_flight_changes_nothing(fmus: Path, law: Path, scenario: 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_one_is_flown_as_it_was_when_the_run_was_made_ready(fmus: Path, law: Path, scenario: Path) -> None:
-    experiment = prepare(load_plan(scenario), fmus, {"controller": Replacement(law)}, [])
+    experiment = prepare(load_plan(scenario), fmus, {"controller": Replacement(law)}, {})
     law.write_text("class Law(:\n")
     (law.parent / "late.py").write_text("LATE = 9.0\n")
     assert experiment.run().columns["controller.motor.i_b_cmd"][-1] == 0.5
@@ -128,7 +128,7 @@ def test_data_beside_the_file_are_found(fmus: Path, law: Path, scenario: Path, t
 
 
 def test_the_loop_in_c_comes_with_a_native_fmu(native_fmus: Path) -> None:
-    experiment = prepare(load_plan("2dof-setpoints"), native_fmus, {}, [])
+    experiment = prepare(load_plan("2dof-setpoints"), native_fmus, {}, {})
     assert all((path.parent / LIBRARY).read_bytes() == (native_fmus / LIBRARY).read_bytes()
                for path in experiment.files.values())
 
@@ -143,7 +143,7 @@ def test_refusals_name_the_file_itself(fmus: Path, tmp_path: Path) -> None:
 def test_copies_go_with_the_process(fmus: Path) -> None:
     code = ("from pathlib import Path; from maglev.copies import place; "
             "from maglev.experiment.preparation import prepare; from maglev.schema.loading import load_plan; "
-            f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, []).files; "
+            f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).files; "
             "assert all(place() in path.parents and path.is_file() for path in files.values()); print(place())")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     folder = Path(done.stdout.strip())

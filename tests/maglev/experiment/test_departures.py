@@ -26,7 +26,7 @@ def folder(fmus: Path, tmp_path: Path) -> Path:
 
 
 def ready(fmus: Path, name: str | Path = RUN) -> Experiment:
-    return prepare(load_plan(name), fmus, {}, [])
+    return prepare(load_plan(name), fmus, {}, {})
 
 
 def test_the_packages_run_with_our_fmus_is_the_thesiss(folder: Path) -> None:

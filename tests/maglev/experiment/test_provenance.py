@@ -12,16 +12,17 @@ from maglev.cosim.fmu import OWN_TOOL
 from maglev.experiment.preparation import prepare
 from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
+from maglev.schema.settings import start_values
 
 RUN = "3dof-pid-small-nonlinear"
 
 
 def changes(fmus: Path, *settings: str) -> tuple[str, ...]:
-    return prepare(load_plan(RUN), fmus, {}, settings).changes
+    return prepare(load_plan(RUN), fmus, {}, start_values(settings)).changes
 
 
 def test_the_thesis_run(fmus: Path) -> None:
-    found = prepare(load_plan(RUN), fmus, {}, []).provenance()
+    found = prepare(load_plan(RUN), fmus, {}, {}).provenance()
     assert not found.modified
     assert found.version == version("maglev-fmus")
     assert [(fmu.name, fmu.kind, fmu.put_in) for fmu in found.fmus] == [
@@ -31,7 +32,7 @@ def test_the_thesis_run(fmus: Path) -> None:
 
 def test_only_what_differs_is_a_change(fmus: Path) -> None:
     """A value that the plan, or else the FMU, has anyway changes nothing."""
-    default = prepare(load_plan(RUN), fmus, {}, []).parameters()["plant.y.mass"]
+    default = prepare(load_plan(RUN), fmus, {}, {}).parameters()["plant.y.mass"]
     assert changes(fmus, f"plant.y.mass={default!r}") == ()
     assert changes(fmus, "plant.y.mass=8") == (f"plant.y.mass = 8 instead of {default}",)
     assert changes(fmus, "plant.y.position_start=26mm")[0].startswith("plant.y.position_start = 26mm instead of 0.0")
@@ -40,9 +41,9 @@ def test_only_what_differs_is_a_change(fmus: Path) -> None:
 
 def test_step_order_and_fmu(fmus: Path) -> None:
     plan = load_plan(RUN)
-    shorter = prepare(plan, fmus, {}, [], 0.1e-3, "jacobi").provenance()
+    shorter = prepare(plan, fmus, {}, {}, 0.1e-3, "jacobi").provenance()
     assert shorter.differences == ("step = 0.0001 s instead of 0.0002 s", "order is jacobi")
-    other = prepare(plan, fmus, {"controller": Replacement(fmus / "PID3DOF.fmu")}, [])
+    other = prepare(plan, fmus, {"controller": Replacement(fmus / "PID3DOF.fmu")}, {})
     assert other.provenance().differences == ("controller is PID3DOF.fmu",)
     assert other.plan.title == f"{plan.title} (modified)"
 

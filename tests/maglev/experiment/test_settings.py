@@ -13,6 +13,7 @@ import maglev
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
+from maglev.schema.settings import start_values
 
 RUN = "3dof-setpoints-improved"
 
@@ -48,7 +49,8 @@ def mine(tmp_path: Path) -> Path:
 
 def prepared(fmus: Path, path: Path, *settings: str, run: str = RUN, name: str = "controller",
              keep: bool = False) -> Experiment:
-    return prepare(load_plan(run), fmus, {name: Replacement(path, keep_settings=keep)}, settings)
+    return prepare(load_plan(run), fmus, {name: Replacement(path, keep_settings=keep)},
+                   start_values(settings))
 
 
 def starts(experiment: Experiment, name: str = "controller") -> dict[str, object]:
@@ -89,7 +91,7 @@ def test_a_signal_on_a_gain_is_a_setting_too(fmus: Path, mine: Path, tmp_path: P
 
     def driven(controller: Path, *settings: str, keep: bool = False) -> list[str]:
         experiment = prepare(load_plan(path), fmus, {"controller": Replacement(controller, keep_settings=keep)},
-                             settings)
+                             start_values(settings))
         return [name for name in experiment.drives(experiment.check()) if name == "controller.y.k1"]
 
     assert driven(mine) == driven(mine, "controller.y.k1=3") == []
@@ -130,12 +132,12 @@ def test_a_file_in_a_scenario_inherits_conditions_alone(fmus: Path, mine: Path, 
     path = scenario(tmp_path, 'file = "mine.fmu"', '[fmus.controller.start]', '"y.k2" = 5')
     maglev.build([mine], fmus=tmp_path)
     shutil.move(tmp_path / "Mine.fmu", tmp_path / "mine.fmu")
-    experiment = prepare(load_plan(path), fmus, {}, [])
+    experiment = prepare(load_plan(path), fmus, {}, {})
     assert starts(experiment) == {"y.k2": 5}
     assert experiment.left_out["controller.y.k1"].startswith("it is a setting of")
     back = tmp_path / "back.toml"
     back.write_text('extends = "scenario.toml"\nname = "back"\n[fmus.controller]\nmodel = "Regulator3DOF"\n')
-    assert "y.k2" not in starts(prepare(load_plan(back), fmus, {}, []))
+    assert "y.k2" not in starts(prepare(load_plan(back), fmus, {}, {}))
 
 
 def test_what_was_set_is_said_and_written_down(fmus: Path, mine: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from maglev.experiment.preparation import prepare
 from maglev.experiment.selection import compared, select
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.settings import start_values
 
 SHORT = {"stop_time": 0.2}   # s
 
@@ -19,8 +20,8 @@ def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
                    for name in ("2dof-smooth-nonlinear", "2dof-smooth-pid"))
     failing = good.model_copy(update={"name": "failing"})
     dead = good.model_copy(update={"name": "dead"})
-    experiments = [prepare(good, fmus, {}, []), prepare(failing, fmus, {}, ["plant.v.mass=-1"]),
-                   prepare(dead, tmp_path / "nowhere", {}, []), prepare(other, fmus, {}, [])]
+    experiments = [prepare(good, fmus, {}, {}), prepare(failing, fmus, {}, start_values({"plant.v.mass": -1})),
+                   prepare(dead, tmp_path / "nowhere", {}, {}), prepare(other, fmus, {}, {})]
     reports: list[tuple[str, int, int]] = []
     results = execute_all(experiments, tmp_path, "csv", 2, lambda *report: reports.append(report))
     assert [result.plan.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
@@ -60,7 +61,7 @@ def test_what_claims_compare_with_is_run_as_well() -> None:
 
 
 def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
-    runs = [prepare(run, tmp_path / "nowhere", {}, []) for run in load_plans("2dof-step-1")]
+    runs = [prepare(run, tmp_path / "nowhere", {}, {}) for run in load_plans("2dof-step-1")]
     verdicts = judge_all(execute_all(runs, tmp_path, "csv", 2, lambda *_: None))
     assert list(verdicts) == ["2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward"]
     assert {claim.verdict for claims in verdicts.values() for claim in claims} == {"not run"}

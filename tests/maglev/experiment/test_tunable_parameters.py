@@ -48,7 +48,7 @@ def drive(folder: Path, *steps: str) -> RunPlan:
 
 def accelerations(plan: RunPlan, fmus: Path) -> np.ndarray:
     """Mean acceleration of the mover over each communication step, m/s²."""
-    return np.diff(prepare(plan, fmus, {}, []).run().columns["plant.h.velocity"]) / DT
+    return np.diff(prepare(plan, fmus, {}, {}).run().columns["plant.h.velocity"]) / DT
 
 
 def test_thrust_changes_with_the_constant_at_that_time(either_kind: Path, tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, n
                                                    expected: str) -> None:
     plan = drive(tmp_path, STEP.format(name=name, times="[0, 0.01]", values=values))
     with pytest.raises(ScenarioError) as caught:
-        prepare(plan, fmus, {}, []).check()
+        prepare(plan, fmus, {}, {}).check()
     assert expected in str(caught.value)
     assert str(plan.path) in str(caught.value)
 
@@ -95,17 +95,17 @@ def test_what_cannot_change_is_refused_by_its_name(fmus: Path, tmp_path: Path, n
 def test_a_parameter_has_no_rate_and_one_source(fmus: Path, tmp_path: Path) -> None:
     step = STEP.format(name="C1", times="[0]", values="[14]")
     with pytest.raises(ScenarioError, match="fed by signals.0..to already"):
-        prepare(drive(tmp_path, step, step), fmus, {}, []).check()
+        prepare(drive(tmp_path, step, step), fmus, {}, {}).check()
     rated = step.replace('to = "plant.C1"', 'to = "plant.C1"\nrate_to = "plant.C2"')
     with pytest.raises(ScenarioError, match="rate_to = 'plant.C2': 'C2' is of causality parameter, expected input"):
-        prepare(drive(tmp_path, rated), fmus, {}, []).check()
+        prepare(drive(tmp_path, rated), fmus, {}, {}).check()
 
 
 def test_connections_need_inputs(fmus: Path, tmp_path: Path) -> None:
     """Also where nothing was checked before."""
     wired = drive(tmp_path, '[fmus.plant.inputs]\nC1 = "controller.motor.i_q_cmd"\n')
     with pytest.raises(ScenarioError, match=r"fmus.plant.inputs.C1 = .*'C1' is of causality parameter, expected input"):
-        prepare(wired, fmus, {}, []).check()
+        prepare(wired, fmus, {}, {}).check()
     participants = [FmuSetup(name, fmus / f"{fmu.model}.fmu") for name, fmu in wired.fmus.items()]
     with (Master(participants, [("controller.motor.i_q_cmd", "plant.C1")], DT) as master,
           pytest.raises(FmuError, match="plant.C1 is of causality parameter, expected an input$")):

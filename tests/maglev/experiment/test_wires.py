@@ -126,7 +126,7 @@ def test_a_source_is_one_name(loop: Path, new: str, words: list[str]) -> None:
 
 
 def flown(plan: RunPlan, fmus: Path) -> dict[str, np.ndarray]:
-    return dict(prepare(plan, fmus, {}, []).run().columns)
+    return dict(prepare(plan, fmus, {}, {}).run().columns)
 
 
 def test_a_run_is_the_same_bit_for_bit_as_with_connections(fmus: Path, tmp_path: Path) -> None:

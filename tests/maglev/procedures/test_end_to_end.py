@@ -57,7 +57,7 @@ def results(fastest_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> dic
     """The two runs by name."""
     folder = tmp_path_factory.mktemp("ideal")
     (folder / "ideal.toml").write_text(IDEAL.format(folder=PACKAGED, **TRUTH))
-    experiments = prepare_all(load_plans(folder / "ideal.toml"), fastest_fmus, {}, [])
+    experiments = prepare_all(load_plans(folder / "ideal.toml"), fastest_fmus, {}, {})
     found = {result.plan.name: result for result in execute_all(experiments, folder, "csv", 2, lambda *_: None)}
     assert [result.failure for result in found.values()] == [None, None]
     assert not any(result.columns["plant.at_stop"].any() for result in found.values())

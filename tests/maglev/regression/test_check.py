@@ -21,6 +21,7 @@ from maglev.regression.outcome import CheckResult, UpdateResult, describe, exit_
 from maglev.regression.update import renewed, written
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
+from maglev.schema.settings import start_values
 from maglev.written.new import new_controller
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
@@ -111,12 +112,12 @@ def short(**changed: Any) -> RunPlan:
 
 def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
             baselines: Path) -> CheckResult:
-    return check_run(prepare(plan, fmus, replaced, settings), baselines, {})
+    return check_run(prepare(plan, fmus, replaced, start_values(settings)), baselines, {})
 
 
 def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
             baselines: Path) -> UpdateResult:
-    return written(renewed(prepare(plan, fmus, replaced, settings), baselines, {}), baselines)
+    return written(renewed(prepare(plan, fmus, replaced, start_values(settings)), baselines, {}), baselines)
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from maglev.regression.outcome import CheckResult, describe
 from maglev.schema.layers import PACKAGED, packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
+from maglev.schema.settings import start_values
 
 BASELINES = PACKAGED / "baselines"
 RUNS = [run for name in packaged_files() for run in load_plans(name)]
@@ -19,7 +20,7 @@ every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 
 
 def checked(run: RunPlan, fmus: Path, *settings: str) -> CheckResult:
-    return check_run(prepare(run, fmus, {}, settings), BASELINES, {})
+    return check_run(prepare(run, fmus, {}, start_values(settings)), BASELINES, {})
 
 
 def deviates(result: CheckResult, latest: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command_line import maglev as command
 from faulty_fmus import faulty, faulty_run
-from tiny_study import planned, tiny
+from tiny_study import UNCHANGED, planned, tiny
 from written_controllers import controller, flight
 
 import maglev
@@ -27,7 +27,7 @@ HANGS = ("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n
 
 def of_a_fault(fault: str, fmus: Path, folder: Path) -> PlannedStudy:
     table = tiny(vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.1]}])
-    return plan_study(table, faulty_run(faulty(fault, folder), fmus), "study.toml", folder, [])
+    return plan_study(table, faulty_run(faulty(fault, folder), fmus), "study.toml", folder, UNCHANGED)
 
 
 def test_the_same_samples_as_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:

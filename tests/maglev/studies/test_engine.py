@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from distributed import Client
 from faulty_fmus import faulty, faulty_run
-from tiny_study import planned, scenario, tiny, trusted
+from tiny_study import UNCHANGED, planned, scenario, tiny, trusted
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
@@ -150,7 +150,7 @@ def test_studies_as_data(client: Client, fastest_fmus: Path, tmp_path: Path) -> 
 def of_a_crash(fmus: Path, folder: Path) -> PlannedStudy:
     crashing = faulty_run(faulty("crash", folder), fmus)
     return plan_study(tiny(vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0]}]), crashing, "study.toml",
-                      folder, [])
+                      folder, UNCHANGED)
 
 
 def test_a_foreign_fmu_that_crashes(client: Client, fastest_fmus: Path, tmp_path: Path) -> None:

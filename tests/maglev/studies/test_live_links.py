@@ -17,13 +17,15 @@ RUN = "3dof-setpoints-improved"
 MASS = 0.1 + 6.6   # kg, which needs all its digits
 
 
-def about(*options: str, targets: tuple[str, ...] = ("plant.y.mass",), scenario: str = RUN) -> dict[str, Any]:
-    return {"scenario": scenario, "run": ["maglev", "run", scenario, *options], "targets": list(targets),
+def about(options: dict[str, Any] | None = None, given: dict[str, Any] | None = None,
+          targets: tuple[str, ...] = ("plant.y.mass",), scenario: str = RUN) -> dict[str, Any]:
+    run = {"scenario": scenario, "options": options or {}, "set": given or {}}
+    return {"scenario": scenario, "run": run, "targets": list(targets),
             "vary": [{"name": "payload", "set": [target]} for target in targets]}
 
 
 def test_a_link_has_the_bits_of_the_sample() -> None:
-    said = about("--native", "--set", "plant.x.mass=11000g", "--set", "controller.antiwindup=false")
+    said = about({"native": True}, {"plant.x.mass": 11.0, "controller.antiwindup": False})
     assert why_not_live(said) == ""
     address = live_link(said, {"payload": MASS})
     file, _, fragment = address.partition("#")
@@ -34,15 +36,15 @@ def test_a_link_has_the_bits_of_the_sample() -> None:
 
 
 def test_a_setting_of_the_sample_goes_over_that_of_the_command() -> None:
-    assert live_link(about("--set", "plant.y.mass=7kg"), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
+    assert live_link(about(given={"plant.y.mass": 7.0}), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
 
 
 @pytest.mark.parametrize(("said", "why"), [
     (about(targets=("reference.y.amplitude",)), "the samples differ in reference.y.amplitude"),
     (about(targets=("plant.y.force",)), "the samples differ in plant.y.force"),
-    (about("--step", "0.1ms"), "this study was flown with --step"),
-    (about("--native", "--controller", "mine.fmu"), "this study was flown with --controller"),
-    (about("--set", "reference.y.amplitude=1mm"), "the samples differ in reference.y.amplitude"),
+    (about({"step": "0.1ms"}), "this study was flown with --step"),
+    (about({"native": True, "controller": "mine.fmu"}), "this study was flown with --controller"),
+    (about(given={"reference.y.amplitude": 1.0}), "the samples differ in reference.y.amplitude"),
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
     (about(scenario="mine.toml"), "mine.toml is none of these")])
 def test_what_the_live_page_cannot_fly(said: dict[str, Any], why: str) -> None:
@@ -55,7 +57,7 @@ def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path
     own = page(made, study.layout.about, live=True)
     assert "The live page cannot fly these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"
-    packaged = {**study.layout.about, "scenario": name, "run": ["maglev", "run", name]}
+    packaged = {**study.layout.about, "scenario": name, "run": {**study.layout.about["run"], "scenario": name}}
     for there in (False, True):
         if there:
             (tmp_path / NAME).touch()

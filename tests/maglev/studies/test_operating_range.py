@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tiny_study import planned
+from tiny_study import UNCHANGED, planned
 
 from maglev.experiment.preparation import prepare
 from maglev.operating_range import (
@@ -101,4 +101,4 @@ def test_studies_of_the_package_can_be_flown_with_every_law(rig: str, fastest_fm
     laws = [each for each in scenarios if each.stem != f"{rig}-horizontal"]
     assert len(laws) == {"2dof": 3, "3dof": 4}[rig]
     for scenario in laws:
-        plan_study(study, prepare(load_plan(scenario), fastest_fmus, {}, []), path.name, tmp_path, [])
+        plan_study(study, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)

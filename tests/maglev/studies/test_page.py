@@ -19,8 +19,8 @@ ABOUT: dict[str, Any] = {
     "name": "study", "title": "<b>odd</b>", "description": "", "scenario": "tiny", "correlated": [], "limits": {},
     "design": {"kind": "saltelli", "samples": 1024, "seed": 1}, "targets": ["plant.a", "plant.b"],
     "vary": [{"name": "plant.a", "set": ["plant.a"]}, {"name": "plant.b", "set": ["plant.b"]}],
-    "run": ["maglev", "run", "tiny.toml"], "provenance": {"version": "0", "commit": None, "python": "3", "fmus": [],
-                                                          "changes": []}}
+    "run": {"scenario": "tiny.toml", "set": {}, "options": {}},
+    "provenance": {"version": "0", "commit": None, "python": "3", "fmus": [], "changes": []}}
 
 
 def table(values: np.ndarray[Any, Any], points: np.ndarray[Any, Any], failure: str | None = None) -> pa.Table:

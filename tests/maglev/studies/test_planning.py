@@ -9,6 +9,7 @@ from tiny_study import planned, scenario, tiny
 
 import maglev
 from maglev.errors import ScenarioError
+from maglev.schema.settings import start_values
 from maglev.studies.targets import require_free
 
 Usage = namedtuple("Usage", "total used free")
@@ -99,4 +100,4 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
         maglev.study(tiny(vary=[both], set=given), fmus=tmp_path)
     with pytest.raises(ScenarioError, match=f"{name} varies"):
         maglev.sweep(scenario(tmp_path), {name: [4.0]}, set=given, fmus=tmp_path)
-    require_free([f"{name}=1"], tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")
+    require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")

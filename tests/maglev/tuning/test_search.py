@@ -157,7 +157,7 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
     tuning, _ = load_tuning(path.stem)
     assert tuning.name == path.stem
     scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else tuning.scenario
-    plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, []), path.name)
+    plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name)
 
 
 def test_a_broken_generation_is_flown_again(fastest_fmus: Path, tmp_path: Path) -> None:

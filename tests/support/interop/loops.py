@@ -47,13 +47,13 @@ def positions(plan: RunPlan) -> list[str]:
 
 def drives_of(plan: RunPlan, fmus: Path) -> dict[str, list[float]]:
     """References and their rates at every communication point, the last included."""
-    experiment = prepare(plan, fmus, {}, [])
+    experiment = prepare(plan, fmus, {}, {})
     return {name: values.tolist() for name, values in experiment.drives(experiment.check()).items()}
 
 
 def ours(plan: RunPlan, fmus: Path, order: Order) -> Rows:
     """Positions after each step under our master."""
-    recording = prepare(plan, fmus, {}, [], order=order).run()
+    recording = prepare(plan, fmus, {}, {}, order=order).run()
     return np.array([recording.columns[name][1:] for name in positions(plan)]).T
 
 
@@ -105,7 +105,7 @@ def ours_from_zero(plan: RunPlan, fmus: Path) -> Rows:
     def without_exchange(*arguments: Any) -> Wiring:
         return wire(*arguments)._replace(initial=[])
 
-    experiment = prepare(plan, fmus, {}, [])
+    experiment = prepare(plan, fmus, {}, {})
     drives = {name: [0.0, *values[:-1]] for name, values in experiment.drives(experiment.check()).items()}
     participants = [FmuSetup(name, path) for name, path in experiment.files.items()]
     with (mock.patch("maglev.cosim.master.wire", without_exchange),
