@@ -1,0 +1,111 @@
+"""What flies runs many times, draws them or keeps them takes a stage of one's own by its scenario."""
+
+from pathlib import Path
+
+import pytest
+from command_line import maglev as command
+
+import maglev
+from maglev.own_stage.new import new_stage
+
+SHORT = """extends = "kite-setpoints.toml"
+name = "short"
+stop_time = "2.5 s"
+"""
+
+STUDY = """name = "payload"
+scenario = "short.toml"
+[[vary]]
+set = ["plant.v.mass"]
+mode = "offset"
+kind = "list"
+values = [0, 0.2]
+"""
+
+TUNING = """name = "quicker"
+scenario = "short.toml"
+minimise = ["settling time to 100 um of h"]
+population = 5
+generations = 2
+fresh = 1
+[[poles]]
+of = ["controller.h"]
+rate = { low = 5, high = 20 }
+damping = { low = 0.5, high = 1.2 }
+[[vary]]
+set = "plant.h.mass"
+kind = "percent"
+percent = "5 %"
+[design]
+kind = "latin hypercube"
+samples = 2
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a user with a stage of a shorter pole pitch, built."""
+    folder = tmp_path_factory.mktemp("kite")
+    path, _ = new_stage(folder / "kite.toml", like="2dof")
+    path.write_text(path.read_text(encoding="utf-8").replace("pole_pitch = 0.05715", "pole_pitch = 0.05"),
+                    encoding="utf-8")
+    maglev.build(["PlantKite", "RegulatorKite", "EstimatorKite"], rig=path, fmus=folder / "fmus", native=True,
+                 target="host")
+    for name, text in (("short", SHORT), ("payload", STUDY), ("quicker", TUNING)):
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+
+
+def test_study() -> None:
+    """A sample is the run with its values."""
+    frame = maglev.study("payload.toml", native=True).to_pandas()
+    run = maglev.run("short.toml", native=True, set={"plant.v.mass": 4.55})
+    assert frame["failed"].tolist() == [False, False]
+    assert frame["overshoot of v"][1] == max(step.overshoot for step in run.metrics.steps if step.axis == "v")
+    assert frame["overshoot of v"][0] != frame["overshoot of v"][1]
+
+
+def test_tune() -> None:
+    found = maglev.tune("quicker.toml", native=True)
+    tuned = 'extends = ["short.toml", "results/quicker.toml"]\nname = "tuned"\n'
+    Path("tuned.toml").write_text(tuned, encoding="utf-8")
+    before, after = maglev.run("short.toml", native=True), maglev.run("tuned.toml", native=True)
+    assert after.plan.fmus["controller"].start["h.k1"].value == found.parameters["controller.h.k1"]
+    assert settling(after) < settling(before)
+
+
+def settling(run: maglev.Run) -> float:
+    """Time (s) at which h is within 0.1 mm of its reference for good."""
+    error = abs(run["plant.h.position"] - run["controller.h.reference"])
+    return float(run.time[error > 1e-4].max())
+
+
+def test_baselines() -> None:
+    """What the stage does is kept, and another guide is noticed."""
+    maglev.update(["short.toml"], baselines="baselines", native=True)
+    same, = maglev.check(["short.toml"], baselines="baselines", native=True)
+    assert same.status == "passed"
+    other, = maglev.check(["short.toml"], baselines="baselines", native=True, set={"plant.h.friction.coulomb": 1.0})
+    assert other.status == "deviated"
+
+
+def test_report() -> None:
+    assert command("report", "short.toml", "--native").exit_code == 0
+    assert "stage kite" in Path("results/report.html").read_text(encoding="utf-8")
+
+
+def test_online_estimator() -> None:
+    """It stands beside the loop as ours do, and moves the attraction from half of it to what it is."""
+    axes = "".join(f'"{axis}.measured" = "plant.{axis}.encoder"\n' for axis in "vh")
+    currents = "".join(f'"motor.i_{part}" = "plant.motor.i_{part}"\n' for part in "dq")
+    text = 'extends = "short.toml"\nname = "estimated"\n[fmus.estimator]\nmodel = "EstimatorKite"\n'
+    Path("estimated.toml").write_text(f"{text}[fmus.estimator.inputs]\n{axes}{currents}", encoding="utf-8")
+    run = maglev.run("estimated.toml", native=True)
+    plant = maglev.know_stage("kite.toml").stage.attraction
+    assert run["estimator.C2"][0] == pytest.approx(0.5 * plant)
+    assert run["estimator.C2"][-1] == pytest.approx(plant, rel=0.1)
