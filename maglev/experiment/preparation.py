@@ -16,7 +16,7 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY
-from maglev.errors import FmuError, ScenarioError, nearest
+from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
 from maglev.experiment.port_check import check_names
 from maglev.experiment.provenance import Provenance, departures_of, provenance
@@ -170,7 +170,13 @@ class Experiment:
         """Run the co-simulation; in a process of its own if what flies is not all of this project."""
         drives = self.drives(self.check())
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
-        if any(map(flies_apart, self.files.values())):
+        apart = [f"{name} ({path.name})" for name, path in self.files.items() if flies_apart(path)]
+        for path in self.files.values() if apart else ():
+            if is_class(path):
+                raise ControllerError(f"{path}: was given as a class, which flies in this process alone, but "
+                                      f"{apart[0]} is not what this installation builds and flies in another; expected "
+                                      "FMUs as `maglev build` makes them, or the file of the class")
+        if apart:
             return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout)
         with Master(setups, connections, self.step, self.order) as master:
             master.require_memory(stop_time)

@@ -1,5 +1,8 @@
 """What is wrong with a user's controller, each in one line that says what to do; no FMU is needed to say it."""
 
+import shutil
+import zipfile
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -8,6 +11,7 @@ from written_controllers import controller, flight, line_of
 
 import maglev as tool
 from maglev.experiment.replacement import Replacement
+from maglev.schema.loading import load_plan
 from maglev.written.source import CLASSES, load, path_of, read
 
 DECLARED = {
@@ -146,6 +150,24 @@ def test_a_sample_time_that_does_not_fit(fastest_fmus: Path, tmp_path: Path) -> 
     with pytest.raises(tool.RunFailed, match=r"step = 0.0005 s, expected one that divides .*sample_time = 0.0007 s"), \
             pytest.warns(UserWarning):
         tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+
+
+def test_a_class_does_not_fly_beside_an_fmu_that_is_not_ours(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Such as one that an older version has built: it flies in another process, where the class is not."""
+    plan = load_plan(flight(tmp_path))
+    old = tmp_path / "old"
+    old.mkdir()
+    for fmu in plan.fmus.values():
+        shutil.copy(fastest_fmus / f"{fmu.model}.fmu", old)
+    with zipfile.ZipFile(old / f"{plan.fmus['plant'].model}.fmu", "a") as archive:
+        archive.writestr("extra/note.txt", "another one")
+    spec = spec_from_file_location("pd_of_a_test", controller(tmp_path))
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    with pytest.raises(tool.ControllerError, match=r"class PD: .* but plant \(Plant2DOF\.fmu\) is not what this inst"), \
+            pytest.warns(UserWarning):
+        tool.run(flight(tmp_path), controller=module.PD, fmus=old)
 
 
 def test_a_class_is_of_its_process() -> None:
