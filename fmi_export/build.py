@@ -16,7 +16,7 @@ from fmi_export.model_description import model_description
 from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
 from fmi_export.pages.icon import png_icon
 from fmi_export.sources import carried_modules, renamed
-from fmi_export.whole_file import whole_file
+from maglev_files.whole_file import whole_file
 
 CARRIED = ("fmi_export", "pythonfmu")   # packages of which every FMU carries modules
 

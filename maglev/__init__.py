@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from maglev.own_stage.new import new_stage
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
-    from maglev.written.new import new_controller
+    from maglev.user_controllers.new import new_controller
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
@@ -53,7 +53,8 @@ PLACES = {
     "check": "maglev.api.checking", "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
     "know_stage": "maglev.own_stage.adoption",
-    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.written.new", "new_stage": "maglev.own_stage.new",
+    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
+    "new_stage": "maglev.own_stage.new",
     "region": "maglev.stability.analysis", "run": "maglev.api.running", "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
     "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",

@@ -11,16 +11,16 @@ from fmi_export.errors import ExportError
 from fmi_export.native.build import build_native_fmu, build_webassembly, host_platform, translated_blocks
 from fmi_export.native.compiler import library, require_zig
 from fmi_export.ssp import write_ssp
-from fmi_export.whole_file import whole_files
 from maglev.errors import BuildError
 from maglev.own_fmus import DEFINITIONS as DEFINITIONS
 from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
 from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
 from maglev.processors import processors
-from maglev.written.build import FMU, buildable, finished, named_lines
-from maglev.written.own_modules import PACKAGES
-from maglev.written.source import is_class
+from maglev.user_controllers.build import FMU, buildable, finished, named_lines
+from maglev.user_controllers.own_modules import PACKAGES
+from maglev.user_controllers.source import is_class
+from maglev_files.whole_file import whole_files
 
 Made = TypeVar("Made")
 Watch = Callable[[int, int], None]   # told how many of how many are done

@@ -9,7 +9,7 @@ from functools import cache
 from multiprocessing import parent_process, util
 from pathlib import Path
 
-from fmi_export.scratch import remove_scratch, scratch_folder
+from maglev_files.scratch import remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
 ORIGIN = ".origin"        # file beside copies that names the folder that they are from

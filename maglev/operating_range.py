@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fmi_export.whole_file import write_whole
 from maglev.schema.layers import PACKAGED
+from maglev_files.whole_file import write_whole
 
 SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
 OUTCOMES = ("settles", "settles after it touched a stop", "ends with a command at its limit",

@@ -13,7 +13,7 @@ from fmi_export.recognition import is_native_build, is_python_build
 from maglev.errors import BuildError, nearest
 from maglev.own_stage.adoption import OWN
 from maglev.rig.modules import definitions
-from maglev.written.own_modules import PACKAGES
+from maglev.user_controllers.own_modules import PACKAGES
 from pmlsm.rig import Rig
 from pmlsm.rigs import DESCRIBED
 

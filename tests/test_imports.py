@@ -16,12 +16,13 @@ ROOT = Path(__file__).parents[1]
 # The estimators run on the controller's real-time computer: same clock, same observer.
 BELOW: dict[str, set[str]] = {
     "pmlsm": {"fmi_export"},
-    "fmi_export": set(),
+    "maglev_files": set(),
+    "fmi_export": {"maglev_files"},
     "plant_fmu": {"pmlsm", "fmi_export"},
     "controller_fmu": {"pmlsm", "fmi_export"},
     "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
     "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "fmi_export"},
-    "maglev": {"pmlsm", "fmi_export"}}
+    "maglev": {"pmlsm", "fmi_export", "maglev_files"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
 REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
@@ -30,14 +31,14 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
            "maglev.gym": {"controller_fmu"},
            "maglev.own_stage": {"controller_fmu"},
            # A controller of the user's can be made of any part.
-           "maglev.written": {"plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu"}}
+           "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu"}}
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file", "rig", "linear",
-         "own_stage", "identification", "written", "own_fmus", "cosim", "processes", "gym", "stability", "schema",
-         "operating_range", "live", "judging", "experiment", "catalogue", "regression", "procedures", "report",
-         "comparison", "studies", "tuning", "api", "__init__", "cli", "__main__")
+ROOMS = ("errors", "processes", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file",
+         "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym", "stability",
+         "schema", "operating_range", "live", "judging", "experiment", "catalogue", "baselines", "procedures",
+         "report", "comparison", "studies", "tuning", "api", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|drawings|definitions?|\w+_fmu|plant_\w+")

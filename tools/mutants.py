@@ -19,17 +19,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from maglev.baselines.check import check_run
 from maglev.catalogue import build_native
 from maglev.experiment.preparation import prepare
-from maglev.regression.check import check_run
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "fmi_export", "maglev",
-          "scenarios", "rigs")
+COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "fmi_export",
+          "maglev_files", "maglev", "scenarios", "rigs")
 BUILD = """
 import sys
 from pathlib import Path

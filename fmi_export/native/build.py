@@ -17,7 +17,7 @@ from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
-from fmi_export.whole_file import whole_file
+from maglev_files.whole_file import whole_file
 
 LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
 WEBASSEMBLY_HOST = "webassembly_host.c"

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
-from fmi_export.scratch import scratch
+from maglev_files.scratch import scratch
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
 # visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.

@@ -17,8 +17,8 @@ from pathlib import Path
 from types import ModuleType
 
 from fmi_export.errors import ExportError
-from fmi_export.scratch import scratch
 from fmi_export.sources import imported_modules
+from maglev_files.scratch import scratch
 
 # One process for all modules: starting pyccel takes longer than a translation.
 TRANSLATE = """

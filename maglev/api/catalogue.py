@@ -12,7 +12,7 @@ from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, systems
 from maglev.own_stage.flyable import flyable
 from maglev.rig.modules import definitions
 from maglev.schema.layers import merged, packaged_files, run_layers
-from maglev.written.source import is_written, load
+from maglev.user_controllers.source import is_written, load
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from typing import TypeVar, Unpack
 
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.baselines.check import check_all
+from maglev.baselines.junit import write_junit
+from maglev.baselines.outcome import CheckResult, UpdateResult
+from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
 from maglev.experiment.selection import needed, select
 from maglev.processors import processors
-from maglev.regression.check import check_all
-from maglev.regression.junit import write_junit
-from maglev.regression.outcome import CheckResult, UpdateResult
-from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 
 Result = TypeVar("Result", CheckResult, UpdateResult)

@@ -4,19 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict
 
-from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
+from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, read_port_maps
 from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.replacement import Replacement
 from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import Settings, start_values
 from maglev.units import number_or_text, parse_quantity
-from maglev.written.source import copy_of, is_written, path_of
+from maglev.user_controllers.source import copy_of, is_written, path_of
 
 Value = float | int | bool | str
 

@@ -8,20 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 
-from fmi_export.whole_file import write_whole
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.cosim.master import Progress
 from maglev.errors import ControllerError, ScenarioError
 from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
 from maglev.experiment.form import Format
+from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.replacement import start_values_said
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
-from maglev.processes import Watcher
+from maglev.processes.side_by_side import Watcher
 from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
@@ -31,7 +30,8 @@ from maglev.report.text import claims_markdown, short_outcome, text_of
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
-from maglev.written.source import is_class
+from maglev.user_controllers.source import is_class
+from maglev_files.whole_file import write_whole
 
 Say = Callable[[str], None]
 Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]

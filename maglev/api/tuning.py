@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from fmi_export.whole_file import write_whole
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.api.studying import require_study
 from maglev.processors import processors
 from maglev.schema.loading import load_plan
 from maglev.schema.settings import start_values
+from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from maglev.tuning.planning import PlannedTuning

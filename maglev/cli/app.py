@@ -251,8 +251,8 @@ def check(names: Names = None,
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
-        from maglev.regression.junit import write_junit
-        from maglev.regression.outcome import exit_code
+        from maglev.baselines.junit import write_junit
+        from maglev.baselines.outcome import exit_code
 
         if update:
             updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)

@@ -29,7 +29,7 @@ def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
     `maglev run 3dof-setpoints --controller lqi.py`
     """
     with one_line_errors(debug):
-        from maglev.written.new import new_controller
+        from maglev.user_controllers.new import new_controller
 
         file = new_controller(path, stage)
         typer.echo(f"{file}: flies with `maglev run {Path(stage).stem}-setpoints{Path(stage).suffix} --controller "

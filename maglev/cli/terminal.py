@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from maglev.cosim.interrupts import termination_like_interrupt
 from maglev.errors import FAILURES, in_one_line, name_of, signal_of, visible
+from maglev.processes.interrupts import termination_like_interrupt
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from maglev.api.running import Results
-    from maglev.processes import Watcher
-    from maglev.regression.outcome import CheckResult, UpdateResult
+    from maglev.baselines.outcome import CheckResult, UpdateResult
+    from maglev.processes.side_by_side import Watcher
 
 PIPED_WIDTH = 120   # characters, where no terminal sets the width
 MOST_NAMED = 10     # files that are named one by one
@@ -123,7 +123,7 @@ def write_json(path: Path, data: object) -> None:
     """Write data as JSON, infinite numbers as Python has them, and print where."""
     import json
 
-    from fmi_export.whole_file import write_whole
+    from maglev_files.whole_file import write_whole
 
     write_whole(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
     typer.echo(f"results: {path}")
@@ -148,7 +148,7 @@ def print_tables(results: "Results") -> None:
 
 def print_outcomes(results: "Sequence[CheckResult | UpdateResult]") -> None:
     """Print a line for each run that was checked, or whose baseline was updated."""
-    from maglev.regression.outcome import describe
+    from maglev.baselines.outcome import describe
 
     for result in results:
         typer.echo(visible(describe(result)))

@@ -8,7 +8,6 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
-from fmi_export.whole_file import write_whole
 from maglev.comparison.page import comparison_page
 from maglev.comparison.table import Row, side_by_side, summary
 from maglev.experiment.execution import RunResult, json_text, run_data
@@ -17,6 +16,7 @@ from maglev.judging.measures import measures
 from maglev.report.plots.picture import overlay, write_figure
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
+from maglev_files.whole_file import write_whole
 
 BEST = "*"   # behind the best value of a row, where there is no colour
 

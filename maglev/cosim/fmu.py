@@ -24,7 +24,6 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.scratch import remove_scratch, scratch_folder
 from fmi_export.units import UNITS as BASES
 from maglev.copies import original
 from maglev.cosim.messages import Messages
@@ -32,6 +31,7 @@ from maglev.cosim.port_map import Scale
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
 from maglev.units import UNITS
+from maglev_files.scratch import remove_scratch, scratch_folder
 
 WARNING = 1   # fmi2Warning; a higher status is a failure
 FATAL = 4     # fmi2Fatal

@@ -5,7 +5,7 @@ already see. With the controller first and the plant second this is the sampled 
 """
 
 import signal
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,19 +15,18 @@ import numpy as np
 import numpy.typing as npt
 
 from maglev.cosim.fmu import Fmu
-from maglev.cosim.interrupts import held_interrupts
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter
 from maglev.cosim.wiring import Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
+from maglev.processes.interrupts import held_interrupts
+from maglev.processes.side_by_side import Progress as Progress
 
 MOST_STEPS = 1e8       # communication steps of a run
 MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
-
-Progress = Callable[[int, int], None]   # steps done, steps in all
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from pathlib import Path
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim import fmu
-from maglev.cosim.apart.helper import read_apart
 from maglev.cosim.fmu import Fmu
+from maglev.cosim.other_process.helper import read_apart
 from maglev.cosim.port_map import Scale
-from maglev.cosim.written import WrittenController, description_text, written_description
-from maglev.written.source import is_class, is_written
+from maglev.cosim.user_controller import WrittenController, description_text, written_description
+from maglev.user_controllers.source import is_class, is_written
 
 
 def read_description(name: str, path: Path, timeout: float = 0.0) -> ModelDescription:

@@ -6,7 +6,7 @@ from typing import Protocol, TypeVar
 
 from maglev.cosim.master import Recording
 from maglev.errors import Interrupted, ScenarioError
-from maglev.processes import Stopped, Task, Watcher, side_by_side
+from maglev.processes.side_by_side import Stopped, Task, Watcher, side_by_side
 from maglev.schema.run_plan import RunPlan, StartValue
 
 Ends = Mapping[str, Mapping[str, float]]   # every output at the end of a run, by name of the run; empty if it failed

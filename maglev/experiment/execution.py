@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmi_export.whole_file import write_whole
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
@@ -23,8 +22,9 @@ from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
-from maglev.processes import Watcher
+from maglev.processes.side_by_side import Watcher
 from maglev.schema.run_plan import RunPlan
+from maglev_files.whole_file import write_whole
 
 
 @dataclass(frozen=True)

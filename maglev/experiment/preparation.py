@@ -10,22 +10,22 @@ from fmpy.model_description import ModelDescription
 from numpy.typing import NDArray
 
 from maglev.copies import copied
-from maglev.cosim.apart.run import TIMEOUT, run_apart
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
+from maglev.cosim.other_process.run import TIMEOUT, run_apart
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
-from maglev.experiment.port_check import check_names
+from maglev.experiment.ports.port_check import check_names
+from maglev.experiment.ports.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.experiment.provenance import Provenance, departures_of, provenance
-from maglev.experiment.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.own_fmus import built_here
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
 from maglev.schema.settings import with_references
-from maglev.written.source import copy_of, is_class, is_written
+from maglev.user_controllers.source import copy_of, is_class, is_written
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from maglev.cosim.open import read_description
 from maglev.own_fmus import PYTHON_KIND, built_here
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
-from maglev.written.source import digests, is_class, is_written
+from maglev.user_controllers.source import digests, is_class, is_written
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
 

@@ -10,9 +10,9 @@ from typing import Any, get_args
 
 import numpy as np
 
-from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.experiment.form import Format
+from maglev_files.whole_file import whole_file
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from maglev.cosim.apart.run import TIMEOUT
 from maglev.cosim.order import Order
+from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import ScenarioError, key_path, nearest
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.experiment.replacement import Replacement
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.run_plan import RunPlan, StartValue

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fmi_export.whole_file import whole_file, write_whole
 from maglev.identification.identify import Identification
 from maglev.identification.rigs import Array
+from maglev_files.whole_file import whole_file, write_whole
 
 ROWS = 2000   # of the CSV, at most about
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmi_export.whole_file import write_whole
 from maglev.errors import IdentificationError, nearest, shortened
 from maglev.identification.rigs import RIGS, rig_of
 from maglev.toml_file import read_toml
+from maglev_files.whole_file import write_whole
 from pmlsm.rig import Rig as RigDescription
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from maglev.errors import LinearModelError, QuantityError, nearest
-from maglev.linear.controller import linear_controller
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
+from maglev.linear.laws.controller import linear_controller
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
 from maglev.linear.plant import linear_plant

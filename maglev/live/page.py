@@ -8,7 +8,6 @@ from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
-from fmi_export.whole_file import write_whole
 from maglev.live.content import live_runs, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
@@ -16,6 +15,7 @@ from maglev.own_stage.reading import read_own
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
+from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies

@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from fmi_export.whole_file import write_whole
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.report.text import as_text, claim_tables, heading
+from maglev_files.whole_file import write_whole
 
 COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 

@@ -6,7 +6,6 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from fmi_export.whole_file import write_whole
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
@@ -26,6 +25,7 @@ from maglev.report.plots.figures import (
 )
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
+from maglev_files.whole_file import write_whole
 from pmlsm.rigs import DESCRIBED
 
 FOLDER = Path(__file__).parent

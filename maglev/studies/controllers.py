@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fmi_export.scratch import scratch
 from maglev.catalogue import build_written
 from maglev.errors import BuildError, ControllerError
-from maglev.written.source import is_written
+from maglev.user_controllers.source import is_written
+from maglev_files.scratch import scratch
 
 
 @contextmanager

@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from fmi_export.whole_file import whole_file, write_whole
 from maglev.errors import ScenarioError
+from maglev_files.whole_file import whole_file, write_whole
 
 DIGITS = 32   # of a digest, in the name of a file
 

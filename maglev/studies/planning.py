@@ -24,7 +24,7 @@ from maglev.studies.flying.batches import Batch, batches_of
 from maglev.studies.flying.samples import Job
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
-from maglev.written.source import is_written
+from maglev.user_controllers.source import is_written
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from example_builds import EXAMPLES, require_compiler, script
 
 from maglev.cosim.port_map import read_port_maps
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
 
 AT = 0.1   # s, time of the step in which the fault shows

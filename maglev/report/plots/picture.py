@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmi_export.whole_file import whole_file
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
@@ -16,6 +15,7 @@ from maglev.panels import PANELS
 from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
 from maglev.report.status import events, shown_until
+from maglev_files.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

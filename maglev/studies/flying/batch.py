@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment
-from maglev.studies.flying.apart import each_flown_apart
+from maglev.studies.flying.other_process import each_flown_apart
 from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
 
 Array = NDArray[np.float64]

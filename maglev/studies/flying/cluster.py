@@ -11,10 +11,10 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from fmi_export.scratch import scratch
-from maglev.cosim.apart.child import interrupts_blocked, without_script
 from maglev.errors import ScenarioError, in_one_line
+from maglev.processes.child import interrupts_blocked, without_script
 from maglev.studies.flying.batch import code_of_package
+from maglev_files.scratch import scratch
 
 LOOPBACK = "127.0.0.1"
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from fmi_export.whole_file import write_whole
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
 from maglev.quantities import PRINTED_UNITS, metric_text
@@ -21,6 +20,7 @@ from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import limits_text, metrics_of
 from maglev.units import UNITS, factor
+from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js",)   # of the report: its data, and what goes wrong

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from faulty_fmus import faulty
 
+from maglev.baselines.update import update_all
 from maglev.errors import Interrupted
 from maglev.experiment.selection import prepare_all
-from maglev.regression.update import update_all
 from maglev.schema.loading import load_plan
 
 LONG = '\nextends = "{base}"\nname = "{name}"\ntitle = "A long hold"\nstop_time = "{seconds} s"\n'

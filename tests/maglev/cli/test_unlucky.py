@@ -13,12 +13,12 @@ import pytest
 from command_line import error_line, maglev
 from faulty_fmus import faulty, faulty_run
 
-from fmi_export.whole_file import whole_file, whole_files, write_whole
 from maglev.catalogue import build
 from maglev.cosim.master import RunFailed
 from maglev.csv_table import read_csv
 from maglev.experiment.execution import execute
 from maglev.schema.loading import load_plan
+from maglev_files.whole_file import whole_file, whole_files, write_whole
 
 SHORT = '\nextends = "{base}"\nname = "short"\ntitle = "A short hold"\nstop_time = "{seconds} s"\n'
 
@@ -135,7 +135,7 @@ def test_a_pipe_is_written_into(tmp_path: Path) -> None:
 def test_standard_output_as_a_file(tmp_path: Path, file: bool) -> None:
     """A pipe, or the file that a shell has opened for it: what was printed before stays."""
     (tmp_path / "printed").write_text("before\n")
-    command = [sys.executable, "-c", "from fmi_export.whole_file import write_whole; from pathlib import Path; "
+    command = [sys.executable, "-c", "from maglev_files.whole_file import write_whole; from pathlib import Path; "
                "print('here', flush=True); write_whole(Path('/dev/fd/1'), 'text')"]
     with (tmp_path / "printed").open("a") as opened:
         done = subprocess.run(command, stdout=opened if file else subprocess.PIPE, text=True, check=True)

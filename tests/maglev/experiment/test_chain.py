@@ -10,13 +10,13 @@ from command_line import error_line, maglev
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maglev.baselines.check import check_all
+from maglev.baselines.outcome import CheckResult, UpdateResult
+from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
 from maglev.experiment.chain import Ends, in_order, started
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import needed, prepare_all, select
-from maglev.regression.check import check_all
-from maglev.regression.outcome import CheckResult, UpdateResult
-from maglev.regression.update import update_all
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunOutput, RunPlan

@@ -13,12 +13,12 @@ from command_line import error_line
 from command_line import maglev as command
 
 import maglev
-from fmi_export.scratch import PREFIX
 from maglev.copies import original, place
 from maglev.cosim.step_loop import LIBRARY
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import prepare
-from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
+from maglev_files.scratch import PREFIX
 
 LAW = '''
 from current import CURRENT

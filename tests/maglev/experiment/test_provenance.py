@@ -9,8 +9,8 @@ from command_line import maglev
 
 from maglev.api.running import run_all
 from maglev.cosim.fmu import OWN_TOOL
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import prepare
-from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
 from maglev.schema.settings import start_values
 

@@ -10,8 +10,8 @@ from command_line import error_line
 from command_line import maglev as command
 
 import maglev
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.experiment.replacement import Replacement
 from maglev.schema.loading import load_plan
 from maglev.schema.settings import start_values
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from maglev.errors import ScenarioError
-from maglev.experiment.port_check import check_names
+from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan, load_plans

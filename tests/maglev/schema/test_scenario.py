@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import pytest
 
 from maglev.errors import ScenarioError
-from maglev.experiment.port_check import check_names
+from maglev.experiment.ports.port_check import check_names
 from maglev.schema.loading import load_plan
 
 LOOP = """

@@ -1,0 +1,185 @@
+"""What a user's class declares, as the definition of an FMU.
+
+A port or parameter "y.measured" is the attribute `self.y.measured`, or `self.y_measured` where there is no such part.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from inspect import isasyncgenfunction, iscoroutinefunction, isgeneratorfunction
+from math import isfinite
+from numbers import Real
+from operator import attrgetter
+from typing import Any
+
+from fmi_export.definition import Drawing, Experiment, FmuDefinition, Variable
+from fmi_export.errors import ExportError
+from fmi_export.units import UNITS
+from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
+from fmi_export.user_classes.trouble import RAISED, described
+
+TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
+SAMPLE_TIME = "sample_time"
+
+REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
+                "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
+
+
+
+@dataclass(frozen=True)
+class WrittenDefinition(FmuDefinition):
+    """An FMU of a user's class, which may take long to make an object: start values are those of one object."""
+
+    starts: Mapping[str, float | bool] = field(default_factory=dict)
+
+    def start_value(self, variable: Variable) -> float | bool:
+        return self.starts[variable.name]
+
+
+def definition_of(written: type, clock: type, icon: Drawing | None = None, sketch: Drawing | None = None,
+                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
+    """Definition of the FMU that steps a class at its samples.
+
+    Parameters
+    ----------
+    written : type
+        The class: tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none; an
+        attribute `sample_time` (s); `step(self, t)`; perhaps `start(self)`, called when the parameters are set.
+    clock : type
+        Clock of the samples, with `fits` and `due`.
+    icon, sketch : Drawing, optional
+        As of `FmuDefinition`.
+    requires : tuple of str
+        Packages of the importer's Python that the class needs.
+
+    Raises
+    ------
+    ExportError
+        If the class lacks something, or its tables, attributes and methods do not fit each other.
+    """
+    name = written.__name__
+    require_steps(written)
+    law = new_object(written)
+    tables = {table: read_table(written, table) for table in TABLES}
+    if not tables["outputs"]:
+        raise ExportError(f"class {name}: it has no outputs, expected a table such as "
+                          "outputs = {\"alpha.i_a_cmd\": \"A\", ...}")
+    tables["parameters"].setdefault(SAMPLE_TIME, "s")
+    inputs = tuple(tables["inputs"])
+    known = (*inputs, *tables["parameters"])
+    variables = []
+    starts: dict[str, float | bool] = {}
+    for table, causality in TABLES.items():
+        for port, unit in tables[table].items():
+            if port in starts:
+                raise ExportError(f"class {name}: {table} has {port!r}, expected a name that no other table has")
+            path = attribute_path(law, port, f"class {name}: {table} has {port!r}")
+            value = attrgetter(path)(law)
+            require_number(value, f"class {name}: {port} starts as {value!r}")
+            boolean = isinstance(value, bool)
+            starts[port] = value if boolean else float(value)
+            variables.append(Variable(
+                port, causality, variability(causality, port, written), f"{causality} of the class {name}",
+                "" if boolean else unit, depends_on=inputs if causality == "output" else (),
+                starts_from=known if causality == "output" else (), boolean=boolean, path=f"law.{path}"))
+    if not starts[SAMPLE_TIME] > 0.0:
+        raise ExportError(f"class {name}: sample_time = {starts[SAMPLE_TIME]} s, expected a time above 0 s")
+    ports = tuple(v for v in variables if v.causality == "output" and not v.boolean)
+    return WrittenDefinition(
+        name=name,
+        block=SampledBlock,
+        description=(inspect.getdoc(written) or f"class {name}").split("\n\n")[0].replace("\n", " "),
+        variables=tuple(variables),
+        refusals={STEP_MISFIT: REFUSED_STEP, **{
+            number: f"{v.name} = {{{v.name}}}{f' {v.unit}' if v.unit else ''} at t = {{time}} s, expected a finite "
+                    f"number from {name}" for number, v in enumerate(ports, FIRST_PORT)}},
+        experiment=Experiment(stop_time=500 * float(starts[SAMPLE_TIME]), step=float(starts[SAMPLE_TIME])),
+        variable_step=False,
+        icon=icon,
+        sketch=sketch,
+        arguments=(written, clock, tuple(v.place for v in ports)),
+        slave=("fmi_export.user_classes.slave", "WrittenSlave"),
+        author="",
+        requires=requires,
+        starts=starts)
+
+
+def require_steps(written: type) -> None:
+    """Refuse a class without `step(self, t)`, or with a `start` that wants something."""
+    name = written.__name__
+    if not name.isascii():
+        raise ExportError(f"class {name}: expected a name of ASCII letters, digits and underscores")
+    for method, expected, required in (("step", ("t",), True), ("start", (), False)):
+        function = getattr(written, method, None)
+        if function is None and not required:
+            continue
+        if not callable(function):
+            raise ExportError(f"class {name}: it has no step, expected a method step(self, t), which is called every "
+                              "sample_time")
+        if iscoroutinefunction(function) or isgeneratorfunction(function) or isasyncgenfunction(function):
+            raise ExportError(f"class {name}: {method} has async or yield, so that a call of it computes nothing, "
+                              "expected a plain def without them")
+        if not takes(function, 1 + len(expected)):
+            raise ExportError(f"class {name}: {method}{inspect.signature(function)}, expected "
+                              f"{method}({', '.join(('self', *expected))})")
+
+
+def takes(function: Callable[..., Any], number: int) -> bool:
+    """Whether a function can be called with a number of values."""
+    try:
+        inspect.signature(function).bind(*range(number))
+    except TypeError:
+        return False
+    return True
+
+
+def new_object(written: type) -> Any:
+    """Object of a user's class; ExportError says where it fails."""
+    if not takes(written, 0):
+        raise ExportError(f"class {written.__name__}: {written.__name__}{inspect.signature(written)}, expected that "
+                          "it can be made without arguments")
+    try:
+        return written()
+    except RAISED as error:
+        raise ExportError(f"{written.__name__}() failed: {described(error, written)}") from error
+
+
+def read_table(written: type, table: str) -> dict[str, str]:
+    """A table of a class: units by name."""
+    found = getattr(written, table, {})
+    place = f"class {written.__name__}: {table}"
+    if not isinstance(found, Mapping):
+        raise ExportError(f"{place} = {found!r}, expected a table from names to units, such as {{\"y.measured\": "
+                          "\"m\"}}")
+    for port, unit in found.items():
+        if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
+            raise ExportError(f"{place} has {port!r}, expected a name such as \"y.measured\"")
+        if unit not in ("", *UNITS):
+            raise ExportError(f"{place} has {port!r} in {unit!r}, expected one of {', '.join(UNITS)}, or \"\"")
+    return dict(found)
+
+
+def attribute_path(law: Any, port: str, place: str) -> str:
+    """Attribute path of a port: its name, or its name with underscores for dots."""
+    for path in (port, port.replace(".", "_")):
+        try:
+            attrgetter(path)(law)
+        except AttributeError:
+            continue
+        return path
+    flat = port.replace(".", "_")
+    either = f"self.{port}" + (f" or self.{flat}" if flat != port else "")
+    raise ExportError(f"{place}, expected an attribute {either} that __init__ sets")
+
+
+def require_number(value: object, place: str) -> None:
+    """Refuse what is neither a finite number nor a Boolean."""
+    if not (isinstance(value, Real) and isfinite(value)):
+        raise ExportError(f"{place}, expected a finite number, or True or False")
+
+
+def variability(causality: str, port: str, written: type) -> str:
+    """Variability of a variable; what `start` may compute from is fixed."""
+    if causality != "parameter":
+        return "discrete" if causality == "output" else "continuous"
+    return "fixed" if port == SAMPLE_TIME or hasattr(written, "start") else "tunable"

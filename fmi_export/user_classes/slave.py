@@ -1,0 +1,85 @@
+"""The slave of a user's class, which may raise, and may hold anything."""
+
+import pickle
+from copy import deepcopy
+from numbers import Real
+from operator import attrgetter
+from typing import Any
+
+from fmi_export.definition import FmuDefinition
+from fmi_export.slave import BlockSlave, Refused, Slot
+from fmi_export.user_classes.trouble import RAISED, described
+
+
+class WrittenSlave(BlockSlave):
+    """Executes a `SampledBlock`; what the user's class raises is a refusal that says where."""
+
+    def __init__(self, definition: FmuDefinition, **kwargs: Any):
+        super().__init__(definition, **kwargs)
+        self.written = type(self.block.law)
+
+    def slots(self) -> list[Slot]:
+        return []   # the state is copied as it is
+
+    def exit_initialization_mode(self) -> None:
+        """Check every parameter and input, and start the class."""
+        try:
+            super().exit_initialization_mode()
+        except Refused:
+            raise
+        except RAISED as error:
+            raise self.refused(f"start failed: {described(error, self.written)}") from error
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Step the class, if it samples in this communication step (s)."""
+        try:
+            return super().do_step(current_time, step_size)
+        except Refused:
+            raise
+        except RAISED as error:
+            raise self.failed_step(current_time, error) from error
+
+    def failed_step(self, time: float, error: BaseException) -> Refused:
+        """Refusal with the line of the class that failed."""
+        return self.refused(f"step failed at t = {time} s: {described(error, self.written)}")
+
+    def refresh(self) -> None:
+        """Compute the initial outputs, if that is possible before everything is set."""
+        try:
+            super().refresh()
+        except RAISED:
+            return   # the end of the initialization says what is wrong
+
+    def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
+        """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
+        if status:
+            for v in self.variables:
+                value = attrgetter(v.place)(self.block)
+                if type(value) not in (bool, float) and isinstance(value, Real):
+                    setattr(*self.owner(v), float(value))
+        super().refuse(status, time, step)
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        try:
+            return super()._get_fmu_state() | {"block": deepcopy((vars(self.block.law), vars(self.block.clock)))}
+        except Exception as error:
+            raise self.refused(f"the state cannot be saved: {described(error, self.written)}") from error
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        saved = deepcopy(state["block"])
+        super()._set_fmu_state(state | {"block": []})
+        for part, values in zip((self.block.law, self.block.clock), saved, strict=True):
+            vars(part).clear()
+            vars(part).update(values)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return pickle.dumps(state)
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        try:
+            loaded = pickle.loads(state)
+        except Exception:
+            loaded = None
+        return loaded if isinstance(loaded, dict) else {"model": f"serialized state of {len(state)} unreadable bytes"}

@@ -1,0 +1,286 @@
+"""Baseline of a run, as in the FMI cross-check: NAME_ref.csv has the samples, NAME_ref.opt times and tolerances."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from maglev.cosim.master import Recording
+from maglev.csv_table import CsvTable, read_csv
+from maglev.errors import BaselineError, nearest, shortened
+from maglev.schema.run_plan import RunPlan
+from maglev_files.whole_file import whole_file
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+LARGEST_FILE = 1_000_000   # bytes: baselines are committed
+
+ON_GRID = 1e-6   # communication steps that a time may lie beside the grid: k h is rounded
+
+RUN_KEYS = ("StartTime", "StopTime", "StepSize", "OutputInterval", "RelTol")
+SIGNAL_KEYS = ("AbsTol", "RelTol")
+OPTION_FORM = "expected KEY,NUMBER or AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER"
+
+
+class Tolerance(NamedTuple):
+    """What a signal may differ from the expected value: absolute (SI) plus relative times the expected value."""
+
+    absolute: float
+    relative: float
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Expected samples of a run.
+
+    Attributes
+    ----------
+    name : str
+        Name of the plan.
+    time : ndarray, shape (n,)
+        Times of the samples, s; ascending, on the grid of communication points.
+    columns : dict of str to ndarray, shape (n,)
+        Expected values by signal, `fmu.variable`, SI; Booleans as 0 and 1.
+    step : float
+        Communication step, s.
+    stop_time : float
+        Time of the last sample, s.
+    tolerances : dict of str to Tolerance
+        By signal.
+    interval : float
+        Time between two samples when the baseline was made, s; for the reader of the file.
+    """
+
+    name: str
+    time: Array
+    columns: dict[str, Array]
+    step: float
+    stop_time: float
+    tolerances: dict[str, Tolerance]
+    interval: float
+
+
+class Option(NamedTuple):
+    """A value of the options file and the number of its line."""
+
+    line: int
+    value: float
+
+
+Options: TypeAlias = dict[tuple[str, str | None], Option]   # by key and signal, None for keys of the run
+
+
+def baseline_files(folder: Path, name: str) -> tuple[Path, Path]:
+    """Files of the samples and of the options."""
+    return folder / f"{name}_ref.csv", folder / f"{name}_ref.opt"
+
+
+def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline:
+    """Baseline of a run: the signals of `plan.check`, one sample every `plan.check.interval`.
+
+    It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
+    trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    step : float
+        Communication step of the run, s.
+    recording : Recording
+
+    Raises
+    ------
+    BaselineError
+        If no signal is to be checked, a signal was not recorded or is not finite, the interval is not a whole number
+        of steps, or fewer than two samples remain.
+    """
+    check = plan.check
+    if not check.signals:
+        raise BaselineError(f"{plan.path}: check.signals: expected at least one signal")
+    every = round(check.interval / step)
+    if every < 1 or abs(every * step - check.interval) > ON_GRID * step:
+        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: expected a multiple of the "
+                            f"communication step, {step} s")
+    rows = slice(0, rows_before_contact(plan, recording), every)
+    time = recording.time[rows].copy()
+    if len(time) < 2:
+        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: {len(time)} samples before a stop "
+                            "is touched, the controller trips or the run ends, expected at least 2")
+    columns = {name: recorded(recording, name)[rows].astype(np.float64) for name in check.signals}
+    for name, values in columns.items():
+        if not np.isfinite(values).all():
+            raise BaselineError(f"{name} is not finite at t = {time[np.argmin(np.isfinite(values))]:.9g} s, "
+                                "expected finite values for a baseline")
+    tolerances = {name: Tolerance(allowed.absolute, allowed.relative) for name, allowed in check.signals.items()}
+    return Baseline(plan.name, time, columns, step, float(time[-1]), tolerances, check.interval)
+
+
+def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
+    """Number of communication points before the first one with a flag of the plan set, or all: `through_contact`."""
+    end = len(recording.time)
+    if plan.check.through_contact:
+        return end
+    for flag in (plan.stop_flag, plan.trip_flag):
+        if flag is not None:
+            rows_set = np.flatnonzero(recorded(recording, flag))
+            end = min([end, *rows_set[:1].tolist()])
+    return end
+
+
+def recorded(recording: Recording, name: str) -> npt.NDArray[Any]:
+    """A recorded column; BaselineError with the nearest name if there is none."""
+    if name not in recording.columns:
+        raise BaselineError(f"{name} was not recorded, expected an output of an FMU or a driven input; nearest is "
+                            f"{nearest(name, recording.columns)}")
+    return recording.columns[name]
+
+
+def write_baseline(folder: Path, baseline: Baseline) -> None:
+    """Write both files of a baseline; each appears under its name when it is complete.
+
+    Raises
+    ------
+    BaselineError
+        If the samples take more room than a committed file should.
+    """
+    samples = io.StringIO()
+    csv.writer(samples, quoting=csv.QUOTE_ALL, lineterminator="\n").writerow(["time", *baseline.columns])
+    for row in zip(baseline.time.tolist(), *(values.tolist() for values in baseline.columns.values()), strict=True):
+        samples.write(",".join(map(repr, row)) + "\n")
+    options = io.StringIO()
+    writer = csv.writer(options, lineterminator="\n")
+    run_values = (float(baseline.time[0]), baseline.stop_time, baseline.step, baseline.interval, 0.0)
+    writer.writerows((key, repr(value)) for key, value in zip(RUN_KEYS, run_values, strict=True))
+    for name, tolerance in baseline.tolerances.items():
+        writer.writerows((key, name, repr(value)) for key, value in zip(SIGNAL_KEYS, tolerance, strict=True))
+
+    files = baseline_files(folder, baseline.name)
+    if samples.tell() > LARGEST_FILE:
+        raise BaselineError(f"{files[0]} would have {samples.tell()} characters, expected at most {LARGEST_FILE}: "
+                            "check fewer signals, or at a longer check.interval")
+    with whole_file(files[0]) as first, whole_file(files[1]) as second:
+        first.write_text(samples.getvalue(), encoding="utf-8", newline="\n")
+        second.write_text(options.getvalue(), encoding="utf-8", newline="\n")
+
+
+def read_baseline(folder: Path, name: str) -> Baseline:
+    """Read the baseline of a run, and check it.
+
+    Raises
+    ------
+    BaselineError, CsvError
+        If a file is missing, or something in it is not as expected.
+    OSError
+        If a file cannot be read.
+    """
+    samples_file, options_file = baseline_files(folder, name)
+    for file in (samples_file, options_file):
+        if not file.is_file():
+            raise BaselineError(f"{file}: there is no such file, expected the baseline of a run; "
+                                "`maglev check --update` writes it")
+    table = read_samples(samples_file)
+    time, *signals = table.names
+    options = read_options(options_file, signals)
+    step = options["StepSize", None].value
+    times = table.column(time)
+    check_times(table, times.tolist(), step)
+    for key, k in (("StartTime", 0), ("StopTime", -1)):
+        line, value = options[key, None]
+        if abs(value - times[k]) > ON_GRID * step:
+            raise refused(options_file, line, key, value,
+                          f"expected the {'first' if k == 0 else 'last'} time in {samples_file.name}, {times[k]} s")
+    tolerances = {signal: Tolerance(*(options[key, signal].value for key in SIGNAL_KEYS)) for signal in signals}
+    return Baseline(name, times, {signal: table.column(signal) for signal in signals}, step,
+                    options["StopTime", None].value, tolerances, options["OutputInterval", None].value)
+
+
+def read_samples(path: Path) -> CsvTable:
+    """Table of the samples: time first, at least one signal, at least two rows."""
+    table = read_csv(path)
+    table.require_full_rows()
+    if table.names[0] != "time":
+        raise BaselineError(f"{path}: the first column is {table.names[0]!r}, expected time")
+    if len(table.column("time")) < 2:
+        raise BaselineError(f"{path}: 1 sample, expected 2 or more")
+    return table
+
+
+def read_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows, with the numbers of their lines, of a comma-separated file that is not empty."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise BaselineError(f"{path}: cannot be read, expected UTF-8 text") from None
+    if not text.strip():
+        raise BaselineError(f"{path}: the file is empty, expected the baseline of a run")
+    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
+    try:
+        return [(reader.line_num, cells) for cells in reader]
+    except csv.Error as error:
+        raise BaselineError(f"{path}, line {reader.line_num}: {error}, expected comma-separated values") from None
+
+
+def read_options(path: Path, signals: Sequence[str]) -> Options:
+    """Options of a run of these signals: finite numbers, not negative, none missing and none too many."""
+    options: Options = {}
+    for line, cells in read_rows(path):
+        if not cells:
+            continue
+        key = cells[0].strip()
+        if key not in (*RUN_KEYS, *SIGNAL_KEYS):
+            raise refused(path, line, "key", key, f"unknown, nearest is {nearest(key, (*RUN_KEYS, *SIGNAL_KEYS))}")
+        if not (len(cells) == 2 and key in RUN_KEYS or len(cells) == 3 and key in SIGNAL_KEYS):
+            raise refused(path, line, "row", ",".join(cells), OPTION_FORM)
+        signal = cells[1] if len(cells) == 3 else None
+        label = ",".join(cells[:-1])
+        if signal is not None and signal not in signals:
+            raise refused(path, line, label, cells[-1], "there is no such column; nearest is "
+                                                        f"{nearest(signal, signals)}")
+        value = number(path, line, label, cells[-1])
+        if key in ("StepSize", "OutputInterval") and value <= 0.0:
+            raise refused(path, line, label, value, "expected more than zero")
+        if value < 0.0:
+            raise refused(path, line, label, value, "expected zero or more")
+        # Fixed-step runs have no solver tolerance. A number here would look as if it were one for every signal.
+        if (key, signal) == ("RelTol", None) and value != 0.0:
+            raise refused(path, line, label, value, "expected 0.0; tolerances stand at their signals")
+        if (key, signal) in options:
+            raise refused(path, line, label, value, f"given already in line {options[key, signal].line}, expected once")
+        options[key, signal] = Option(line, value)
+    wanted = [(key, None) for key in RUN_KEYS[:-1]] + [(key, signal) for signal in signals for key in SIGNAL_KEYS]
+    for key, signal in wanted:
+        if (key, signal) not in options:
+            form = f"{key},NUMBER" if signal is None else f"{key},{signal},NUMBER"
+            raise BaselineError(f"{path}: {form.removesuffix(',NUMBER')} is missing, expected a line {form}")
+    return options
+
+
+def check_times(table: CsvTable, times: Sequence[float], step: float) -> None:
+    """Refuse times that do not ascend, or are not whole numbers of communication steps (s)."""
+    for k, time in enumerate(times):
+        if k > 0 and time <= times[k - 1]:
+            raise table.refusal("time", k, f"expected more than {times[k - 1]} s, of the sample before")
+        if time < 0.0 or abs(math.remainder(time, step)) > ON_GRID * step:
+            raise table.refusal("time", k, f"expected a multiple of StepSize = {step} s")
+
+
+def number(path: Path, line: int, label: str, text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise refused(path, line, label, text, "expected a number") from None
+    if not math.isfinite(value):
+        raise refused(path, line, label, text, "expected a finite number")
+    return value
+
+
+def refused(path: Path, line: int, label: str, value: object, expectation: str) -> BaselineError:
+    """The error for a value."""
+    return BaselineError(f"{path}, line {line}: {label} = {shortened(value)}: {expectation}")

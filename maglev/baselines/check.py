@@ -1,0 +1,97 @@
+"""Check of runs against their committed baselines."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from maglev.baselines.baseline import Baseline, read_baseline
+from maglev.baselines.deviation import Deviation, first_deviation, worst
+from maglev.baselines.fit import BEYOND, require_fit, require_whole
+from maglev.baselines.outcome import CheckResult
+from maglev.cosim.master import Progress, Recording, RunFailed
+from maglev.errors import FAILURES, in_one_line
+from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.preparation import Experiment
+from maglev.processes.side_by_side import Watcher
+
+
+def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
+    """Run an experiment to the end of its baseline and a little further, and compare.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    baselines : Path
+        Folder with the baselines.
+    ends : mapping of str to mapping of str to float
+        Of the runs that it starts from.
+    progress : callable, optional
+        Called now and then with the steps done and the steps in all.
+
+    What can be wrong is a result, too: the status "error".
+    """
+    plan = experiment.plan
+    begin = time.perf_counter()
+    try:
+        # First, because a run is long and a missing baseline is found at once.
+        baseline = read_baseline(baselines, plan.name)
+        # A baseline of an FMU that was put in lacks what this FMU lacks.
+        require_fit(plan, baseline, baselines)
+        end = min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
+        experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
+        baseline = without(baseline, experiment.not_compared)
+        units = experiment.units(baseline.columns)
+        recording = flown(experiment, baseline.stop_time, progress)
+        deviation = first_deviation(baseline, recording)
+        differences = worst(baseline, recording)
+        if deviation is None:
+            # Flags that an FMU which was put in lacks are not looked at.
+            require_whole(plan, baseline, recording, baselines)
+    except FAILURES as error:
+        return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
+    elapsed = time.perf_counter() - begin
+    # A run that was cut short has not come to the results that others start from.
+    reached = ends_of(recording) if end == plan.stop_time else {}
+    if deviation is not None:
+        return CheckResult(plan.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
+                           differences, elapsed, units, reached, recording.notes)
+    same = all(difference == 0.0 for difference, _ in differences.values())
+    message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
+               + ("equal the baseline" if same else "are within their tolerances")
+               + ("" if not experiment.not_compared else
+                  f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"))
+    return CheckResult(plan.name, "passed", message, None, differences, elapsed, units, reached,
+                       recording.notes)
+
+
+def flown(experiment: Experiment, end: float, progress: Progress | None) -> Recording:
+    """Recording of a run; also of one that an FMU ends, if that is after the end of the baseline (s)."""
+    try:
+        return experiment.run(progress)
+    except RunFailed as error:
+        if not len(error.recording.time) or error.recording.time[-1] < end:
+            raise
+        return error.recording
+
+
+def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
+    """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
+                         lambda name, ends: partial(check_run, by_name[name], baselines, ends), jobs,
+                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
+
+
+def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
+    """Baseline without signals."""
+    return replace(baseline, columns={name: values for name, values in baseline.columns.items() if name not in signals})
+
+
+def deviation_text(deviation: Deviation, unit: str) -> str:
+    """A deviation in words, with every digit: expected and got can differ in the last one."""
+    expected, got, allowed = (f"{text} {unit}".rstrip() for text in
+                              (repr(deviation.expected), repr(deviation.got), f"{deviation.allowed:.6g}"))
+    return (f"deviates first at t = {deviation.time:.9g} s: {deviation.signal} expected {expected}, got {got}, "
+            f"allowed {allowed}")

@@ -1,0 +1,132 @@
+"""Where a run leaves its baseline first, and how far the two are apart at most."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.baselines.baseline import ON_GRID, Array, Baseline, recorded
+from maglev.cosim.master import Recording
+from maglev.errors import BaselineError
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """A sample that differs from the expected one by more than its tolerance.
+
+    Attributes
+    ----------
+    signal : str
+        `fmu.variable`.
+    time : float
+        s.
+    expected, got : float
+        Value of the baseline, and of the run, SI.
+    allowed : float
+        Largest difference that the tolerance allows at this sample, SI.
+    """
+
+    signal: str
+    time: float
+    expected: float
+    got: float
+    allowed: float
+
+
+class WorstDifference(NamedTuple):
+    """Largest absolute difference of a signal (SI; infinite if a value is not finite), and its first time (s)."""
+
+    difference: float
+    time: float
+
+
+def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | None:
+    """Earliest sample that deviates: |got - expected| > absolute + relative |expected|, or got is not finite.
+
+    Of several at the same time, the one with the largest difference relative to what is allowed.
+
+    Parameters
+    ----------
+    baseline : Baseline
+    recording : Recording
+        On the grid of communication points of the baseline, and at least as long.
+
+    Raises
+    ------
+    BaselineError
+        If the recording lacks a signal, is too short, or has other communication points.
+    """
+    found: Deviation | None = None
+    largest_excess = 0.0
+    for name, got in samples_of(baseline, recording).items():
+        expected = baseline.columns[name]
+        tolerance = baseline.tolerances[name]
+        allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
+        differing = difference(expected, got)
+        deviating = (differing > allowed) | ~np.isfinite(got)
+        if not deviating.any():
+            continue
+        i = int(np.argmax(deviating))
+        excess = float(differing[i] / allowed[i]) if allowed[i] > 0.0 else np.inf
+        time = float(baseline.time[i])
+        if found is None or time < found.time or (time == found.time and excess > largest_excess):
+            found = Deviation(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
+            largest_excess = excess
+    return found
+
+
+def worst(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference]:
+    """Largest difference of each signal; raises as `first_deviation`."""
+    return {name: largest(baseline.time, baseline.columns[name], got)
+            for name, got in samples_of(baseline, recording).items()}
+
+
+def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:
+    """Largest difference of each signal that two baselines share, over the communication points that they share.
+
+    Raises
+    ------
+    BaselineError
+        If the communication steps differ or no communication point is shared.
+    """
+    if abs(old.step - new.step) > ON_GRID * new.step:
+        raise BaselineError(f"the communication step was {old.step} s and is {new.step} s")
+    _, was, now = np.intersect1d(communication_points(old), communication_points(new), return_indices=True)
+    if not len(was):
+        raise BaselineError("no sample is at the same time as before")
+    return {name: largest(new.time[now], old.columns[name][was], values[now])
+            for name, values in new.columns.items() if name in old.columns}
+
+
+def communication_points(baseline: Baseline) -> Array:
+    """Numbers of the communication points of the samples."""
+    return np.rint(baseline.time / baseline.step)
+
+
+def samples_of(baseline: Baseline, recording: Recording) -> dict[str, Array]:
+    """Values of the recording at the samples of the baseline, by signal."""
+    points = communication_points(baseline)
+    if points[-1] >= len(recording.time):
+        raise BaselineError(f"{baseline.name}: the run ended at t = {recording.time[-1]:.9g} s, expected "
+                            f"{baseline.time[-1]:.9g} s, the end of the baseline")
+    rows = points.astype(np.int64)
+    beside = np.abs(recording.time[rows] - baseline.time) > ON_GRID * baseline.step
+    if beside.any():
+        i = int(np.argmax(beside))
+        raise BaselineError(f"{baseline.name}: communication point {rows[i]} of the run is at "
+                            f"t = {recording.time[rows[i]]:.9g} s, expected {baseline.time[i]:.9g} s: the "
+                            "communication step differs from that of the baseline")
+    return {name: recorded(recording, name)[rows].astype(np.float64) for name in baseline.columns}
+
+
+def difference(expected: Array, got: Array) -> Array:
+    """Absolute difference of finite expected values from others; infinite where these are not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.where(np.isfinite(got), np.abs(got - expected), np.inf)
+
+
+def largest(time: Array, expected: Array, got: Array) -> WorstDifference:
+    """Largest absolute difference and its time."""
+    differing = difference(expected, got)
+    i = int(np.argmax(differing))
+    return WorstDifference(float(differing[i]), float(time[i]))

@@ -1,0 +1,101 @@
+"""Update of the committed baselines of runs."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from maglev.baselines.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
+from maglev.baselines.deviation import WorstDifference, changes
+from maglev.baselines.outcome import UpdateResult
+from maglev.cosim.master import Progress
+from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
+from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.preparation import Experiment
+from maglev.processes.interrupts import held_interrupts
+from maglev.processes.side_by_side import Watcher
+
+
+def renewed(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
+    """Run a whole experiment, make its baseline with the plan's tolerances, and say what moves against the old one.
+
+    Parameters as of `check_run`. Nothing is written yet.
+    """
+    plan = experiment.plan
+    begin = time.perf_counter()
+    try:
+        old, unreadable = old_baseline(baselines, plan.name)
+        experiment = replace(experiment, plan=started(plan, ends))
+        units = experiment.units(plan.check.signals)
+        recording = experiment.run(progress)
+        new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
+    except FAILURES as error:
+        return UpdateResult(plan.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
+    result = partial(UpdateResult, plan.name, elapsed=time.perf_counter() - begin, ends=reached, notes=recording.notes,
+                     baseline=new)
+    extent = f"{len(new.columns)} signals at {len(new.time)} samples to t = {new.stop_time:.9g} s"
+    if unreadable is not None:
+        return result("replaced", f"replaced, {extent}; the old one: {unreadable}", {})
+    if old is None:
+        return result("new", f"new, {extent}", {})
+    try:
+        moved = changes(old, new)
+    except BaselineError as error:
+        return result("replaced", f"replaced, {extent}; nothing to compare: {error}", {})
+    notes = change_notes(old, new, moved, units)
+    if not notes:
+        return result("unchanged", f"unchanged, {extent}", moved)
+    return result("updated", f"updated, {extent}; {'; '.join(notes)}", moved)
+
+
+def written(result: UpdateResult, baselines: Path) -> UpdateResult:
+    """Write the new baseline of a result; after an error, which is a result, too, the old one stands."""
+    if result.baseline is None:
+        return result
+    try:
+        write_baseline(baselines, result.baseline)
+    except FAILURES as error:
+        return UpdateResult(result.name, "error", in_one_line(error), {}, result.elapsed)
+    return result
+
+
+def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
+    """Update the baselines of runs; parameters as of `check_all`.
+
+    They are written together when all runs are done: whoever is interrupted before has the old ones.
+    """
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    results = in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
+                       lambda name, ends: partial(renewed, by_name[name], baselines, ends), jobs,
+                       lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch)
+    with held_interrupts():
+        return [written(result, baselines) for result in results.values()]
+
+
+def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:
+    """The baseline that an update replaces and why it cannot be read; both None if there is none."""
+    if not any(file.exists() for file in baseline_files(folder, name)):
+        return None, None
+    try:
+        return read_baseline(folder, name), None
+    except (BaselineError, CsvError) as error:
+        return None, in_one_line(error)
+
+
+def change_notes(old: Baseline, new: Baseline, moved: dict[str, WorstDifference], units: dict[str, str]) -> list[str]:
+    """What differs between two baselines, one phrase each; empty if nothing does."""
+    notes = [f"{name} moved by at most {difference!r} {units[name]}".rstrip() + f" (t = {at:.9g} s)"
+             for name, (difference, at) in moved.items() if difference > 0.0]
+    notes += [f"{name} added" for name in new.columns if name not in old.columns]
+    notes += [f"{name} removed" for name in old.columns if name not in new.columns]
+    if old.stop_time != new.stop_time:
+        notes.append(f"it ended at t = {old.stop_time:.9g} s")
+    if len(old.time) != len(new.time):
+        notes.append(f"it had {len(old.time)} samples")
+    for name, tolerance in new.tolerances.items():
+        was = old.tolerances.get(name, tolerance)
+        if was != tolerance:
+            notes.append(f"tolerance of {name} was {was.absolute!r} + {was.relative!r} relative, is "
+                         f"{tolerance.absolute!r} + {tolerance.relative!r} relative")
+    return notes

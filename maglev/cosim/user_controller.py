@@ -1,0 +1,136 @@
+"""A user's class in a co-simulation: the functions of an FMU, in this process, without a file of its own."""
+
+import io
+import zipfile
+from collections.abc import Callable
+from ctypes import CFUNCTYPE, c_double, c_int, c_size_t, c_uint32, c_void_p
+from functools import partial
+from importlib.metadata import version
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.model_description import ModelDescription
+
+from fmi_export.build import build_date
+from fmi_export.model_description import model_description
+from fmi_export.slave import Refused
+from fmi_export.user_classes.declaration import WrittenDefinition
+from fmi_export.user_classes.slave import WrittenSlave
+from fmi_export.user_classes.trouble import described
+from maglev.cosim.fmu import OWN_TOOL, Fmu
+from maglev.errors import FmuError
+from maglev.user_controllers.source import Written, folder_first, load
+
+TOOL = "Python class"   # in place of what makes FMUs, in generationTool
+
+OK, ERROR = 0, 3        # fmi2OK, fmi2Error
+
+ACCESS = CFUNCTYPE(c_uint32, c_void_p, c_void_p, c_size_t, c_void_p)   # fmi2GetReal and its like
+STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoStep
+
+C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
+
+
+def description_text(path: Path) -> bytes:
+    """Model description of a user's class, the one that its FMU has; errors as of `load`."""
+    written = load(path)
+    guid = written.sha256[0][1][:32] if written.sha256 else ""
+    return model_description(written.definition, f"{{{guid}}}", version("maglev-fmus"), build_date())
+
+
+def written_description(text: bytes) -> ModelDescription:
+    """That model description as fmpy has it."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as fmu:
+        fmu.writestr("modelDescription.xml", text)
+    description = fmpy.read_model_description(archive)
+    description.generationTool = f"{OWN_TOOL} {version('maglev-fmus')}, {TOOL}"
+    return description
+
+
+class InProcess(WrittenSlave):
+    """The slave without pythonfmu's binary around it."""
+
+    def refused(self, message: str) -> Refused:
+        return Refused(message)
+
+
+class Calls:
+    """What fmpy's object of an FMU has, of what `Fmu` calls."""
+
+    component = 1   # fmi2Component: there is but this one
+
+    def __init__(self, slave: WrittenSlave):
+        self.slave = slave
+
+    def setupExperiment(self, startTime: float, stopTime: float) -> int:
+        """Take in start and stop time (s)."""
+        self.slave.setup_experiment(startTime, stopTime if stopTime < inf else None)
+        return OK
+
+    def enterInitializationMode(self) -> int:
+        """From here on values can be read."""
+        self.slave.enter_initialization_mode()
+        return OK
+
+    def exitInitializationMode(self) -> int:
+        """Check parameters and start."""
+        self.slave.exit_initialization_mode()
+        return OK
+
+    def freeInstance(self) -> None:
+        """Nothing is to be done."""
+
+
+class WrittenController(Fmu):
+    """A user's class with the face of an FMU; errors that it raises end the run with their file and line."""
+
+    def load(self) -> None:
+        """Make the object and its functions."""
+        written: Written = load(self.path)
+        self.raised: BaseException | None = None
+        self.definition: WrittenDefinition = written.definition
+        with folder_first(written.file.absolute().parent if written.file is not None else self.folder):
+            self.slave = InProcess(self.definition, instance_name=self.key.decode())
+        self.instance = Calls(self.slave)
+        for kind in ("Real", "Boolean"):
+            self.get_functions[kind] = ACCESS(partial(self.guarded, self.given, kind))
+            self.set_functions[kind] = ACCESS(partial(self.guarded, self.taken, kind))
+        self.do_step = STEP(partial(self.guarded, self.stepped))
+
+    def guarded(self, function: Callable[..., None], *arguments: Any) -> int:
+        """Status of a call: nothing that is raised gets out of a C function."""
+        try:
+            function(*arguments)
+        except BaseException as error:
+            self.raised = error
+            self.messages.add(str(error) if isinstance(error, Refused) else described(error, self.slave.written))
+            return ERROR
+        return OK
+
+    def given(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
+        """Give values of variables: fmi2GetReal, fmi2GetBoolean."""
+        get = self.slave.get_real if kind == "Real" else self.slave.get_boolean
+        names = list((c_uint32 * count).from_address(references))
+        (C_TYPES[kind] * count).from_address(values)[:] = get(names)
+
+    def taken(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
+        """Take values of variables: fmi2SetReal, fmi2SetBoolean."""
+        names, found = list((c_uint32 * count).from_address(references)), (C_TYPES[kind] * count).from_address(values)
+        if kind == "Real":
+            self.slave.set_real(names, list(found))
+        else:
+            self.slave.set_boolean(names, [bool(value) for value in found])
+
+    def stepped(self, _component: int, time: float, step: float, _no_return: int) -> None:
+        """Step: fmi2DoStep."""
+        self.slave.do_step(time, step)
+
+    def failed(self, call: str, status: int) -> FmuError:
+        if isinstance(self.raised, KeyboardInterrupt):
+            raise self.raised
+        error = FmuError(f"{self.name} ({self.path.name}): {self.said() or call}")
+        error.__cause__ = self.raised
+        return error

@@ -1,0 +1,1 @@
+"""What flies in the place of something else: ports, settings, units."""

@@ -1,0 +1,1 @@
+"""Processes beside this one, tasks in them, and the interrupts that end them."""

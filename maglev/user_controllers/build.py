@@ -1,0 +1,193 @@
+"""FMUs of a user's class: the file and the modules beside it, under names of their own, and what goes around them."""
+
+import importlib
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+
+from fmi_export.errors import ExportError
+from fmi_export.native.build import layer_names
+from fmi_export.sources import carried_modules, defined_names
+from fmi_export.user_classes.declaration import WrittenDefinition
+from fmi_export.user_classes.trouble import OWN
+from maglev.errors import BuildError
+from maglev.user_controllers.native_block import native_block
+from maglev.user_controllers.own_modules import OwnModules, own_name
+from maglev.user_controllers.source import chosen_file, is_class, read
+from maglev.user_controllers.subset import first_misfit, without_tables
+from maglev_files.scratch import scratch
+
+FMU = OWN + "fmu"       # module that has the definition in an FMU
+BLOCK = OWN + "block"   # module that has the block in a native one
+
+DEFINITION = '''"""What the FMU of {name} is: it is read from the class."""
+
+from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
+from controller_fmu.sample_clock import SampleClock
+from fmi_export.user_classes.declaration import definition_of
+from {module} import {name}
+
+DEFINITION = definition_of({name}, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH, {requires!r})
+'''
+
+# A message of pyccel's: severity, stage, file, line, and what is wrong.
+PYCCEL = re.compile(r"\|\s*\w+ \[\w+\]: (\w+)\.py(?: \[(\d+)(?:,\d+)?\])?\| ?"
+                    r"(.*?)(?= Pyccel has| Traceback| \||$)")
+UNUSED_PARTS = re.compile(r"^ +\w+__del__\(\w+\);\n", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Buildable:
+    """A user's class ready to be built, for as long as its modules can be imported.
+
+    Attributes
+    ----------
+    definition : WrittenDefinition
+        With a block in pyccel's subset, if it is to be native.
+    packages : tuple of str
+        The user's modules, and what was written around them, by their names in the FMU.
+    files : dict of str to str
+        Names of the user's files by those of the modules.
+    """
+
+    definition: WrittenDefinition
+    packages: tuple[str, ...]
+    files: dict[str, str]
+
+
+@contextmanager
+def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buildable]:
+    """Make the class that a path names ready to be built.
+
+    Parameters
+    ----------
+    path : Path
+        A Python file, perhaps with the name of a class in it.
+    parts : tuple of str
+        Packages of this project that an FMU carries.
+    native : bool
+        Whether it is to become C.
+
+    Raises
+    ------
+    ControllerError
+        If there is no such file or class, or it does not fit.
+    BuildError
+        If an FMU cannot have what is in it; with file and line.
+    """
+    if is_class(path):
+        raise BuildError(f"{path}: expected a file, such as lqi.py or lqi.py:LQI, for an FMU carries it")
+    file, definition = chosen_file(path)
+    name, modules = definition.name, read(file)
+    for problem in modules.problems:
+        raise BuildError(problem)
+    texts = {module: each.renamed for module, each in modules.modules.items()}
+    files = {module: each.file.name for module, each in modules.modules.items()}
+    main = own_name(file.stem)
+    if native:
+        require_subset(modules, name)
+        require_floats(definition, file)
+        texts[main] = without_tables(texts[main], name)
+    else:
+        texts[FMU] = DEFINITION.format(name=name, module=main, requires=modules.requires)
+    with importable(texts) as folder:
+        if not native:
+            yield Buildable(replace(definition, requires=modules.requires), tuple(texts), files)
+            return
+        (folder / f"{BLOCK}.py").write_text(native_block(definition, getattr(imported(main), name)()),
+                                            encoding="utf-8", newline="\n")
+        importlib.invalidate_caches()
+        require_own_names(modules, carried_modules(BLOCK, (*parts, *texts, BLOCK)))
+        block = getattr(imported(BLOCK), f"{name}Block")
+        yield Buildable(replace(definition, block=block, arguments=()), (*texts, BLOCK), files)
+
+
+def imported(module: str) -> ModuleType:
+    """A module of the FMU that is being built."""
+    return importlib.import_module(module)
+
+
+@contextmanager
+def importable(texts: Mapping[str, str]) -> Iterator[Path]:
+    """Folder with modules that can be imported in this block."""
+    with scratch() as folder:
+        for module, text in texts.items():
+            (folder / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")
+        sys.path.insert(0, str(folder))
+        importlib.invalidate_caches()
+        try:
+            yield folder
+        finally:
+            sys.path.remove(str(folder))
+            for module in (*texts, BLOCK):
+                sys.modules.pop(module, None)
+
+
+def require_subset(modules: OwnModules, name: str) -> None:
+    """Refuse the first line that a native FMU cannot have."""
+    for module in modules.modules.values():
+        found = first_misfit(module.renamed, name)
+        if found is not None:
+            line, what = found
+            raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without --native the "
+                             "FMU runs Python and can have it")
+
+
+def require_floats(definition: WrittenDefinition, file: Path) -> None:
+    """Refuse whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
+    law = definition.new_block()
+    for v in definition.variables:
+        owner, _, attribute = v.place.rpartition(".")
+        value = getattr(part(law, owner), attribute)
+        if not v.boolean and type(value) is not float:
+            raise BuildError(f"{file.name}: {v.name} starts as {value!r}, a native FMU needs a float: expected "
+                             f"{float(value)!r}")
+
+
+def part(block: object, path: str) -> object:
+    """Part of a block by its attribute path."""
+    for name in path.split("."):
+        block = getattr(block, name)
+    return block
+
+
+def require_own_names(modules: OwnModules, carried: Mapping[str, str]) -> None:
+    """Refuse names that two modules define: in C there is but one of each."""
+    places = dict.fromkeys(layer_names(), "the C around it")
+    for module, text in carried.items():
+        file = modules.modules[module].file.name if module in modules.modules else module
+        for name, line in defined_names(text).items():
+            place = f"{file}, line {line}"
+            if places.setdefault(name, place) != place:
+                mine, other = sorted((place, places[name]), key=lambda each: ".py" not in each)
+                raise BuildError(f"{mine}: {name} is also defined in {other}, a native FMU needs names of their own: "
+                                 "expected another one")
+
+
+@contextmanager
+def named_lines(modules: Mapping[str, str]) -> Iterator[None]:
+    """Say what pyccel refuses with the user's file and line; names of files by the modules in the FMU."""
+    try:
+        yield
+    except ExportError as error:
+        for module, line, what in PYCCEL.findall(str(error)):
+            if module in modules:
+                place = f"{modules[module]}, line {line}" if line else modules[module]
+                words = ("pyccel fails on it; a simpler line or another name may help" if "INTERNAL" in what else
+                         f"pyccel says: {what.strip()}")
+                raise BuildError(f"{place}: a native FMU cannot have this, {words}; without --native the FMU runs "
+                                 "Python and can have it") from error
+        raise
+
+
+def finished(translation: Mapping[str, str], own: tuple[str, ...]) -> dict[str, str]:
+    """C files, with those of the user's modules rid of pyccel's calls at the end of a name for a part.
+
+    They only mark the part, which lives on; and if the name was given in an if that was not taken, they mark anything.
+    """
+    return {name: UNUSED_PARTS.sub("", text) if name.removesuffix(".c") in own else text
+            for name, text in translation.items()}

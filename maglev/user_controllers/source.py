@@ -1,0 +1,238 @@
+"""A user's controller: a class of a Python file, or a class that was given as such."""
+
+import hashlib
+import inspect
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
+from controller_fmu.sample_clock import SampleClock
+from fmi_export.errors import ExportError
+from fmi_export.user_classes.declaration import WrittenDefinition, definition_of
+from fmi_export.user_classes.trouble import RAISED, described
+from maglev.copies import copied, original
+from maglev.errors import ControllerError, nearest, nearest_file
+from maglev.user_controllers.own_modules import OwnModules, own_modules
+
+SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
+GIVEN = "class "                                           # begins the name of a path that stands for a class
+
+HELP = "`maglev new controller lqi.py --stage 3dof` writes one to begin with"
+
+CLASSES: dict[Path, type] = {}                # classes that were given as such, by the path that stands for them
+LOADED: dict[tuple[Path, str], "Written"] = {}   # by path and digest of everything that is read
+
+
+@dataclass(frozen=True)
+class Written:
+    """A user's class that can fly.
+
+    Attributes
+    ----------
+    definition : WrittenDefinition
+    file : Path or None
+        Its file; None if it was given as a class.
+    requires : tuple of str
+        Packages that it imports, and that no FMU carries.
+    sha256 : tuple of (str, str)
+        Names and digests of its file and of the modules beside it; of the text of a class, if there is one.
+    """
+
+    definition: WrittenDefinition
+    file: Path | None
+    requires: tuple[str, ...]
+    sha256: tuple[tuple[str, str], ...]
+
+
+def is_written(path: Path) -> bool:
+    """Whether a path names a Python file, perhaps with a class in it, or stands for a class."""
+    return is_class(path) or SOURCE.match(str(path)) is not None
+
+
+def is_class(path: Path) -> bool:
+    """Whether a path stands for a class, which no other process knows."""
+    return str(path).startswith(GIVEN)
+
+
+def path_of(given: str | Path | type) -> Path:
+    """Path of a controller; one that stands for it if a class is given."""
+    if not isinstance(given, type):
+        return Path(given)
+    path = Path(f"{GIVEN}{given.__name__}")
+    CLASSES[path] = given
+    return path
+
+
+def file_of(path: Path) -> tuple[Path, str | None]:
+    """File that a path names, and the class in it."""
+    found = SOURCE.match(str(path))
+    assert found is not None
+    return Path(found[1]), found[2]
+
+
+@contextmanager
+def folder_first(folder: Path) -> Iterator[None]:
+    """Import from a folder first, as a script in it does; its modules do not stay, for another folder may have such.
+
+    What a folder of copies lacks comes from the one that they are of.
+    """
+    before = set(sys.modules)
+    writes = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True   # a module that changes twice in a second looks like its compiled form
+    folders = list(dict.fromkeys((folder, original(folder))))
+    sys.path[:0] = map(str, folders)
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = writes
+        for each in folders:
+            sys.path.remove(str(each))
+        for name in set(sys.modules) - before:
+            if Path(getattr(sys.modules[name], "__file__", None) or ".").parent in folders:
+                del sys.modules[name]
+
+
+def load(path: Path) -> Written:
+    """Read, and execute, what a path names.
+
+    Raises
+    ------
+    ControllerError
+        If there is no such file or class, it cannot be executed, or it declares what does not fit.
+    """
+    if is_class(path):
+        return load_class(path)
+    file, name = existing(path), file_of(path)[1]
+    modules = read(file)
+    key = (path.absolute(), str(modules.sha256))
+    if key not in LOADED:
+        LOADED[key] = Written(defined(file, name, modules), file, modules.requires, modules.sha256)
+    return LOADED[key]
+
+
+def digests(path: Path) -> tuple[tuple[str, str], ...]:
+    """Names and digests of the file that a path names and of the modules beside it, or of a class's text.
+
+    Nothing is executed; errors of the files as of `load`.
+    """
+    return load_class(path).sha256 if is_class(path) else read(existing(path)).sha256
+
+
+def existing(path: Path) -> Path:
+    """File that a path names; ControllerError if there is none."""
+    file = file_of(path)[0]
+    if not file.is_file():
+        raise ControllerError(f"there is no file {file}{nearest_file(file)}; {HELP}")
+    return file
+
+
+def copy_of(path: Path) -> Path:
+    """The same for copies of the file that a path names and of the modules beside it; errors as of `load`.
+
+    A class has no file, and stays as it is.
+    """
+    if is_class(path):
+        return path
+    file, name = existing(path), file_of(path)[1]
+    folder = file.absolute().parent
+    found = {module.file.absolute() for module in read(file).modules.values()}
+    packages = {parent / "__init__.py" for each in found for parent in each.parents if folder in parent.parents}
+    files = {str(each.relative_to(folder)): each.read_bytes() for each in {*found, *packages} if each.is_file()}
+    copy = copied(files, folder) / file.name
+    return copy if name is None else Path(f"{copy}:{name}")
+
+
+def chosen_file(path: Path) -> tuple[Path, WrittenDefinition]:
+    """File that a path names, and the definition of the class in it; errors as of `load`."""
+    return file_of(path)[0], load(path).definition
+
+
+def read(file: Path) -> OwnModules:
+    """Text of a file and of the modules beside it; ControllerError if one is not in Python."""
+    try:
+        return own_modules(file)
+    except SyntaxError as error:
+        raise ControllerError(described(error)) from error
+    except (UnicodeDecodeError, ValueError) as error:
+        raise ControllerError(f"{file}: {error}, expected a Python file in UTF-8") from error
+    except (RecursionError, MemoryError):   # of the parser, for which a sum of 10 000 terms is too deep as well
+        raise ControllerError(f"{file}: an expression is nested too deeply, expected shorter ones") from None
+
+
+def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinition:
+    """Execute a file and take its class."""
+    folder = file.absolute().parent
+    unique = f"maglev_written_{file.stem}_{modules.sha256[0][1][:12]}"
+    specification = spec_from_file_location(unique, file.absolute())
+    assert specification is not None
+    assert specification.loader is not None
+    module = module_from_spec(specification)
+    module.__file__ = str(original(file.absolute()))   # data may lie beside it
+    sys.modules[unique] = module   # where pickle and dataclasses look for it
+    with folder_first(folder):
+        try:
+            specification.loader.exec_module(module)
+        except RAISED as error:
+            raise ControllerError(in_file(error, file)) from error
+        classes = {each.__name__: each for each in vars(module).values()
+                   if isinstance(each, type) and each.__module__ == unique}
+        return declared(chosen(file, name, classes), file.name)
+
+
+def in_file(error: BaseException, file: Path) -> str:
+    """Error of a file that was executed, with the line in it."""
+    if isinstance(error, SyntaxError):
+        return described(error)
+    lines = []
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(file.absolute()):
+            lines.append(trace.tb_lineno)
+        trace = trace.tb_next
+    text = " ".join(str(error).split())
+    return f"{file.name}{f', line {lines[-1]}' if lines else ''}: {type(error).__name__}: {text}"
+
+
+def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
+    """Class of that name; the only one with outputs if there is no name."""
+    controllers = [each for each, found in classes.items() if hasattr(found, "outputs") or hasattr(found, "inputs")]
+    if name is not None:
+        if name not in classes:
+            raise ControllerError(f"{file}:{name}: there is no class {name} in it, nearest is "
+                                  f"{nearest(name, controllers or classes)}")
+        return classes[name]
+    if not controllers:
+        raise ControllerError(f"{file}: there is no controller in it, expected a class with sample_time, inputs, "
+                              f"outputs and step; {HELP}")
+    if len(controllers) > 1:
+        raise ControllerError(f"{file}: there are {len(controllers)} controllers in it, {', '.join(controllers)}; "
+                              f"expected one of them to be named: {file}:{controllers[0]}")
+    return classes[controllers[0]]
+
+
+def load_class(path: Path) -> Written:
+    """The class that a path stands for."""
+    if path not in CLASSES:
+        raise ControllerError(f"{path}: it was given as a class, which only the process that defines it can fly, and "
+                              "this takes others; expected its file, such as lqi.py or lqi.py:LQI")
+    found = CLASSES[path]
+    try:
+        text = inspect.getsource(found)
+    except (OSError, TypeError):
+        sha256: tuple[tuple[str, str], ...] = ()   # it was typed, and not kept
+    else:
+        sha256 = ((str(path), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
+    return Written(declared(found, ""), None, (), sha256)
+
+
+def declared(found: type, file: str) -> WrittenDefinition:
+    """Definition of a class; ControllerError names its file."""
+    try:
+        return definition_of(found, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH)
+    except ExportError as error:
+        raise ControllerError(f"{file}: {error}" if file else str(error)) from error

@@ -1,0 +1,1 @@
+"""Files that appear when they are complete, and temporary folders that go: for all packages."""

@@ -1,0 +1,208 @@
+"""Baselines: what is written is read bit for bit, and what is malformed is refused with file, line and value."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.baselines.baseline import (
+    Baseline,
+    Tolerance,
+    baseline_files,
+    from_recording,
+    read_baseline,
+    write_baseline,
+)
+from maglev.cosim.master import Recording
+from maglev.errors import BaselineError, CsvError
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
+
+SAMPLES = '"time","plant.y.position","plant.at_stop"\n0.0,0.025,0.0\n0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n'
+OPTIONS = """StartTime,0.0
+StopTime,0.1
+StepSize,0.0002
+OutputInterval,0.05
+RelTol,0.0
+AbsTol,plant.y.position,2e-05
+RelTol,plant.y.position,0.0
+AbsTol,plant.at_stop,0.0
+RelTol,plant.at_stop,0.0
+"""
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+TOLERANCES = st.floats(0.0, allow_nan=False, allow_infinity=False)
+# Names with commas, quotes and letters of every script; a space in front is no name, line breaks are none either.
+NAMES = st.text(st.characters(exclude_categories=("C", "Z")), min_size=1).filter(lambda name: name != "time")
+
+
+@st.composite
+def baselines(draw: st.DrawFn) -> Baseline:
+    """Baselines with irregular samples."""
+    step = draw(st.sampled_from([2e-4, 5e-4, 1e-3, 1 / 3]))
+    points = sorted(draw(st.sets(st.integers(0, 10**6), min_size=2, max_size=20)))
+    time = step * np.array(points, dtype=np.float64)
+    names = draw(st.lists(NAMES, min_size=1, max_size=4, unique=True))
+    columns = {name: np.array(draw(st.lists(NUMBERS, min_size=len(time), max_size=len(time)))) for name in names}
+    tolerances = {name: Tolerance(draw(TOLERANCES), draw(TOLERANCES)) for name in names}
+    return Baseline("any", time, columns, step, float(time[-1]), tolerances, 7.0 * step)
+
+
+def bits(values: np.ndarray) -> list[int]:
+    return values.view(np.int64).tolist()
+
+
+@given(baseline=baselines())
+def test_reading_gives_the_same_bits(tmp_path_factory: pytest.TempPathFactory, baseline: Baseline) -> None:
+    folder = tmp_path_factory.mktemp("baselines") / "made"
+    write_baseline(folder, baseline)
+    read = read_baseline(folder, "any")
+    assert bits(read.time) == bits(baseline.time)
+    assert list(read.columns) == list(baseline.columns)
+    assert all(bits(read.columns[name]) == bits(values) for name, values in baseline.columns.items())
+    assert (read.name, read.step, read.stop_time, read.interval) == (
+        "any", baseline.step, baseline.stop_time, baseline.interval)
+    assert read.tolerances == baseline.tolerances
+    assert sorted(path.name for path in folder.iterdir()) == ["any_ref.csv", "any_ref.opt"]
+
+
+def written(folder: Path, samples: str = SAMPLES, options: str = OPTIONS) -> Path:
+    """Folder with a baseline of these texts, named bad."""
+    for file, text in zip(baseline_files(folder, "bad"), (samples, options), strict=True):
+        file.write_text(text)
+    return folder
+
+
+def test_files_in_the_form_of_the_cross_check(tmp_path: Path) -> None:
+    baseline = read_baseline(written(tmp_path), "bad")
+    assert baseline.tolerances["plant.y.position"] == Tolerance(2e-5, 0.0)
+    write_baseline(tmp_path / "again", baseline)
+    files = baseline_files(tmp_path / "again", "bad")
+    assert [file.read_text() for file in files] == [SAMPLES, OPTIONS]
+
+
+def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
+    written(tmp_path, SAMPLES.replace(",", ", ").replace("\n", "\r\n"), OPTIONS.replace(",", ", ") + "\n")
+    assert list(read_baseline(tmp_path, "bad").columns) == ["plant.y.position", "plant.at_stop"]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (SAMPLES, "", "bad_ref.csv: is empty, expected a CSV file"),
+    ('"time"', '"t"', "bad_ref.csv: the first column is 't', expected time"),
+    ("plant.at_stop", "plant.y.position", "row 1 has the column 'plant.y.position' 2 times, expected it once"),
+    ("0.05,0.0250001,0.0", "0.05,0.0250001", "row 3 has 2 values, expected 3 as the header has"),
+    ("0.0250001", "fast", "row 3, column plant.y.position is 'fast', expected a finite number"),
+    ("0.0250001", "nan", "row 3, column plant.y.position is 'nan', expected a finite number"),
+    ("0.0250001", "-inf", "row 3, column plant.y.position is '-inf', expected a finite number"),
+    ("0.0250001", '"1" 2', "row 3: ',' expected after '\"', expected a CSV file"),
+    ("0.05,", "0.0,", "row 3, column time is 0, expected more than 0.0 s"),
+    ("0.05,", "0.05001,", "row 3, column time is 0.05001, expected a multiple of StepSize = 0.0002 s"),
+    ("0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n", "", "bad_ref.csv: 1 sample, expected 2 or more"),
+])
+def test_malformed_samples(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert SAMPLES.count(old) == 1
+    expect(written(tmp_path, samples=SAMPLES.replace(old, new)), message)
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (OPTIONS, "\n", "bad_ref.opt: the file is empty, expected the baseline of a run"),
+    ("StepSize,", "Stepsize,", "line 3: key = 'Stepsize': unknown, nearest is 'StepSize'"),
+    ("StepSize,0.0002", "StepSize,0", "line 3: StepSize = 0.0: expected more than zero"),
+    ("StepSize,0.0002", "StepSize", "line 3: row = 'StepSize': expected KEY,NUMBER"),
+    ("StepSize,0.0002", "StepSize,plant.at_stop,1", "line 3: row = 'StepSize,plant.at_stop,1': expected KEY,NUMBER"),
+    ("OutputInterval,0.05\n", "", "bad_ref.opt: OutputInterval is missing, expected a line OutputInterval,NUMBER"),
+    ("AbsTol,plant.at_stop,0.0\n", "",
+     "bad_ref.opt: AbsTol,plant.at_stop is missing, expected a line AbsTol,plant.at_stop,NUMBER"),
+    ("AbsTol,plant.at_stop,0.0", "AbsTol,0.0", "line 8: row = 'AbsTol,0.0': expected KEY,NUMBER or AbsTol,SIGNAL"),
+    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stop,-1e-9", "line 8: AbsTol,plant.at_stop = -1e-09: expected zero"),
+    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stop,inf", "AbsTol,plant.at_stop = 'inf': expected a finite"),
+    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stp,0.0", "there is no such column; nearest is 'plant.at_stop'"),
+    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.y.position,0.0", "given already in line 6, expected once"),
+    ("RelTol,0.0", "RelTol,0.1", "line 5: RelTol = 0.1: expected 0.0; tolerances stand at their signals"),
+    ("StartTime,0.0", "StartTime,0.05", "line 1: StartTime = 0.05: expected the first time in bad_ref.csv, 0.0 s"),
+    ("StopTime,0.1", "StopTime,0.15", "line 2: StopTime = 0.15: expected the last time in bad_ref.csv, 0.1 s"),
+])
+def test_malformed_options(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert OPTIONS.count(old) == 1
+    expect(written(tmp_path, options=OPTIONS.replace(old, new)), message)
+
+
+@pytest.mark.parametrize(("kind", "message"), [(0, "no text, expected a CSV file"),
+                                               (1, "cannot be read, expected UTF-8 text")])
+def test_missing_and_unreadable_files(tmp_path: Path, kind: int, message: str) -> None:
+    file = baseline_files(written(tmp_path), "bad")[kind]
+    file.write_bytes(b"\xff")
+    expect(tmp_path, f"{file.name}: {message}")
+    file.unlink()
+    expect(tmp_path, f"{file.name}: there is no such file, expected the baseline of a run")
+
+
+def expect(folder: Path, message: str) -> None:
+    """Reading the baseline named bad is refused in one line."""
+    with pytest.raises((BaselineError, CsvError)) as refusal:
+        read_baseline(folder, "bad")
+    assert message in str(refusal.value)
+    assert str(refusal.value).startswith(str(folder / "bad_ref"))
+    assert "\n" not in str(refusal.value)
+
+
+def checked(interval: float = 0.05, *signals: str) -> RunPlan:
+    """The 2-DOF set-points with settings of a check."""
+    settings = CheckSettings(interval=interval, signals={name: SignalTolerance(absolute=1e-9) for name in signals})
+    return load_plan("2dof-setpoints").model_copy(update={"check": settings})
+
+
+def flown(at_stop: int = 1000, tripped: int = 1000) -> Recording:
+    """0.5 s at 0.5 ms, with flags set from these communication points on."""
+    k = np.arange(1001)
+    return Recording(0.0005 * k, {"plant.v.position": 0.02 + 1e-6 * k,
+                                  "plant.at_stop": (k >= at_stop).astype(np.int32),
+                                  "controller.tripped": (k >= tripped).astype(np.int32)})
+
+
+def test_samples_at_the_interval_with_the_scenarios_tolerances() -> None:
+    baseline = from_recording(checked(0.05, "plant.v.position", "plant.at_stop"), 0.0005, flown(2000, 2000))
+    assert baseline.time.tolist() == [0.0005 * k for k in range(0, 1001, 100)]
+    assert baseline.columns["plant.v.position"][1] == 0.02 + 1e-6 * 100
+    assert baseline.columns["plant.at_stop"].dtype == np.float64
+    assert baseline.stop_time == 0.5
+    assert baseline.tolerances["plant.v.position"] == Tolerance(1e-9, 0.0)
+
+
+@pytest.mark.parametrize(("at_stop", "tripped", "last"), [(350, 900, 300), (900, 300, 200), (301, 301, 300)])
+def test_ends_before_contact_or_trip(at_stop: int, tripped: int, last: int) -> None:
+    baseline = from_recording(checked(0.05, "plant.v.position"), 0.0005, flown(at_stop, tripped))
+    assert baseline.stop_time == 0.0005 * last
+
+
+def test_goes_through_contact_and_trip_where_the_scenario_says_so() -> None:
+    plan = checked(0.05, "plant.at_stop")
+    through = plan.model_copy(update={"check": plan.check.model_copy(update={"through_contact": True})})
+    baseline = from_recording(through, 0.0005, flown(350, 900))
+    assert baseline.columns["plant.at_stop"].tolist() == [0.0] * 4 + [1.0] * 7
+
+
+def test_recordings_that_make_no_baseline() -> None:
+    for plan, recording, message in (
+            (checked(), flown(), "check.signals: expected at least one signal"),
+            (checked(0.05, "plant.v.positon"), flown(), "nearest is 'plant.v.position'"),
+            (checked(0.0007, "plant.v.position"), flown(), "expected a multiple of the communication step, 0.0005 s"),
+            (checked(0.05, "plant.v.position"), flown(at_stop=100), "1 samples before"),
+            (checked(0.05, "plant.v.position"), flown(at_stop=0), "0 samples before")):
+        with pytest.raises((BaselineError, CsvError)) as refusal:
+            from_recording(plan, 0.0005, recording)
+        assert message in str(refusal.value)
+    recording = flown()
+    recording.columns["plant.v.position"][200] = np.nan
+    with pytest.raises(BaselineError, match=r"plant.v.position is not finite at t = 0.1 s"):
+        from_recording(checked(0.05, "plant.v.position"), 0.0005, recording)
+
+
+def test_a_baseline_is_small(tmp_path: Path) -> None:
+    time = 0.0005 * np.arange(60_000)
+    large = Baseline("large", time, {"a": time / 3.0}, 0.0005, float(time[-1]), {"a": Tolerance(0.0, 0.0)}, 0.0005)
+    with pytest.raises(BaselineError, match="expected at most 1000000"):
+        write_baseline(tmp_path, large)
+    assert not list(tmp_path.iterdir())

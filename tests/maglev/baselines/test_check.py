@@ -1,0 +1,298 @@
+"""The check of a run: exactly the first deviation is found, and real runs pass or fail with the right message."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
+from maglev.baselines.check import check_run
+from maglev.baselines.deviation import Deviation, first_deviation, worst
+from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
+from maglev.baselines.update import renewed, written
+from maglev.cosim.master import Recording, RunFailed
+from maglev.errors import BaselineError
+from maglev.experiment.ports.replacement import Replacement
+from maglev.experiment.preparation import Experiment, prepare
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
+from maglev.schema.settings import start_values
+from maglev.user_controllers.new import new_controller
+
+STEP, EVERY, SAMPLES = 0.0005, 10, 8
+SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),
+           "plant.at_stop": Tolerance(0.0, 0.0)}
+
+VALUES = st.floats(-1e3, 1e3).map(lambda value: round(value, 6))
+
+
+@st.composite
+def runs(draw: st.DrawFn) -> tuple[Baseline, Recording]:
+    """A baseline, and the recording that it was made from."""
+    rows = EVERY * SAMPLES
+    columns = {name: np.repeat(draw(st.lists(VALUES, min_size=SAMPLES, max_size=SAMPLES)), EVERY) for name in SIGNALS}
+    columns["plant.at_stop"] = (columns["plant.at_stop"] > 0.0).astype(np.int32)
+    time = STEP * np.arange(rows)
+    baseline = Baseline("any", time[::EVERY], {name: values[::EVERY].astype(float) for name, values in columns.items()},
+                        STEP, float(time[::EVERY][-1]), SIGNALS, STEP * EVERY)
+    return baseline, Recording(time, columns)
+
+
+@given(run=runs(), signal=st.sampled_from(list(SIGNALS)), sample=st.integers(0, SAMPLES - 1),
+       sign=st.sampled_from([-1.0, 1.0]), share=st.floats(0.0, 0.999), excess=st.floats(1.001, 1e6), data=st.data())
+def test_first_deviation_is_found_exactly(run: tuple[Baseline, Recording], signal: str, sample: int, sign: float,
+                                          share: float, excess: float, data: st.DataObject) -> None:
+    """One change within the tolerance is none; one beyond it is found, and later ones do not hide it."""
+    baseline, recording = run
+    assert first_deviation(baseline, recording) is None
+    assert set(worst(baseline, recording).values()) == {(0.0, 0.0)}
+    expected = float(baseline.columns[signal][sample])
+    allowed = SIGNALS[signal].absolute + SIGNALS[signal].relative * abs(expected)
+    column = recording.columns[signal] = recording.columns[signal].astype(float)   # type: ignore[index]
+    column[sample * EVERY] = expected + sign * share * allowed
+    assert first_deviation(baseline, recording) is None
+    column[sample * EVERY] = got = expected + sign * (excess * allowed if allowed else 1.0)
+    found = Deviation(signal, float(baseline.time[sample]), expected, got, allowed)
+    assert first_deviation(baseline, recording) == found
+    difference, time = worst(baseline, recording)[signal]
+    assert (difference, time) == (abs(got - expected), found.time)
+    if sample + 1 < SAMPLES:
+        later = data.draw(st.integers(sample + 1, SAMPLES - 1))
+        other = data.draw(st.sampled_from(list(SIGNALS)))
+        recording.columns[other][later * EVERY] = 10**6
+        assert first_deviation(baseline, recording) == found
+
+
+@given(run=runs(), sample=st.integers(0, SAMPLES - 1), value=st.sampled_from([np.nan, np.inf, -np.inf]))
+def test_a_value_that_is_not_finite_deviates(run: tuple[Baseline, Recording], sample: int, value: float) -> None:
+    baseline, recording = run
+    recording.columns["plant.motor.i_a"][sample * EVERY] = value
+    baseline.tolerances["plant.motor.i_a"] = Tolerance(1e300, 0.0)
+    found = first_deviation(baseline, recording)
+    baseline.tolerances["plant.motor.i_a"] = SIGNALS["plant.motor.i_a"]
+    assert found is not None
+    assert (found.signal, found.time) == ("plant.motor.i_a", baseline.time[sample])
+    assert worst(baseline, recording)["plant.motor.i_a"] == (np.inf, baseline.time[sample])
+
+
+def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
+    time = STEP * np.arange(3)
+    baseline = Baseline("any", time, {"a": np.ones(3), "b": np.ones(3)}, STEP, float(time[-1]),
+                        {"a": Tolerance(1e-3, 0.0), "b": Tolerance(1e-6, 0.0)}, STEP)
+    moved = np.array([1.0, 1.01, 1.0])
+    for order in (("a", "b"), ("b", "a")):
+        ordered = replace(baseline, columns={name: baseline.columns[name] for name in order})
+        found = first_deviation(ordered, Recording(time, {"a": moved, "b": moved}))
+        assert found is not None and found.signal == "b"
+
+
+def test_recordings_that_cannot_be_compared() -> None:
+    time = STEP * np.arange(11)
+    baseline = Baseline("any", time, {"plant.y": time}, STEP, float(time[-1]), {"plant.y": Tolerance(0.0, 0.0)}, STEP)
+    for recording, message in (
+            (Recording(time, {"plant.x": time, "q": time}), "plant.y was not recorded, .* nearest is 'plant.x'"),
+            (Recording(time[:-1], {"plant.y": time}), "the run ended at t = 0.0045 s, expected 0.005 s"),
+            (Recording(2.0 * time, {"plant.y": time}), "communication point 1 of the run is at t = 0.001 s")):
+        for compare in (first_deviation, worst):
+            with pytest.raises(BaselineError, match=message):
+                compare(baseline, recording)
+
+
+def short(**changed: Any) -> RunPlan:
+    """The first 1.5 s of the 2-DOF set-points, in which both axes step once."""
+    signals = {name: SignalTolerance(absolute=1e-9) for name in ("plant.v.position", "plant.h.position")}
+    settings = CheckSettings(interval=0.05, signals={**signals, "controller.saturated": SignalTolerance()})
+    return load_plan("2dof-setpoints").model_copy(update={"stop_time": 1.5, "check": settings, **changed})
+
+
+def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
+            baselines: Path) -> CheckResult:
+    return check_run(prepare(plan, fmus, replaced, start_values(settings)), baselines, {})
+
+
+def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
+            baselines: Path) -> UpdateResult:
+    return written(renewed(prepare(plan, fmus, replaced, start_values(settings)), baselines, {}), baselines)
+
+
+@pytest.fixture(scope="module")
+def committed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the baseline of the short run."""
+    folder = tmp_path_factory.mktemp("baselines")
+    assert updated(short(), fmus, {}, [], folder).status == "new"
+    return folder
+
+
+@pytest.fixture
+def baselines(committed: Path, tmp_path: Path) -> Path:
+    """A copy of that folder to spoil."""
+    return shutil.copytree(committed, tmp_path / "baselines")
+
+
+def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
+    result = checked(short(), fmus, {}, [], baselines)
+    assert describe(result) == "2dof-setpoints: passed, 3 signals at 31 samples to t = 1.5 s equal the baseline"
+    assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
+    assert set(result.worst) == set(short().check.signals)
+    assert result.units == {"plant.v.position": "m", "plant.h.position": "m", "controller.saturated": ""}
+
+
+def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
+    result = checked(short(), fmus, {}, ["plant.C1=14.2142"], baselines)
+    assert (result.status, exit_code([result])) == ("deviated", 1)
+    found = result.deviation
+    assert found is not None and found.signal == "plant.h.position" and found.allowed == 1e-9
+    assert describe(result) == (
+        f"2dof-setpoints: deviates first at t = {found.time:.9g} s: plant.h.position expected {found.expected!r} m, "
+        f"got {found.got!r} m, allowed 1e-09 m")
+    assert result.worst["plant.h.position"].difference >= abs(found.got - found.expected)
+
+
+def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
+    options = baseline_files(baselines, "2dof-setpoints")[1]
+    options.write_text(options.read_text().replace("1e-09", "0.01"))
+    wide = {name: SignalTolerance(absolute=0.01 if allowed.absolute == 1e-9 else allowed.absolute)
+            for name, allowed in short().check.signals.items()}
+    plan = short(check=CheckSettings(signals=wide))
+    result = checked(plan, fmus, {}, ["plant.C1=14.2142"], baselines)
+    assert result.message.endswith("are within their tolerances")
+    assert 1e-9 < result.worst["plant.h.position"].difference < 0.01
+
+
+def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
+    """Without current the mover falls onto its stop."""
+    arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path)
+    assert updated(short(), *arguments).status == "new"
+    baseline = read_baseline(tmp_path, "2dof-setpoints")
+    assert 0.0 < baseline.stop_time < 1.4
+    assert checked(short(), *arguments).status == "passed"
+
+
+def test_a_tolerance_is_the_scenarios(fmus: Path, baselines: Path) -> None:
+    """A file that was edited does not decide what passes."""
+    options = baseline_files(baselines, "2dof-setpoints")[1]
+    options.write_text(options.read_text().replace("1e-09", "1.0"))
+    error(checked(short(), fmus, {}, ["plant.C2=800"], baselines),
+          "the tolerance of plant.v.position is 1.0 + 0.0 relative, expected that of the scenario, 1e-09")
+
+
+def test_a_baseline_that_was_cut(fmus: Path, baselines: Path) -> None:
+    """Two samples of a run that goes on: nothing has deviated so far."""
+    samples, options = baseline_files(baselines, "2dof-setpoints")
+    lines = samples.read_text().splitlines(keepends=True)
+    samples.write_text("".join(lines[:3]))
+    last = lines[2].partition(",")[0]
+    options.write_text(options.read_text().replace("StopTime,1.5", f"StopTime,{last}"))
+    error(checked(short(), fmus, {}, [], baselines), f"ends at t = {last} s, expected samples to 1.5 s")
+
+
+def error(result: CheckResult, message: str) -> None:
+    """The run could not be checked, for this reason."""
+    assert (result.status, result.deviation, result.worst, exit_code([result])) == ("error", None, {}, 2)
+    assert message in result.message and "\n" not in result.message
+    assert describe(result) == f"2dof-setpoints: error: {result.message}"
+
+
+def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None:
+    # The FMUs are missing too: that the baseline is refused shows that it is read first.
+    nowhere = tmp_path / "nowhere"
+    error(checked(short(), nowhere, {}, [], nowhere), "2dof-setpoints_ref.csv: there is no such file")
+    error(checked(short(), nowhere, {}, [], baselines), "there is no file")
+    error(checked(short(), fmus, {}, ["plant.C9=1"], baselines), "C9")
+    error(checked(short(step=0.00025), nowhere, {}, [], baselines), "StepSize = 0.0005: expected the")
+    error(checked(short(stop_time=1.0), nowhere, {}, [], baselines), "StopTime = 1.5: expected at most")
+    more = CheckSettings(signals={"plant.motor.i_q": SignalTolerance()})
+    error(checked(short(check=more), nowhere, {}, [], baselines), "there is no column plant.motor.i_q")
+    samples = baseline_files(baselines, "2dof-setpoints")[0]
+    samples.unlink()
+    samples.mkdir()
+    error(checked(short(), fmus, {}, [], baselines), "there is no such file")
+
+
+def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An FMU that refuses a step is an error."""
+    def run(*_: object) -> Recording:
+        raise RunFailed("at t = 0.3 s:\nrefused", Recording(np.zeros(1), {}))
+
+    monkeypatch.setattr(Experiment, "run", run)
+    error(checked(short(), fmus, {}, [], baselines), "at t = 0.3 s: refused")
+    assert updated(short(), fmus, {}, [], baselines).message == "at t = 0.3 s: refused"
+
+
+def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
+    old = read_baseline(baselines, "2dof-setpoints")
+    assert describe(updated(short(), fmus, {}, [], baselines)) == (
+        "2dof-setpoints: unchanged, 3 signals at 31 samples to t = 1.5 s")
+    result = updated(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines)
+    assert result.status == "updated"
+    difference, time = result.moved["plant.h.position"]
+    new = read_baseline(baselines, "2dof-setpoints")
+    changed = np.abs(new.columns["plant.h.position"] - old.columns["plant.h.position"][:len(new.time)])
+    assert (difference, time) == (changed.max(), new.time[changed.argmax()])
+    assert f"plant.h.position moved by at most {difference!r} m (t = {time:.9g} s)" in result.message
+    assert "controller.saturated moved" not in result.message
+    assert "it ended at t = 1.5 s" in result.message
+
+
+def test_update_takes_signals_and_tolerances_of_the_scenario(fmus: Path, baselines: Path) -> None:
+    settings = CheckSettings(signals={"plant.v.position": SignalTolerance(absolute=1e-6, relative=0.5),
+                                      "plant.motor.i_q": SignalTolerance()})
+    result = updated(short(check=settings), fmus, {}, [], baselines)
+    for note in ("plant.motor.i_q added", "plant.h.position removed",
+                 "tolerance of plant.v.position was 1e-09 + 0.0 relative, is 1e-06 + 0.5 relative"):
+        assert note in result.message
+    assert read_baseline(baselines, "2dof-setpoints").tolerances == {
+        "plant.v.position": Tolerance(1e-6, 0.5), "plant.motor.i_q": Tolerance(0.0, 0.0)}
+
+
+def test_update_replaces_what_cannot_be_read_or_compared(fmus: Path, baselines: Path) -> None:
+    samples, options = baseline_files(baselines, "2dof-setpoints")
+    intact = samples.read_text(), options.read_text()
+    options.write_text("StepSize,fast\n")
+    result = updated(short(), fmus, {}, [], baselines)
+    assert result.status == "replaced"
+    assert "2dof-setpoints_ref.opt, line 1: StepSize = 'fast': expected a number" in result.message
+    assert (samples.read_text(), options.read_text()) == intact
+    baseline = read_baseline(baselines, "2dof-setpoints")
+    write_baseline(baselines, replace(baseline, step=0.00025))
+    result = updated(short(), fmus, {}, [], baselines)
+    assert "the communication step was 0.00025 s and is 0.0005 s" in result.message
+    assert (samples.read_text(), options.read_text()) == intact
+
+
+def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) -> None:
+    samples = baseline_files(baselines, "2dof-setpoints")[0]
+    intact = samples.read_text()
+    settings = CheckSettings(signals={"plant.v.positon": SignalTolerance()})
+    result = updated(short(check=settings), fmus, {}, [], baselines)
+    assert "nearest is 'v.position'" in describe(result)
+    assert exit_code([result]) == 2
+    assert samples.read_text() == intact
+
+
+def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path) -> None:
+    """Its baseline lacks what it lacks, and holds it to the rest; one of `new_controller` has no flags at all."""
+    mine = {"controller": Replacement(new_controller(tmp_path / "mine.py", "2dof"))}
+    result = updated(short(), fmus, mine, [], tmp_path)
+    assert result.status == "new", result.message
+    assert {*read_baseline(tmp_path, "2dof-setpoints").columns} == {"plant.v.position", "plant.h.position"}
+    passed = checked(short(), fmus, mine, [], tmp_path)
+    assert passed.status == "passed", passed.message
+    assert passed.message.endswith("not compared, for the FMU has no such signals: controller.saturated")
+    assert checked(short(), fmus, mine, ["plant.C1=14.3"], tmp_path).status == "deviated"
+    # This project's controller has what that baseline lacks.
+    error(checked(short(), fmus, {}, [], tmp_path), "there is no column controller.saturated")
+
+
+def test_exit_code() -> None:
+    passed, deviated, failed = (CheckResult("any", status, "", None, {}, 0.0)
+                                for status in ("passed", "deviated", "error"))
+    assert exit_code([passed, passed]) == 0
+    assert exit_code([deviated, passed]) == 1
+    assert exit_code([deviated, failed]) == 2
+    assert exit_code([]) == 2, "a check of nothing has shown nothing"

@@ -1,0 +1,216 @@
+"""FMUs of others fly in a process of their own: what one of them does there is named, and takes nothing with it."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from faulty_fmus import AT, claiming, faulty, faulty_run
+
+from maglev.cosim.fmu import FATAL, OWN_TOOL, Fmu, read_description
+from maglev.cosim.master import Recording, RunFailed, RunInterrupted
+from maglev.cosim.other_process.run import Follower
+from maglev.errors import FmuError
+from maglev.experiment.execution import execute
+from maglev_files.scratch import remove_leftovers
+
+ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
+
+
+@pytest.fixture
+def unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder for temporary files, which has to be empty in the end, as has the list of processes."""
+    folder = tmp_path / "unpacked"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    before = multiprocessing.active_children()   # one may wait for a run
+    yield folder
+    assert list(folder.iterdir()) == []
+    assert set(multiprocessing.active_children()) <= set(before)
+
+
+@pytest.fixture(scope="module")
+def healthy(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """The run under the same controller without a fault."""
+    return faulty_run(faulty("none", tmp_path_factory.mktemp("none")), fmus).run()
+
+
+def require_beginning(recording: Recording, healthy: Recording, rows: int) -> None:
+    assert len(recording.time) == rows
+    assert list(recording.columns) == list(healthy.columns)
+    for name, values in recording.columns.items():
+        assert np.array_equal(values, healthy.columns[name][:rows]), name
+
+
+def test_a_run_apart_is_the_run_here(fmus: Path, healthy: Recording, tmp_path: Path,
+                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bit for bit, with the same columns in the same order."""
+    monkeypatch.setattr("maglev.experiment.preparation.is_foreign", lambda *_: False)
+    require_beginning(healthy, faulty_run(faulty("none", tmp_path), fmus).run(), 601)
+    assert np.ptp(healthy.columns["plant.v.position"]) > 0.0
+
+
+@pytest.mark.parametrize(("fault", "message"), [
+    ("crash", "ended its process with SIGSEGV in fmi2DoStep"),
+    ("exit", "ended its process with exit code 0 in fmi2DoStep"),
+    ("hang", "has been silent for 5 s in fmi2DoStep"),
+    ("negative", "refused fmi2DoStep with status -1: it gave no message")])
+def test_a_fault_in_a_step_is_named_and_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path: Path,
+                                                            unpacked: Path, fault: str, message: str) -> None:
+    experiment = faulty_run(faulty(fault, tmp_path), fmus, timeout=5.0)
+    with pytest.raises(RunFailed) as failure:
+        experiment.run()
+    assert str(failure.value) == f"at t = 0.1 s: controller (pd_controller.fmu) {message}"
+    require_beginning(failure.value.recording, healthy, ROWS)
+
+
+@pytest.mark.parametrize(("fault", "message"), [
+    ("crash", "ended its process with SIGSEGV"), ("exit", "ended its process with exit code 0"),
+    ("hang", "has been silent for 5 s")])
+def test_an_fmu_that_claims_to_be_ours_is_not_trusted(fmus: Path, tmp_path: Path, unpacked: Path, fault: str,
+                                                      message: str) -> None:
+    """In a process of its own: what it does would otherwise be done to the one that flies it."""
+    fmu = claiming(faulty(fault, tmp_path))
+    assert read_description("controller", fmu).generationTool.startswith(OWN_TOOL)
+    found = subprocess.run([sys.executable, "-c", ALONE, fmu, fmus, "5"], capture_output=True, text=True, timeout=120,
+                           env={**os.environ, "TMPDIR": str(unpacked), "PYTHONPATH": os.pathsep.join(
+                               path for path in sys.path if path)})
+    assert found.returncode == 1
+    assert f"RunFailed: at t = 0.1 s: controller ({fmu.name}) {message} in fmi2DoStep" in found.stderr
+
+
+def test_an_fmu_that_claims_to_be_ours_is_not_freed_after_a_fatal_status(fmus: Path, tmp_path: Path,
+                                                                         unpacked: Path) -> None:
+    """FMI forbids every call after it; that FMU's would crash. Ours can be freed, and are."""
+    with Fmu("controller", fmu := claiming(faulty("fatal", tmp_path)), read_description("controller", fmu)) as loaded:
+        loaded.failed("fmi2DoStep", FATAL)
+    with Fmu("plant", ours := fmus / "Plant2DOF.fmu", read_description("plant", ours)) as loaded:
+        freed = []
+        assert loaded.instance is not None
+        loaded.instance.freeInstance, free = lambda: freed.append("ours"), loaded.instance.freeInstance
+        loaded.failed("fmi2DoStep", FATAL)
+    assert freed == ["ours"]
+    free()
+
+
+@pytest.mark.parametrize(("fault", "end"), [("crash when freed", "SIGSEGV"), ("exit when freed", "exit code 0")])
+def test_a_fault_after_the_end_loses_nothing(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path,
+                                             fault: str, end: str) -> None:
+    recording = faulty_run(faulty(fault, tmp_path), fmus).run()
+    require_beginning(recording, healthy, 601)
+    assert recording.notes == (f"controller (pd_controller.fmu) ended its process with {end} in fmi2FreeInstance, "
+                               "after the end of the run",)
+
+
+def test_a_fault_in_loading_is_refused(fmus: Path, tmp_path: Path, unpacked: Path) -> None:
+    with pytest.raises(FmuError, match=r"controller \(pd_controller.fmu\) ended its process with SIGSEGV in loading"):
+        faulty_run(faulty("crash when loaded", tmp_path), fmus).run()
+
+
+def test_warnings_are_counted_and_said_once(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path) -> None:
+    result = execute(faulty_run(faulty("warn", tmp_path), fmus), tmp_path / "out")
+    (note,) = result.recording.notes
+    assert note.startswith("controller (pd_controller.fmu) says: gap is odd at t = 0 s; gap is odd at t = 0.0005 s; ")
+    assert note.endswith("gap is odd at t = 0.0095 s; and 580 more messages")
+    assert np.array_equal(result.columns["plant.v.position"], healthy.columns["plant.v.position"][::2])
+
+
+def test_interrupt_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path,
+                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C when the FMU has come to its fault, or is not far from it."""
+    look = Follower.calls
+
+    def calls(self: Follower) -> int:
+        found = look(self)
+        if found > 3 * ROWS and interrupts:
+            os.kill(os.getpid(), interrupts.pop())
+        return found
+
+    interrupts = [signal.SIGINT]
+    monkeypatch.setattr(Follower, "calls", calls)
+    with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
+        faulty_run(faulty("hang", tmp_path), fmus).run()
+    require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
+    assert failure.value.number == signal.SIGINT
+
+
+STARTED = """
+import sys, time
+from pathlib import Path
+from maglev.processes.child import start
+process = start(time.sleep, 60.0)
+print(Path(f"/proc/{process.pid}/status").read_text())
+process.kill()
+"""
+
+
+def test_the_first_process_is_started_with_interrupts_blocked() -> None:
+    """In a Python that has started none: multiprocessing starts its tracker then, which unblocks them."""
+    found = subprocess.run([sys.executable, "-c", STARTED], capture_output=True, text=True, check=True,
+                           env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)})
+    blocked, = (line.split()[1] for line in found.stdout.splitlines() if line.startswith("SigBlk:"))
+    assert int(blocked, 16) & 1 << signal.SIGINT - 1
+
+
+DEAD = """
+import multiprocessing, sys
+from pathlib import Path
+from faulty_fmus import faulty_run
+multiprocessing.set_executable("/bin/false")
+faulty_run(Path(sys.argv[1]), Path(sys.argv[2]), stop_time=60.0).run()
+"""
+
+
+def test_a_process_that_dies_at_its_start_is_named(fmus: Path, tmp_path: Path, unpacked: Path) -> None:
+    """Whoever wrote it a run of several megabytes would wait for ever."""
+    found = subprocess.run([sys.executable, "-c", DEAD, faulty("none", tmp_path), fmus], capture_output=True, text=True,
+                           timeout=120, env={**os.environ, "TMPDIR": str(unpacked), "PYTHONPATH": os.pathsep.join(
+                               path for path in sys.path if path)})
+    assert "FmuError: the process of the run ended its process with exit code 1 in its start" in found.stderr
+
+
+ALONE = """
+import sys
+from pathlib import Path
+from faulty_fmus import faulty_run
+faulty_run(Path(sys.argv[1]), Path(sys.argv[2]), timeout=float(sys.argv[3])).run()
+"""
+
+
+def test_nothing_survives_the_death_of_the_parent(fmus: Path, tmp_path: Path, unpacked: Path) -> None:
+    """A script without a guard for child processes; it is killed while its FMU hangs."""
+    folders = os.pathsep.join(path for path in sys.path if path)
+    script = tmp_path / "script.py"
+    script.write_text(ALONE)
+    parent = subprocess.Popen([sys.executable, script, faulty("hang", tmp_path), fmus, "60"],
+                              env={**os.environ, "TMPDIR": str(unpacked), "PYTHONPATH": folders})
+    until(lambda: [path for path in unpacked.glob("*/calls") if int.from_bytes(path.read_bytes(), "little") > ROWS])
+    assert parent.poll() is None
+    parent.kill()
+    parent.wait()
+    until(lambda: not list(unpacked.glob("*/calls")))
+    until(lambda: not [path for path in Path("/proc").glob("[0-9]*/environ") if str(unpacked).encode() in read(path)])
+    remove_leftovers(unpacked)   # the copies of what flew, as the next command does
+
+
+def until(condition: object) -> None:
+    """Wait for a condition, a minute at most."""
+    assert callable(condition)
+    end = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:   # of another user, or gone
+        return b""

@@ -1,0 +1,60 @@
+"""Tasks in processes of their own: results in order, and a dead process is one result, not the end."""
+
+import os
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from maglev.processes.side_by_side import side_by_side
+
+
+def square(number: int, progress: Callable[[int, int], None]) -> int:
+    """A task."""
+    progress(1, 3)
+    progress(3, 3)
+    return number * number
+
+
+def die(code: int, progress: Callable[[int, int], None]) -> int:
+    """A task whose process ends at once."""
+    progress(1, 3)
+    os._exit(code)
+
+
+def meet(folder: Path, name: str, progress: Callable[[int, int], None]) -> int:
+    """A task that waits until another one is under way; 1 if that happens within a minute."""
+    (folder / name).touch()
+    end = time.monotonic() + 60.0
+    while len(list(folder.iterdir())) < 2 and time.monotonic() < end:
+        time.sleep(0.01)
+    return len(list(folder.iterdir())) - 1
+
+
+def test_results_are_in_order_and_a_dead_process_is_one_of_them() -> None:
+    watched = []
+    tasks = {"two": partial(square, 2), "dead": partial(die, 7), "three": partial(square, 3)}
+    results = side_by_side(tasks, 1, lambda name, message: -1 if name == "dead" and "code 7" in message else 0,
+                           lambda *report: watched.append(report))
+    assert list(results) == ["two", "dead", "three"]
+    assert (results["two"], results["three"]) == (4, 9)
+    assert results["dead"] == -1
+    assert watched == [("two", 1, 3), ("two", 1, 1), ("dead", 1, 3), ("dead", 1, 1), ("three", 1, 3), ("three", 1, 1)]
+
+
+def own_process(progress: Callable[[int, int], None]) -> int:
+    """A task that tells its process."""
+    return os.getpid()
+
+
+def test_a_process_does_one_task_after_the_other_until_one_kills_it() -> None:
+    tasks = {"first": own_process, "second": own_process, "dead": partial(die, 7), "third": own_process}
+    results = side_by_side(tasks, 1, lambda *_: -1, lambda *_: None)
+    assert results["first"] == results["second"] != results["third"]
+    assert results["dead"] == -1
+    assert results["first"] != os.getpid() != results["third"]
+
+
+def test_as_many_at_a_time_as_asked_for(tmp_path: Path) -> None:
+    tasks = {name: partial(meet, tmp_path, name) for name in ("a", "b")}
+    assert side_by_side(tasks, 2, lambda *_: 0, lambda *_: None) == {"a": 1, "b": 1}

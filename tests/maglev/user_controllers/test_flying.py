@@ -1,0 +1,160 @@
+"""Controllers that are Python files or classes, flown."""
+
+import hashlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+from numpy.testing import assert_array_equal
+from written_controllers import controller, flight, line_of
+
+import maglev as tool
+from maglev.user_controllers.new import new_controller
+from pmlsm.rigs import RIGS
+
+
+def columns(run: tool.Run) -> dict[str, np.ndarray]:
+    """What was recorded of the plant and of the commands."""
+    return {name: values for name, values in run.columns.items() if name.startswith("plant.") or "_cmd" in name}
+
+
+@pytest.fixture
+def pythonfmu_controller(slow: None, tmp_path: Path) -> Path:
+    """The example that the PD controller of these tests re-implements."""
+    source = Path(__file__).parents[3] / "examples" / "pd_controller_python" / "pd_controller.py"
+    subprocess.run([sys.executable, "-m", "pythonfmu", "build", "-f", source, "-d", tmp_path], check=True,
+                   capture_output=True)
+    return tmp_path / "PDController.fmu"
+
+
+@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+def test_a_file_flies_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
+    """pythonfmu's own slave and wrapper, and a process of its own, around the same law."""
+    plan = flight(tmp_path)
+    ours = tool.run(plan, controller=controller(tmp_path), fmus=fastest_fmus, set={"controller.bandwidth": 50.0})
+    theirs = tool.run(plan, controller=pythonfmu_controller, fmus=fastest_fmus, set={"controller.bandwidth": 50.0})
+    assert ours["plant.v.position"][-1] == pytest.approx(21e-3, abs=0.3e-3)
+    assert columns(ours).keys() == columns(theirs).keys()
+    for name, values in columns(theirs).items():
+        assert_array_equal(columns(ours)[name], values, err_msg=name)
+
+
+@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> None:
+    """A class of no file, whose gains are an array outside, and whose output is a number of numpy's."""
+    path = controller(tmp_path)
+    namespace: dict[str, type] = {}
+    exec(compile(path.read_text(), "<cell>", "exec"), namespace)
+    gains = np.array([[60.0, 0.9]])
+
+    class Closed(namespace["PD"]):   # type: ignore[misc]
+        """PD by a matrix."""
+
+        def step(self, t: float) -> None:
+            self.bandwidth, self.damping = gains[0]
+            super().step(t)
+            self.motor_i_a_cmd = np.float64(self.motor_i_a_cmd)
+
+    plan = flight(tmp_path)
+    of_class = tool.run(plan, controller=Closed, fmus=fastest_fmus)
+    of_file = tool.run(plan, controller=path, fmus=fastest_fmus)
+    for name, values in columns(of_file).items():
+        assert_array_equal(columns(of_class)[name], values, err_msg=name)
+    assert of_class.result.provenance.fmus[0].kind == "Python class"
+    with pytest.raises(tool.ControllerError, match="class Closed: .* 3 runs .* expected its file"):
+        tool.run_all(["2dof-step-4"], controller=Closed, fmus=fastest_fmus, out=tmp_path)
+
+
+@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+def test_the_sample_time_is_kept(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Of a controller with a sample time of four communication steps, every fourth computes, the others hold."""
+    path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 2.0e-3"),
+                      ("self.motor_i_a_cmd = cos(angle) * i_d - sin(angle) * i_q", "self.motor_i_a_cmd = t"))
+    run = tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+    # The command at a point is what the step before it has computed, from its sample's time on.
+    held = run["controller.motor.i_a_cmd"][1:]
+    expected = 2e-3 * np.floor((run.time[1:] - 0.25e-3) / 2e-3)
+    assert held == pytest.approx(expected, abs=1e-12)
+
+
+def test_where_it_crashes_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
+    """In one line, with what was recorded; the traceback with --debug."""
+    path = controller(tmp_path, ("angle = pi / POLE_PITCH", "angle = {}['gain'] if t > 0.0501 else pi / POLE_PITCH"))
+    arguments = ("run", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    result = maglev(*arguments)
+    assert result.exit_code == 2
+    last = result.stderr.strip().splitlines()[-1]
+    place = f"pd.py, line {line_of(path, 'angle = {}')}: KeyError: 'gain'"
+    assert last == (f"maglev: flight: at t = 0.0505 s: controller (pd.py): step failed at t = 0.0505 s: {place}; "
+                    f"what was recorded until then is in {tmp_path / 'flight.partial.csv'}")
+    assert "Traceback" not in result.output
+    rows = (tmp_path / "flight.partial.csv").read_text().splitlines()
+    assert rows[-1].startswith("0.0505,")
+    assert 'angle = {}[' in maglev(*arguments, "--debug").output
+
+
+@pytest.mark.parametrize(("value", "shown"), [
+    ("float('nan')", "nan A"), ("float('inf')", "inf A"), ("'high'", "'high' A"), ("None", "None A")])
+def test_what_is_no_number_is_refused(fastest_fmus: Path, tmp_path: Path, value: str, shown: str) -> None:
+    path = controller(tmp_path, ("self.motor_i_c_cmd = cos(angle - -2.0 * pi / 3.0) * i_d",
+                                 f"self.motor_i_c_cmd = {value} if t > 0.02 else 0.0 * i_d"))
+    path.write_text(path.read_text().replace(" - sin(angle - -2.0 * pi / 3.0) * i_q", ""))
+    with pytest.raises(tool.RunFailed) as failure, pytest.warns(UserWarning):
+        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+    assert f"controller (pd.py): motor.i_c_cmd = {shown} at t = 0.0205 s, expected a finite number from PD" in str(
+        failure.value)
+    assert len(failure.value.recording.time) == 42
+
+
+def test_what_flew_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
+    """The file and the module beside it by their digests; the run is a modified one."""
+    (tmp_path / "numbers_of_mine.py").write_text("LARGEST = 6.0\n")
+    path = controller(tmp_path, ("LARGEST = 6.0\n", "from numbers_of_mine import LARGEST\n"))
+    result = maglev("run", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    assert result.exit_code == 0, result.output
+    written = json.loads((tmp_path / "flight.json").read_text())["provenance"]
+    digests = {file.name: hashlib.sha256(file.read_bytes()).hexdigest()
+               for file in (path, tmp_path / "numbers_of_mine.py")}
+    assert (written["fmus"][0]["kind"], written["fmus"][0]["sha256"]) == ("Python file", digests)
+    assert written["modified"]
+    assert f"controller is pd.py (Python file, sha256 {digests['pd.py'][:12]}…)" in " ".join(
+        (tmp_path / "flight.txt").read_text().split())
+
+
+def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> None:
+    """In one process: a notebook does not start anew for every change."""
+    from maglev.user_controllers.source import load
+
+    beside = tmp_path / "numbers_of_mine.py"
+    path = controller(tmp_path, ("self.bandwidth = 60.0", "self.bandwidth = BANDWIDTH"),
+                      ("LARGEST = 6.0\n", "LARGEST = 6.0\nfrom numbers_of_mine import BANDWIDTH\n"))
+    for bandwidth in (40.0, 41.0):
+        beside.write_text(f"BANDWIDTH = {bandwidth}\n")
+        assert load(path).definition.starts["bandwidth"] == bandwidth
+
+
+@pytest.mark.parametrize("stage", RIGS)
+def test_the_first_controller_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
+    """From a new file, without a change, and within the limit of 4 A."""
+    path = tmp_path / "lqi.py"
+    assert maglev("new", "controller", path, "--stage", stage).exit_code == 0
+    assert len(path.read_text().splitlines()) < 100
+    result = maglev("run", f"{stage}-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    assert result.exit_code == 0, result.output
+    metrics = json.loads((tmp_path / f"{stage}-setpoints.json").read_text())["metrics"]
+    assert not metrics["failed"]
+    assert max(metrics["end_errors"].values()) < 10e-6   # the encoder's resolution
+    assert "class LQI:" in path.read_text()
+    before = path.read_text()
+    assert "is there already" in error_line(maglev("new", "controller", path, "--stage", stage))
+    assert path.read_text() == before
+
+
+@pytest.mark.parametrize(("name", "expected"), [
+    ("my_regulator.py", "class MyRegulator:"), ("mpc.py", "class MPC:"), ("with-dash.py", "class WithDash:")])
+def test_classes_are_named_after_files(tmp_path: Path, name: str, expected: str) -> None:
+    assert expected in new_controller(tmp_path / name).read_text()
