@@ -9,6 +9,7 @@ from maglev.catalogue import Watch, build_native, build_wasm, build_written, unw
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, systems
+from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.flyable import flyable
 from maglev.rig.modules import definitions
 from maglev.schema.layers import merged, packaged_files, run_layers
@@ -28,8 +29,16 @@ class FmuEntry:
         return Path(fmus) / f"{self.name}.{self.ending}"
 
 
-def fmus() -> list[FmuEntry]:
-    """FMUs and systems that `build` makes.
+def names_of(rig: str | Path | None) -> list[str]:
+    """Names of all FMUs and systems, of this project or of a stage of the user's."""
+    if rig is None:
+        return [*DEFINITIONS, *SYSTEMS]
+    described = know_stage(rig)
+    return [*definitions(described), f"Stage{described.suffix}"]
+
+
+def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
+    """FMUs and systems that `build` makes; of a stage of yours those of its description, "mine.toml".
 
     Examples
     --------
@@ -37,9 +46,10 @@ def fmus() -> list[FmuEntry]:
     >>> [entry.name for entry in maglev.fmus()][:2]
     ['Plant2DOF', 'Regulator2DOF']
     """
-    found = [FmuEntry(name, "fmu", definition(name).description) for name in DEFINITIONS]
-    return found + [FmuEntry(name, "ssp", f"plant and controller of {scenario}, connected (SSP)")
-                    for name, scenario in SYSTEMS.items()]
+    names, connected = names_of(rig), systems()
+    return [FmuEntry(name, "ssp", f"plant and controller of {connected[name].experiment or connected[name].title}, "
+                     "connected (SSP)") if name in connected else FmuEntry(name, "fmu", definition(name).description)
+            for name in names]
 
 
 @dataclass(frozen=True)
@@ -107,10 +117,9 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
         raise ScenarioError(f"--target {target}: expected all, host or wasm, and --native with it")
     given = [names] if isinstance(names, (str, Path)) else list(names)
-    every = [*DEFINITIONS, *SYSTEMS]
     if rig is not None:
-        described = flyable(rig)
-        every = [*definitions(described), f"Stage{described.suffix}"]
+        flyable(rig)
+    every = names_of(rig)
     folder = Path(fmus) / "native" if native else Path(fmus)
     files = [Path(name) for name in given if is_written(Path(name))]
     if target == "wasm":

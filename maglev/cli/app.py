@@ -112,8 +112,8 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
 
 @app.command("list")
-def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
-    """List the FMUs and the scenarios."""
+def list_all(rig: RigFile = None, fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+    """List the FMUs and the scenarios, or the FMUs of a stage of yours."""
     with one_line_errors(debug):
         from rich.table import Column, Table
 
@@ -122,11 +122,13 @@ def list_all(fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
 
         console = report_console()
         table = Table("FMU", "built", "what it is")
-        for entry in all_fmus():
+        for entry in all_fmus(rig):
             kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native")}
             built = ", ".join(kind for kind, file in kinds.items() if file.is_file())
             table.add_row(entry.name, built or "no", entry.description)
         console.print(table)
+        if rig is not None:
+            return
         table = Table(Column("run", no_wrap=True), "figures", "what it is")
         runs = scenarios()
         for scenario in dict.fromkeys(run.scenario for run in runs):

@@ -99,6 +99,16 @@ def test_report() -> None:
     assert "stage kite" in Path("results/report.html").read_text(encoding="utf-8")
 
 
+def test_list() -> None:
+    """What is built of it, and what is not."""
+    said = command("list", "--rig", "kite.toml").output
+    rows = [line.split("│") for line in said.splitlines() if line.startswith("│")]
+    built = {row[1].strip(): row[2].strip() for row in rows}
+    assert built["PlantKite"] == built["RegulatorKite"] == "native"
+    assert built["PIDKite"] == built["StageKite"] == "no"
+    assert not any("3DOF" in name for name in built)
+
+
 def test_online_estimator() -> None:
     """It stands beside the loop as ours do, and moves the attraction from half of it to what it is."""
     axes = "".join(f'"{axis}.measured" = "plant.{axis}.encoder"\n' for axis in "vh")
