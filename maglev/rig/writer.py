@@ -25,7 +25,7 @@ def environment() -> "Environment":
     made = Environment(loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
-        "aligned": text.aligned, "cited": tex.cited, "classes": text.classes, "each": text.each, "factor": text.factor,
+        "aligned": text.aligned, "cited": tex.cited, "classes": text.classes, "each": text.each,
         "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
         "sentence": tex.sentence, "stop": text.stop_of, "total": text.total, "unit": text.unit_words}
     return made
@@ -54,9 +54,10 @@ def words(rig: Rig) -> dict[str, Any]:
 
     `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts,
     `stopped` those that have stops. `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
-    `carried` all three with one direct current in all motors. By horizontal axis: `thrust`, the constant in its row,
-    `motors_of`, the motors that drive it, and `driving`, their number. `drives` has each motor with the axis that it
-    drives, `displacement` what it commutates with, `driven` the axes, each as often as motors drive it.
+    `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
+    current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
+    it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `displacement`
+    what it commutates with, `driven` the axes, each as often as motors drive it.
     """
     horizontal = [axis.name for axis in rig.horizontal]
     tilts = [axis.name for axis in rig.rotations]
@@ -72,8 +73,10 @@ def words(rig: Rig) -> dict[str, Any]:
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
         "displacement": {motor.name: f"{motor.name}_mount.displacement" if tilts else f"{motor.drives}.position"
                          for motor in rig.motors},
-        "motors_of": motors_of, "driving": {axis: rig.sharing * len(names) for axis, names in motors_of.items()},
+        "motors_of": motors_of,
+        "driving": {axis: text.factor(rig.sharing * len(names)) for axis, names in motors_of.items()},
         "driven": [axis for axis, names in motors_of.items() for _ in names],
+        "n": text.factor(rig.sharing), "all": text.factor(rig.carrying),
         "attraction": attraction, "coils": coils, "iron": iron,
         "thrust": {axis: rig.constants_of(axis)[0] for axis in horizontal},
         "carried": ", ".join(f"{text.factor(rig.carrying)}self.{name}" for name in (attraction, coils, iron)),
