@@ -45,8 +45,8 @@ def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in places():
         known = [*places(), *systems()]
-        raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}; nearest is "
-                         f"{nearest(name, known)}")
+        raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}, or with --rig mine.toml "
+                         f"one of a stage of yours; nearest is {nearest(name, known)}")
     module, attribute = places()[name]
     found: FmuDefinition = getattr(import_module(module), attribute)
     return found

@@ -60,8 +60,8 @@ def rig_of(name: str) -> Rig:
         If there is no linear model of an FMU of this name.
     """
     if name not in DEFINITIONS:
-        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}; "
-                               f"nearest is {nearest(name, DEFINITIONS)}")
+        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, or with "
+                               f"--rig mine.toml one of a stage of yours; nearest is {nearest(name, DEFINITIONS)}")
     return RIG_OF[name]
 
 

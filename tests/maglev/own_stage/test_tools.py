@@ -6,6 +6,7 @@ import pytest
 from command_line import maglev as command
 
 import maglev
+from maglev.own_stage.adoption import forget
 from maglev.own_stage.new import new_stage
 
 SHORT = """extends = "kite-setpoints.toml"
@@ -107,6 +108,13 @@ def test_list() -> None:
     assert built["PlantKite"] == built["RegulatorKite"] == "native"
     assert built["PIDKite"] == built["StageKite"] == "no"
     assert not any("3DOF" in name for name in built)
+
+
+def test_without_its_description_its_fmus_are_not_known() -> None:
+    forget("kite")
+    for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
+        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with --rig mine.toml one of a stage of yours"):
+            unknown()
 
 
 def test_online_estimator() -> None:
