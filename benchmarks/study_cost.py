@@ -21,7 +21,7 @@ from maglev.catalogue import build_native, definition
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
-from maglev.studies.flying.samples import fly_samples
+from maglev.studies.flying.samples import Flown, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import read_study
 
@@ -36,6 +36,11 @@ def planned(folder: Path, samples: int) -> PlannedStudy:
         {"set": "plant.y.mass", "kind": "grid", "from": 6.5, "to": 7.5, "number": samples}]}, Path("cost"))
     experiment, = experiments_of([load_plan(SCENARIO)], {"fmus": folder, "native": True})
     return plan_study(study, experiment, "cost", folder, {})
+
+
+def flown(study: PlannedStudy, samples: int) -> Flown:
+    """So many samples of a study flown in this process."""
+    return gathered(study.job, 0, samples, each_flown(study.job, study.values[:samples]))
 
 
 def processor_times(client: Client) -> float:
@@ -86,8 +91,8 @@ def main() -> None:
         steps = round(study.job.experiment.plan.stop_time / study.job.experiment.step)
         loop = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names, pair.rig.motor_names,
                       pair.dt, pair.starts, steps)
-        assert not any(fly_samples(study.job, 0, study.values[:1]).failures)   # with it, what is done once
-        alone = processor_time(lambda: fly_samples(study.job, 0, study.values)) / samples
+        assert not any(flown(study, 1).failures)   # with it, what is done once
+        alone = processor_time(lambda: flown(study, samples)) / samples
         c = min(processor_time(loop) for _ in range(ROUNDS))
         table = Table("way", "a sample (ms)", "of the C loop", "wall time of all (s)",
                       title=f"{samples} flights of {SCENARIO}, {steps} steps each; C loop {1e3 * c:.1f} ms a flight")

@@ -1,6 +1,6 @@
 """How far each law can go: outcomes over initial gap, target gap, what else steps and constants, as maps.
 
-Studies find them; those of the rigs come with the package, as data that `tools/operating_range.py` writes.
+Studies find them; those of the rigs come with the package, as data that `studies/operating_range` writes.
 """
 
 import json
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.schema.layers import PACKAGED
-from maglev_files.whole_file import write_whole
 
 SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
 OUTCOMES = ("settles", "settles after it touched a stop", "ends with a command at its limit",
@@ -24,7 +23,7 @@ NEAR = 1e-4   # m, the steady state that the specification asks for; rad of a ti
 STEPS = {"horizontal step": "mm", "tilt": "mrad"}   # what steps beside the gap, in thousandths of its SI unit
 
 FILE = PACKAGED / "studies" / "operating_range.json"
-TOOL = "python tools/operating_range.py"
+TOOL = "python -m studies.operating_range"
 
 
 @dataclass(frozen=True)
@@ -107,34 +106,8 @@ def shares_table(laws: Mapping[str, Map]) -> list[tuple[str, ...]]:
     return rows
 
 
-def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
-    """Write maps as JSON, such as "2dof" to its maps: a text of digits, indices of "outcomes", for each initial gap.
-
-    The texts of a law stand by what else steps and then by constants.
-    """
-    write_whole(path, json.dumps({"outcomes": OUTCOMES, "rigs": {rig: rig_data(maps) for rig, maps in rigs.items()}},
-                                 indent=1) + "\n")
-
-
-def rig_data(maps: RigMaps) -> dict[str, object]:
-    """Maps of a rig as they stand in the file."""
-    first = next(iter(maps.laws.values()))
-    origin = maps.origin
-    return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
-            "initial gap": lengths(first.initial), "target gap": lengths(first.target),
-            first.what: lengths(first.steps), "constants": first.constants.tolist(),
-            "laws": {law: [[["".join(map(str, row)) for row in found.outcomes[:, :, step, factor].tolist()]
-                            for factor in range(len(found.constants))] for step in range(len(found.steps))]
-                     for law, found in maps.laws.items()}}
-
-
-def lengths(values: NDArray[np.float64]) -> list[float]:
-    """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
-    return [round(value, 9) for value in values.tolist()]
-
-
 def read_maps(path: Path = FILE) -> dict[str, RigMaps]:
-    """Maps by rig as `write_maps` wrote them; without a path those of the package."""
+    """Maps by rig as `write_maps` of `studies/operating_range` wrote them; without a path those of the package."""
     return {rig: RigMaps({law: map_of(data, texts) for law, texts in data["laws"].items()},
                          Origin(data["version"], data["commit"], data["guids"]))
             for rig, data in json.loads(path.read_text(encoding="utf-8"))["rigs"].items()}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from maglev.linear.model import Complex, Matrix, slowest_first
+from maglev.linear.model import Matrix
 
 
 def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
@@ -28,14 +28,6 @@ def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
     k1, k2, k3, k4, k5 = gains
     square = omega0 * omega0
     return np.array([1.0, -k2, square - k1, -(k2 * square + k5), -(k1 * square + k4), -(k3 + 1.0)])
-
-
-def regulator_poles(gains: Sequence[float], omega0: float) -> Complex:
-    """Roots of `regulator_polynomial`, 1/s, the slowest first.
-
-    Poles that lie close together are ill-conditioned: compare polynomials, not roots.
-    """
-    return slowest_first(np.roots(regulator_polynomial(gains, omega0)).astype(np.complex128))
 
 
 def gains_of(polynomial: Sequence[float], omega0: float) -> tuple[float, float, float, float, float]:

@@ -8,6 +8,7 @@ from distributed.security import Security
 
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
+from maglev.studies.flying.samples import Array, Flown, Job, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import StudyFile, read_study
 
@@ -67,3 +68,8 @@ def trusted(security: Security) -> AbstractContextManager[object]:
     return dask.config.set({"distributed.comm.tls.ca-file": security.tls_ca_file,
                             "distributed.comm.tls.client.cert": security.tls_client_cert,
                             "distributed.comm.tls.client.key": security.tls_client_key})
+
+
+def fly_samples(job: Job, first: int, values: Array) -> Flown:
+    """Fly samples in this process, whatever their limit of time."""
+    return gathered(job, first, len(values), each_flown(job, values))

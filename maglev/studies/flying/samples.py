@@ -130,8 +130,3 @@ def gathered(job: Job, first: int, count: int, samples: Iterable[Sample]) -> Flo
                 kept = np.full((count, *sample.trajectories.shape), nan)
             kept[row] = sample.trajectories
     return Flown(first, rows, tuple(failures), kept)
-
-
-def fly_samples(job: Job, first: int, values: Array) -> Flown:
-    """Fly samples in this process, whatever their limit of time."""
-    return gathered(job, first, len(values), each_flown(job, values))

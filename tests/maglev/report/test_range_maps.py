@@ -112,7 +112,7 @@ def test_the_maps_say_what_they_rest_on() -> None:
     for maps in read_maps().values():
         assert f"Maglev FMUs {maps.origin.version} ({maps.origin.commit})" in section
     assert "not of this report's runs" in section
-    assert "<code>python tools/operating_range.py</code>" in section
+    assert "<code>python -m studies.operating_range</code>" in section
     assert "times 0.95, 1 and 1.05," in section
 
 

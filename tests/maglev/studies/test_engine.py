@@ -12,13 +12,13 @@ import pyarrow.parquet as pq
 import pytest
 from distributed import Client
 from faulty_fmus import faulty, faulty_run
-from tiny_study import UNCHANGED, planned, scenario, tiny, trusted
+from tiny_study import UNCHANGED, fly_samples, planned, scenario, tiny, trusted
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
 from maglev.studies.flying import cluster
 from maglev.studies.flying.batches import fly_all
-from maglev.studies.flying.samples import Flown, fly_samples
+from maglev.studies.flying.samples import Flown
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.running import run_study
 

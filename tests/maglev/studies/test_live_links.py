@@ -5,11 +5,10 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 import pytest
-from tiny_study import planned
+from tiny_study import fly_samples, planned
 
 from maglev.errors import shortened
 from maglev.live.link import NAME, live_address
-from maglev.studies.flying.samples import fly_samples
 from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.page import page, write_page
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from command_line import maglev as command
 from faulty_fmus import faulty, faulty_run
-from tiny_study import UNCHANGED, planned, tiny
+from tiny_study import UNCHANGED, fly_samples, planned, tiny
 from written_controllers import controller, flight
 
 import maglev
 from maglev.errors import MaglevError
 from maglev.studies import planning
 from maglev.studies.flying.other_process import each_flown_apart
-from maglev.studies.flying.samples import fly_samples, gathered
+from maglev.studies.flying.samples import gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 
 HANGS = ("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n            pass\n"

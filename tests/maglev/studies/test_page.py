@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pytest
-from tiny_study import planned, tiny
+from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
-from maglev.studies.flying.samples import fly_samples
 from maglev.studies.page.page import page
 from maglev.studies.page.sensitivity import sensitivity
 

@@ -12,12 +12,12 @@ import pytest
 from command_line import error_line
 from command_line import maglev as command
 from numpy.typing import NDArray
-from tiny_study import planned, scenario
+from tiny_study import fly_samples, planned, scenario
 
 from maglev.errors import Interrupted, ScenarioError
 from maglev.studies import running
 from maglev.studies.flying.batches import Batch
-from maglev.studies.flying.samples import Flown, Job, fly_samples
+from maglev.studies.flying.samples import Flown, Job
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from tiny_study import experiment
+from tiny_study import experiment, fly_samples
 from tiny_study import scenario as tiny_scenario
 
 import maglev
 from maglev.errors import Interrupted, ScenarioError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.samples import fly_samples
 from maglev.tuning.planning import PlannedTuning, plan_tuning
 from maglev.tuning.schema import FOLDER, load_tuning, read_tuning
 

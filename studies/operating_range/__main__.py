@@ -1,6 +1,6 @@
 """Fly the studies of the operating range with every law; their maps are for docs/operating_range.md and the report.
 
-    python tools/operating_range.py [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+    python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
 package, which the report draws; with --rig those of one rig, and the others stay. It needs native FMUs
@@ -12,10 +12,10 @@ import argparse
 from pathlib import Path
 
 import maglev
-from maglev.operating_range import FILE, RigMaps, read_maps, write_maps
-from maglev.studies.operating_range import origin_of, read_map, shares_text, write_pictures
+from maglev.operating_range import FILE, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import DESCRIBED
+from studies.operating_range.maps import origin_of, read_map, shares_text, write_maps, write_pictures
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
         "5dof": ("nonlinear", "linear", "pid")}

@@ -20,16 +20,15 @@ from maglev.operating_range import (
     RigMaps,
     read_maps,
     shares,
-    write_maps,
 )
 from maglev.schema.loading import load_plan
 from maglev.studies.design import values_of
-from maglev.studies.operating_range import origin_of, outcomes, read_map, shares_text, write_pictures
 from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
+from studies.operating_range.maps import origin_of, outcomes, read_map, shares_text, write_maps, write_pictures
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.mark.parametrize(("tripped", "touched", "error", "at_limit", "outcome"), [

@@ -1,5 +1,6 @@
 """How far a law can go: maps of a study over two gaps, what else steps and constants, and pictures."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,10 +22,12 @@ from maglev.operating_range import (
     TRIPPED,
     Map,
     Origin,
+    RigMaps,
     seen,
     shares_table,
 )
 from maglev.studies.dataset import metadata_of
+from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -128,3 +131,29 @@ def draw(axes: "Axes", found: Map, step: int) -> None:
     rows, columns = np.nonzero(found.fragile[..., step])
     axes.plot(target[columns], initial[rows], "k.", markersize=3)
     axes.set_aspect("equal")
+
+
+def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
+    """Write maps as JSON, such as "2dof" to its maps: a text of digits, indices of "outcomes", for each initial gap.
+
+    The texts of a law stand by what else steps and then by constants.
+    """
+    write_whole(path, json.dumps({"outcomes": OUTCOMES, "rigs": {rig: rig_data(maps) for rig, maps in rigs.items()}},
+                                 indent=1) + "\n")
+
+
+def rig_data(maps: RigMaps) -> dict[str, object]:
+    """Maps of a rig as they stand in the file."""
+    first = next(iter(maps.laws.values()))
+    origin = maps.origin
+    return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
+            "initial gap": lengths(first.initial), "target gap": lengths(first.target),
+            first.what: lengths(first.steps), "constants": first.constants.tolist(),
+            "laws": {law: [[["".join(map(str, row)) for row in found.outcomes[:, :, step, factor].tolist()]
+                            for factor in range(len(found.constants))] for step in range(len(found.steps))]
+                     for law, found in maps.laws.items()}}
+
+
+def lengths(values: NDArray[np.float64]) -> list[float]:
+    """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
+    return [round(value, 9) for value in values.tolist()]
