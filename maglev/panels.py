@@ -7,30 +7,14 @@ from maglev.units import UNITS
 
 
 class PanelKind(NamedTuple):
-    """One kind of panel.
+    """One kind of panel."""
 
-    Attributes
-    ----------
-    of : str
-        What it shows: an axis, a motor, or an output of a user's own, by its column.
-    name : str
-        Its title, with {} for what it shows.
-    unit : str
-        SI unit of its values; what is of metres is of radians on a rotation.
-    tolerance : float
-        SI, of the lines in a page; of a user's outputs a share of the largest value.
-    digits : int
-        Of a readout, behind the point.
-    floor : float or None
-        SI, from which on it is logarithmic; None: linear.
-    """
-
-    of: Literal["axis", "motor", "column"]
-    name: str
-    unit: str
-    tolerance: float
-    digits: int
-    floor: float | None = None
+    of: Literal["axis", "motor", "column"]   # what it shows; a column is an output of a user's own
+    name: str                    # its title, with {} for what it shows
+    unit: str                    # SI, of its values; what is of metres is of radians on a rotation
+    tolerance: float             # SI, of the lines in a page; of a user's outputs a share of the largest value
+    digits: int                  # of a readout, behind the point
+    floor: float | None = None   # SI, from which on it is logarithmic; None: linear
 
     def printed_unit(self, axis_unit: str = "m") -> str:
         """Unit in which it is drawn, such as mm; mrad if the axis is in rad."""

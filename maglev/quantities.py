@@ -43,34 +43,16 @@ def metric_text(name: str, value: float, unit: str) -> str:
 class MeasuredQuantity(NamedTuple):
     """A measured quantity: what it is measured on, in what unit, and what a claim about it must give.
 
-    Attributes
-    ----------
-    words : str
-        What it is called everywhere; a file and Python have an underscore in place of each space or hyphen.
-    on : str
-        An axis or its tracking, a step of it, a motor, a recorded column, the whole run, or a procedure.
-    unit : str or None
-        SI unit of measured values and of plain numbers as targets, "1" of shares; None: a plain number. What is in m
-        is in rad on a rotation. Of a count it is none, that of a constant depends on the constant, and a claim about a
-        column gives its own.
-    needs : str or None
-        Key without which a claim does not say what it is about.
-    recorded : str
-        What a run must have recorded for it: "currents", "commands", "trip", "stop contact"; empty if no more than
-        every run has.
-    infinite : str
-        Words for an infinite value.
-    yes_no : (str, str) or None
-        Words for that it happened and that it did not; None of a number.
+    What is in m is in rad on a rotation. That of a constant depends on it; a claim about a column gives its own.
     """
 
-    words: str
+    words: str                 # its name everywhere; a file and Python have an underscore for each space or hyphen
     on: MeasuredOn
-    unit: str | None = None
-    needs: str | None = None
-    recorded: str = ""
-    infinite: str = "inf"
-    yes_no: tuple[str, str] | None = None
+    unit: str | None = None    # SI, also of plain numbers as targets, "1" of shares; None: a plain number
+    needs: str | None = None   # key without which a claim does not say what it is about
+    recorded: str = ""         # what a run must have recorded for it: currents, commands, trip, stop contact
+    infinite: str = "inf"      # words for an infinite value
+    yes_no: tuple[str, str] | None = None   # words for that it happened and that it did not; None of a number
 
     @property
     def of_axes(self) -> bool:

@@ -1,7 +1,8 @@
 """Studies: a scenario flown many times on a Dask cluster, one Parquet dataset of all samples, and a page."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -10,13 +11,14 @@ from maglev.api.flown import extra
 from maglev.api.options import FlightOptions, Value, experiments_of, seconds
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import MaglevError, ScenarioError, UnknownName
+from maglev.experiment.preparation import Experiment
 from maglev.processors import processors
 from maglev.schema.loading import load_plan
-from maglev.schema.run_plan import StartValue
 from maglev.schema.settings import start_values
 
 if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
+    from maglev.tuning.schema import TuneFile
 
 Vary = Mapping[str, Sequence[Value] | str]
 
@@ -139,31 +141,47 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
         After Ctrl-C; what is done is kept.
     """
     require_study()
-    from maglev.studies.controllers import controller_built
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
-    from maglev.studies.targets import require_free
 
     found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
     limit = seconds("sample-timeout", sample_timeout)
     found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
-    settings = start_values(found.set) | start_values(options.get("set"))
-    require_free(settings, found.vary, str(path))
-    beside = path.parent / found.scenario
-    scenario = beside if found.scenario.endswith(".toml") else Path(found.scenario)
-    plan = load_plan(scenario)
-    options = {**options, "set": settings}
-    if found.controller is not None and options.get("controller") is None:
-        options["controller"] = path.parent / found.controller
-    with controller_built(options.get("controller"), options.get("native", False), scheduler is not None,
-                          say or warn) as built:
-        experiment, = experiments_of([plan], {**options, "controller": built})
-        say_notes([experiment], say or warn)
-        planned = plan_study(found, experiment, str(path), Path(out), flown_with(str(scenario), options, settings))
+    with made_ready(found, path, options, scheduler is not None, say or warn) as (experiment, flown_with):
+        planned = plan_study(found, experiment, str(path), Path(out), flown_with)
         with (watch or unwatched)([found.name]) as watcher:
             return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
                                    partial(watcher, found.name), say or warn))
+
+
+@contextmanager
+def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions, everywhere: bool,
+               say: Say) -> Iterator[tuple[Experiment, dict[str, Any]]]:
+    """Experiment of a study or a tuning, for as long as the block lasts, and what flies it with `maglev run`, as JSON.
+
+    `everywhere` is whether a controller that is built for it has binaries for all platforms.
+    """
+    from maglev.studies.controllers import controller_built
+    from maglev.studies.page.again import FLAGS
+    from maglev.studies.targets import require_free
+
+    settings = start_values(found.set) | start_values(options.get("set"))
+    require_free(settings, found.vary, str(path))
+    scenario = path.parent / found.scenario if found.scenario.endswith(".toml") else Path(found.scenario)
+    options = {**options, "set": settings}
+    controller: str | None = getattr(found, "controller", None)
+    if controller is not None and options.get("controller") is None:
+        options["controller"] = path.parent / controller
+    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "keep_settings": False}
+    given = {key: options.get(key) for key in FLAGS}
+    run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
+           "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
+                       if value is not None and usual.get(key) not in (value, str(value))}}
+    with controller_built(options.get("controller"), options.get("native", False), everywhere, say) as built:
+        experiment, = experiments_of([load_plan(scenario)], {**options, "controller": built})
+        say_notes([experiment], say)
+        yield experiment, run
 
 
 def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
@@ -231,17 +249,6 @@ def values_of(target: str, text: str, sampled: bool) -> dict[str, Any]:
         raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
                             "with commas between")
     return {"kind": "grid", "from": number_or_text(parts[0]), "to": number_or_text(parts[1]), "number": int(parts[2])}
-
-
-def flown_with(scenario: str, options: FlightOptions, settings: Mapping[str, StartValue]) -> dict[str, Any]:
-    """What a full run takes to fly the scenario as the study does, as JSON has it, of options the unusual ones."""
-    from maglev.studies.page.again import FLAGS
-
-    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "keep_settings": False}
-    given = {key: options.get(key) for key in FLAGS}
-    return {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
-            "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
-                        if value is not None and usual.get(key) not in (value, str(value))}}
 
 
 def require_study() -> None:

@@ -6,12 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from maglev.api.options import FlightOptions, experiments_of
-from maglev.api.running import Say, Watch, say_notes, unwatched, warn
-from maglev.api.studying import require_study
+from maglev.api.options import FlightOptions
+from maglev.api.running import Say, Watch, unwatched, warn
+from maglev.api.studying import made_ready, require_study
 from maglev.processors import processors
-from maglev.schema.loading import load_plan
-from maglev.schema.settings import start_values
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -78,23 +76,14 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         If something in it cannot be used: before the first flight.
     """
     require_study()
-    from maglev.studies.controllers import controller_built
     from maglev.studies.parts import Parts
-    from maglev.studies.targets import require_free
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
     from maglev.tuning.search import search
     from maglev.tuning.text import gains_toml
 
     tuning, path = load_tuning(file)
-    scenario = path.parent / tuning.scenario if tuning.scenario.endswith(".toml") else Path(tuning.scenario)
-    settings = start_values(tuning.set) | start_values(options.get("set"))
-    require_free(settings, tuning.vary, str(path))
-    options = {**options, "set": settings}
-    with controller_built(options.get("controller"), options.get("native", False), scheduler is not None,
-                          say or warn) as built:
-        experiment, = experiments_of([load_plan(scenario)], {**options, "controller": built})
-        say_notes([experiment], say or warn)
+    with made_ready(tuning, path, options, scheduler is not None, say or warn) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,

@@ -8,6 +8,7 @@ from string import Template
 from maglev.comparison.table import Row, summary
 from maglev.experiment.execution import RunResult
 from maglev.panels import PANELS
+from maglev.report.findings import html_table
 from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
@@ -29,8 +30,8 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
                           f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
                           for label, run in runs.items()),
-        summary=html_table(list(runs), summary(rows)),
-        steps=html_table(list(runs), [row for row in rows if row.time is not None]),
+        summary=row_table(list(runs), summary(rows)),
+        steps=row_table(list(runs), [row for row in rows if row.time is not None]),
         figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
                           f'style="min-height:{TOOLS + PIXELS * len(shown.panels)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
@@ -38,18 +39,11 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         scripts="\n".join(f"<script>\n{read(script)}</script>" for script in PLOT_SCRIPTS))
 
 
-def html_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
+def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     """Table of rows; the best value of a row is marked with a star and in bold."""
-    if not rows:
-        return "<p>Nothing was measured.</p>"
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in ("quantity", "of", *labels))
-    body = "\n".join(
-        f'<tr><th scope="row">{escape(row.name)}</th><td>{escape(row.of)}</td>'
-        + "".join(f"<td>{mark(escape(row.text(label)), label in row.best)}</td>" for label in labels) + "</tr>"
-        for row in rows)
-    return (f'<div class="wide" tabindex="0" role="group" aria-label="Table"><table class="values">'
-            f'<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>'
-            "</table></div>")
+    return html_table(("quantity", "of", *labels), (
+        (escape(row.name), escape(row.of), *(mark(escape(row.text(label)), label in row.best) for label in labels))
+        for row in rows)) if rows else "<p>Nothing was measured.</p>"
 
 
 def mark(text: str, best: bool) -> str:

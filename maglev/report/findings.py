@@ -45,14 +45,14 @@ def findings(outcome: Outcome) -> str:
 
 def value_table(table: ValueTable) -> str:
     """One table; the first cell of a row is its heading."""
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in table.header)
-    rows = "\n".join(value_row(row) for row in table.rows)
-    return (f'<div class="wide" tabindex="0" role="group" aria-label="{escape(table.title)}">'
-            f'<table class="values"><caption>{escape(table.title)}</caption>\n'
-            f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n")
+    return html_table(table.header, ([*map(escape, row)] for row in table.rows), table.title) + "\n"
 
 
-def value_row(row: Sequence[str]) -> str:
-    """One row of a table."""
-    return ("<tr>" + "".join(f'<th scope="row">{escape(text)}</th>' for text in row[:1])
-            + "".join(f"<td>{escape(text)}</td>" for text in row[1:]) + "</tr>")
+def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str = "") -> str:
+    """Table under headings of text; of the cells of a row, which are HTML, the first is its heading."""
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
+    body = "\n".join(f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>'
+                     for first, *cells in rows)
+    caption = f"<caption>{escape(title)}</caption>\n" if title else ""
+    return (f'<div class="wide" tabindex="0" role="group" aria-label="{escape(title) or "Table"}">'
+            f'<table class="values">{caption}<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>')

@@ -4,12 +4,9 @@ import hashlib
 import json
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from maglev.errors import ScenarioError, nearest
 from maglev.schema.layers import Layer, is_packaged, merged, names_of, packaged_files, packaged_runs, run_layers
 from maglev.schema.run_plan import RunPlan
-from maglev.schema.toml_table import one_line
 
 
 def load_plans(name_or_path: str | Path) -> list[RunPlan]:
@@ -52,10 +49,7 @@ def read_plans(path: Path) -> list[RunPlan]:
 
 def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
     """Plan of one run; `siblings` are the runs of its file."""
-    try:
-        plan = RunPlan.model_validate(merged(layers))
-    except ValidationError as error:
-        raise ScenarioError(one_line(error, layers)) from None
+    plan = RunPlan.of_file(merged(layers), layers)
     named = [("claims.than", claim.than) for claim in plan.claims if claim.than is not None]
     named += [("claims.together_with", run) for claim in plan.claims for run in claim.together_with or ()]
     named += [("start_from.run", source) for source in sorted(plan.needs)]

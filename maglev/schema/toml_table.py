@@ -3,12 +3,12 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from maglev.errors import key_path, nearest, shortened
+from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.schema.layers import Layer, child, merged
 from maglev.units import parse_quantity
 
@@ -39,6 +39,14 @@ class Table(BaseModel):
                     expectation = f"unknown key, nearest valid key is {nearest(key, valid)}"
                     raise key_refused(key, value, expectation)
         return table
+
+    @classmethod
+    def of_file(cls, table: Mapping[str, Any], layers: list[Layer]) -> Self:
+        """The model of what layers of files make; ScenarioError with the first refusal in one line."""
+        try:
+            return cls.model_validate(table)
+        except ValidationError as error:
+            raise ScenarioError(one_line(error, layers)) from None
 
 
 def one_line(error: ValidationError, layers: list[Layer]) -> str:

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, ValidationError, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, field_validator, model_validator
 
 from maglev.errors import ScenarioError, nearest
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.run_plan import StartValue, read_start_value
-from maglev.schema.toml_table import Seconds, Table, key_refused, one_line
+from maglev.schema.toml_table import Seconds, Table, key_refused
 from maglev.toml_file import read_toml
 
 FOLDER = PACKAGED / "studies"   # those that come with the package
@@ -236,7 +236,4 @@ def file_of(name_or_path: str | Path, folder: Path, what: str) -> Path:
 
 def read_study(table: Mapping[str, Any], path: Path) -> StudyFile:
     """A study as a table has it; `path` is what refusals name."""
-    try:
-        return StudyFile.model_validate(table)
-    except ValidationError as error:
-        raise ScenarioError(one_line(error, [Layer(path, dict(table))])) from None
+    return StudyFile.of_file(table, [Layer(path, dict(table))])

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from maglev.errors import ScenarioError
 from maglev.schema.layers import PACKAGED, Layer
-from maglev.schema.toml_table import Table, key_refused, one_line
+from maglev.schema.toml_table import Table, key_refused
 from maglev.studies.schema import Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
 from maglev.toml_file import read_toml
 
@@ -115,10 +114,7 @@ def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
 
 def read_tuning(table: Mapping[str, Any], path: Path) -> TuneFile:
     """A tuning file as a table has it; `path` is what refusals name."""
-    try:
-        found = TuneFile.model_validate(table)
-    except ValidationError as error:
-        raise ScenarioError(one_line(error, [Layer(path, dict(table))])) from None
+    found = TuneFile.of_file(table, [Layer(path, dict(table))])
     if found.vary:   # what a study refuses of its design
         read_study({key: table[key] for key in ("name", "scenario", "vary", "design") if key in table}, path)
     return found

@@ -13,6 +13,7 @@ import pyarrow as pa
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
 from maglev.quantities import PRINTED_UNITS, metric_text
+from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of
 from maglev.studies.page.live_links import live_link, why_not_live
@@ -110,8 +111,7 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
         beyond = int(np.sum((values < (-math.inf if low is None else low)) | (values > (math.inf if high is None
                                                                                           else high))))
         cells += [limits_text(about, name, unit) or "–", str(beyond) if limits else "–"]
-        rows.append(f'<tr><th scope="row">{escape(name)}</th>' + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
-                    + "</tr>")
+        rows.append([escape(cell) for cell in (name, *cells)])
     return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
 
 
@@ -123,11 +123,10 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
     for sample, reason in worst(table, about, metrics):
         row = table.slice(sample, 1).to_pylist()[0]
         at = ", ".join(f"{each['name']} = {row[each['name']]:.5g}" for each in about["vary"])
-        rows.append(f'<tr><th scope="row">{sample}</th><td>{escape(reason)}</td><td>{escape(at)}</td>'
-                    f'<td><code>{escape(command_of(about, row))}</code> '
-                    '<button type="button" class="copy">Copy</button>'
-                    + (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
-                       "open it live</a>" if linked else "") + "</td></tr>")
+        link = (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">open it live'
+                "</a>") if linked else ""
+        rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
+                     f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:
         return "<p>No sample failed.</p>"
     said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
@@ -161,19 +160,9 @@ def indices_table(indices: Sequence[Indices]) -> str:
     if not indices:
         return ""
     names = list(indices[0].first)
-    rows = [f'<tr><th scope="row">{escape(each.metric)}</th>'
-            + "".join(f"<td>{each.first[name]:.2f} ± {each.first_confidence[name]:.2f}</td>"
-                      f"<td>{each.total[name]:.2f} ± {each.total_confidence[name]:.2f}</td>" for name in names)
-            + "</tr>" for each in indices]
+    rows = [(escape(each.metric), *(f"{values[name]:.2f} ± {sure[name]:.2f}" for name in names for values, sure in (
+        (each.first, each.first_confidence), (each.total, each.total_confidence)))) for each in indices]
     heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
     return ('<div id="sensitivity" class="plot" style="height:420px"></div>'
             "<details><summary>Numbers, with 95 % confidence</summary>"
             f"{html_table(('metric', *heads), rows)}</details>")
-
-
-def html_table(heads: Sequence[str], rows: Sequence[str]) -> str:
-    """Table of rows of HTML."""
-    head = "".join(f'<th scope="col">{escape(each)}</th>' for each in heads)
-    return (f'<div class="wide" tabindex="0" role="group" aria-label="Table"><table class="values">'
-            f'<thead><tr>{head}</tr></thead>\n<tbody>'
-            + "\n".join(rows) + "</tbody></table></div>")
