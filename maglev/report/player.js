@@ -4,7 +4,7 @@
   const player = document.getElementById("player");
   const ABOUT = "The mover hangs below the stator and rises when the gap shrinks. Coils are coloured by phase, the stronger " +
     "the more current they carry; a dot is current towards you, a cross away from you. The dashed outline is the " +
-    "reference. Widths are to scale, gaps are drawn 3.6 times larger.";
+    "reference. Widths are to scale, gaps and tilts are drawn 3.6 times larger.";
 
   const element = html;
 
@@ -20,8 +20,9 @@
     const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
     const motors = Object.values(run.motors);
     // The first motor of those that drive an axis, of a stage of one's own in the order of the axes.
-    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical);
-    const motorOf = (axis, k) => run.motors[Object.keys(run.motors).find((name) => run.drives[name] === axis)] ?? motors[k];
+    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical && !run.axes[axis].rotation);
+    const driving = (axis) => Object.keys(run.motors).filter((name) => run.drives[name] === axis);
+    const motorOf = (axis, k) => run.motors[driving(axis)[0]] ?? motors[k];
     const fixed = (value) => value.toFixed(2).replace(/^-0\.00$/, "0.00");
     const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
     const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
@@ -30,7 +31,8 @@
     readings.replaceChildren();
     const others = (axis) => horizontal.filter((other) => other !== axis).join(", ");
     const draw = horizontal.map((axis) => stageView(views,
-      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}`, run.sheet));
+      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}${driving(axis).length > 1
+        ? `, coils of ${driving(axis)[0]}` : ""}`, run.sheet));
     const texts = new Map();
     const reading = (label) => {
       const row = element("div", {}, readings);
@@ -43,14 +45,14 @@
     ["time", ...Object.keys(run.axes).map(axisLabel), ...currents.map(short)].forEach(reading);
     return (time) => {
       const mm = (axis, what) => 1e3 * at(run.axes[axis][what], time);
-      horizontal.forEach((axis, k) => draw[k]({
-        along: mm(axis, "position"), gap: mm(vertical, "position"),
-        alongReference: mm(axis, "reference"), gapReference: mm(vertical, "reference"),
+      const placed = (axis, what) => ({ along: mm(axis, what), gap: mm(vertical, what),
+        tilt: run.tilts[axis] ? run.tilts[axis].sign * mm(run.tilts[axis].axis, what) : 0 });
+      horizontal.forEach((axis, k) => draw[k]({ position: placed(axis, "position"), reference: placed(axis, "reference"),
         currents: (motorOf(axis, k)?.currents ?? []).map((signal) => at(signal, time)), peak,
       }));
       texts.get("time").textContent = `${time.toFixed(2)} s`;
       for (const axis of Object.keys(run.axes)) {
-        texts.get(axisLabel(axis)).textContent = `${fixed(mm(axis, "position"))} mm`;
+        texts.get(axisLabel(axis)).textContent = `${fixed(mm(axis, "position"))} ${run.axes[axis].rotation ? "mrad" : "mm"}`;
       }
       for (const signal of currents) texts.get(short(signal)).textContent = `${fixed(at(signal, time))} A`;
     };

@@ -71,7 +71,7 @@ function drawScales(parent) {
   svgText(parent, 8, VIEW.stator + 30 * VIEW.up + 20, "gap, mm", { "text-anchor": "start" });
 }
 
-/** A view of the stage; returns a function that shows positions and references (mm) and phase currents (A). */
+/** A view of the stage; returns a function that shows positions and references (mm, tilts in mrad) and phase currents (A). */
 function stageView(parent, title, sheet) {
   const figure = document.createElement("figure");
   const caption = document.createElement("figcaption");
@@ -85,11 +85,13 @@ function stageView(parent, title, sheet) {
   const width = POLES * sheet.pole_pitch * VIEW.along;
   const ghost = svg("rect", { x: -width / 2, y: 0, width, height: 36,
     style: "fill: none; stroke: var(--text); stroke-width: 1.2; stroke-dasharray: 5 4" }, picture);
-  const place = (element, along, gap) => element.setAttribute("transform",
-    `translate(${(VIEW.width / 2 + along * VIEW.along).toFixed(2)} ${(VIEW.stator + gap * VIEW.up).toFixed(2)})`);
-  return ({ along, gap, alongReference, gapReference, currents, peak }) => {
-    place(mover, along, gap);
-    place(ghost, alongReference, gapReference);
+  // Heights at the ends of a mover that tilts (mrad) are stretched as the gap is.
+  const place = (element, { along, gap, tilt }) => element.setAttribute("transform",
+    `translate(${(VIEW.width / 2 + along * VIEW.along).toFixed(2)} ${(VIEW.stator + gap * VIEW.up).toFixed(2)})`
+    + (tilt ? ` rotate(${(1e-3 * tilt * VIEW.up / VIEW.along * 180 / Math.PI).toFixed(3)})` : ""));
+  return ({ position, reference, currents, peak }) => {
+    place(mover, position);
+    place(ghost, reference);
     for (const { phase, direction, area, sign } of coils) {
       const current = direction * (currents[phase] ?? 0);
       const strength = peak > 0 ? Math.min(1, Math.abs(current) / peak) : 0;

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
+from maglev.live.content import tilts
 from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
@@ -75,10 +76,11 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
     return {
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical,
+                        "error": error_of(axis), "vertical": axis.vertical, "rotation": axis.rotation,
                         "bands": plan.metrics.bands_of(axis)} for name, axis in plan.axes.items()},
         "sheet": {name: 1e3 * getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch")},   # mm
         "drives": {motor.name: motor.drives for motor in plan.rig.motors} if plan.rig else {},
+        "tilts": tilts(plan.rig) if plan.rig else {},
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
                    for name, motor in plan.motors.items()},
         "limits": [limit._asdict() for limit in limits(plan, result.parameters)],

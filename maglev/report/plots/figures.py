@@ -23,7 +23,8 @@ EVERY = "*"
 
 # The main runs, those that are also shown as a moving picture.
 MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",
-          "2dof-setpoints", "2dof-tracking-nonlinear", "2dof-step-4-linear")
+          "2dof-setpoints", "2dof-tracking-nonlinear", "2dof-step-4-linear",
+          "5dof-setpoints")
 
 
 class Panel(NamedTuple):

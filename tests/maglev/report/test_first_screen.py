@@ -42,6 +42,18 @@ def test_scrubbing_shows_the_values_at_that_time(desktop):
     assert desktop.page.locator("#player-views svg").count() == 2
 
 
+def test_a_mover_that_tilts_turns_as_the_gaps_at_its_ends_say(desktop):
+    """With pitch the gap grows along x, with roll it shrinks along z: one view for each, none for the tilts."""
+    choose(desktop.page, "5dof-setpoints")
+    desktop.page.locator("#player-time").fill("0")
+    slopes = desktop.evaluate("""[...document.querySelectorAll("#player-views svg")].map((picture) => {
+        const { a, b } = picture.querySelector("g").transform.baseVal.consolidate().matrix;
+        return Math.atan2(b, a) / (VIEW.up / VIEW.along);
+    })""")
+    assert slopes == pytest.approx([20e-3, -20e-3], rel=1e-2)   # of 20 mrad each
+    assert [reading(desktop.page, tilt) for tilt in ("roll", "pitch")] == ["20.00 mrad"] * 2
+
+
 def test_the_mover_hangs_below_the_stator_by_the_gap(desktop):
     choose(desktop.page, "2dof-setpoints")
     desktop.page.locator("#player-time").fill("0")

@@ -56,3 +56,5 @@ def test_a_run_is_about_the_rig_of_its_fmus_or_else_of_its_axes() -> None:
     found = [rig_of(["Plant5DOF", "Mine"], shared), rig_of(["Mine"], shared), rig_of([], DESCRIBED["5dof"].axis_names)]
     assert [rig.name for rig in found if rig is not None] == ["5dof", "3dof", "5dof"]
     assert rig_of(["Mine"], {"x", "z"}) is None
+    guided = rig_of(["Regulator3DOF", "Plant5DOF"], DESCRIBED["5dof"].axis_names)   # by a law that knows of no tilt
+    assert guided is not None and guided.name == "5dof"
