@@ -16,8 +16,8 @@ EXAMPLE = RIG_3DOF.name   # of what is written for any rig, if none is named
 def rig_of(models: Iterable[str], axes: Collection[str]) -> Rig | None:
     """Rig of FMUs by their names, or otherwise the one that has most of the axes, air gap included; None if none.
 
-    Of FMUs of several rigs, such as a controller that knows of no tilt on a plant that tilts, it is that which has most of
-    the axes: the plant's.
+    Of FMUs of several rigs, such as a controller that knows of no tilt on a plant that tilts, it is the one with most
+    of the axes: the plant's.
     """
     models = tuple(models)
     found = [rig for rig in DESCRIBED.values() if any(model.endswith(rig.suffix) for model in models)]

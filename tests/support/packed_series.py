@@ -27,4 +27,5 @@ def unpack(packed: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:
 def decode(data: bytes) -> NDArray[np.int64]:
     """Read what `encode` wrote; the page does the same."""
     planes = np.frombuffer(data, dtype=np.uint8).reshape(4, -1)
-    return np.cumsum(np.ascontiguousarray(planes.T).view("<i4")[:, 0], dtype=np.int64)
+    bits = np.ascontiguousarray(planes.T).view("<u4")[:, 0].astype(np.int64)
+    return np.cumsum(np.where(bits % 2 == 0, bits // 2, -(bits // 2) - 1), dtype=np.int64)

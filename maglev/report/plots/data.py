@@ -27,7 +27,7 @@ from maglev.report.status import events
 from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal
-FEWEST_ROWS = 600            # of a signal, however large the page
+FEWEST_ROWS = 1000           # of a signal, however large the page
 LARGEST_DATA = 8_500_000     # bytes of all signals; the rest is less than 2 million
 
 

@@ -12,13 +12,15 @@ function fail(error) {
 window.addEventListener("error", (event) => fail(event.error || event.message));
 window.addEventListener("unhandledrejection", (event) => fail(event.reason));
 
-/** Integers (count) that the page has as differences of 32 bits, lowest bytes first, from a position on. */
+/** Integers (count) that the page has as differences of 32 bits, lowest bytes first, from a position on; the lowest bit is
+ * the sign. */
 function integers(bytes, start, count) {
   const result = new Float64Array(count);
   let sum = 0;
   for (let k = 0; k < count; k++) {
     const at = start + k;
-    sum += bytes[at] | (bytes[at + count] << 8) | (bytes[at + 2 * count] << 16) | (bytes[at + 3 * count] << 24);
+    const bits = bytes[at] | (bytes[at + count] << 8) | (bytes[at + 2 * count] << 16) | (bytes[at + 3 * count] << 24);
+    sum += (bits >>> 1) ^ -(bits & 1);
     result[k] = sum;
   }
   return result;

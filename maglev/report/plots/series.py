@@ -81,10 +81,11 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
 def encode(integers: NDArray[np.int64]) -> bytes:
     """Write integers, shape (k,), as differences of 32 bits: all lowest bytes first, then all second ones, and so on.
 
-    Differences of a smooth signal are small, so their upper bytes are alike and compress to nearly nothing.
+    Differences of a smooth signal are small, so their upper bytes are alike and compress to nearly nothing: of whatever
+    sign, which is the lowest bit, so that 0, −1, 1, −2, … are 0, 1, 2, 3, …
     """
-    differences = np.diff(integers, prepend=0).astype("<i4")
-    return differences.view(np.uint8).reshape(-1, 4).T.tobytes()
+    differences = np.diff(integers, prepend=0)
+    return (differences << 1 ^ differences >> 63).astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
 
 
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,

@@ -1,3 +1,4 @@
+import gzip
 import json
 
 import numpy as np
@@ -6,7 +7,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packed_series import decode, unpack
 
-from maglev.report.plots.series import LARGEST_COUNT, QUANTA, encode, pack, thin
+from maglev.panels import PANELS
+from maglev.report.plots.series import FIRST_ROWS, LARGEST_COUNT, QUANTA, encode, pack, thin
 
 INTERVAL = 1e-3   # s
 
@@ -89,3 +91,18 @@ def test_sixty_noisy_seconds_stay_within_the_rows(interval):
     packed = pack(time, {"i": noise}, interval, {"i": 10e-3}, 4000)
     assert packed["signals"]["i"]["rows"] <= 4000
     assert len(packed["data"]) <= 4000 * 8 * 4 / 3 + 100
+
+
+def test_a_row_of_the_worst_noise_takes_five_bytes():
+    """Two for its time, of as many samples as a packaged run has, and three for its value.
+
+    That is one of errors within ±0.2 m, beyond every stop; all other signals have fewer quanta.
+    """
+    random = np.random.default_rng(2)
+    time = np.arange(40_000) * INTERVAL
+    values = random.uniform(-1.0, 1.0, len(time))
+    rows = np.unique(np.concatenate([np.linspace(0, len(time) - 1, FIRST_ROWS).astype(int),
+                                     random.choice(len(time), 1000, replace=False)]))
+    counts = np.rint(values[rows] * 0.2 / (PANELS["error"].tolerance / QUANTA)).astype(np.int64)
+    packed = gzip.compress(encode(rows.astype(np.int64)) + encode(counts), 9)
+    assert 4.0 * len(rows) < len(packed) < 5.02 * len(rows) + 40   # bytes
