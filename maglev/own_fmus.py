@@ -15,13 +15,13 @@ from maglev.own_stage.adoption import OWN
 from maglev.rig.modules import definitions
 from maglev.user_controllers.own_modules import PACKAGES
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
-DEFINITIONS = {name: place for rig in DESCRIBED.values() for name, place in definitions(rig).items()}
+DEFINITIONS = {name: place for rig in RIGS.values() for name, place in definitions(rig).items()}
 
 # Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
 # so that tools that leave out the start values in it run the same.
-SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in DESCRIBED.values() if rig.experiment}
+SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in RIGS.values() if rig.experiment}
 
 SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 
@@ -37,7 +37,7 @@ def places() -> dict[str, tuple[str, str]]:
 
 def systems() -> dict[str, Rig]:
     """Rig of every system that can be built, by its name: of the project, and of the user's stages."""
-    rigs = [*(rig for rig in DESCRIBED.values() if rig.experiment), *(own.rig for own in OWN.values())]
+    rigs = [*(rig for rig in RIGS.values() if rig.experiment), *(own.rig for own in OWN.values())]
     return {f"Stage{rig.suffix}": rig for rig in rigs}
 
 

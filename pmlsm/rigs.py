@@ -7,9 +7,7 @@ from pmlsm.rig_2dof import RIG as RIG_2DOF
 from pmlsm.rig_3dof import RIG as RIG_3DOF
 from pmlsm.rig_5dof import RIG as RIG_5DOF
 
-RIGS = {rig.name: rig for rig in (RIG_2DOF, RIG_3DOF)}
-# With those whose platform tilts: they have FMUs, and what reads only RIGS does not know them yet.
-DESCRIBED = {**RIGS, RIG_5DOF.name: RIG_5DOF}
+RIGS = {rig.name: rig for rig in (RIG_2DOF, RIG_3DOF, RIG_5DOF)}
 EXAMPLE = RIG_3DOF.name   # of what is written for any rig, if none is named
 
 
@@ -20,8 +18,8 @@ def rig_of(models: Iterable[str], axes: Collection[str]) -> Rig | None:
     of the axes: the plant's.
     """
     models = tuple(models)
-    found = [rig for rig in DESCRIBED.values() if any(model.endswith(rig.suffix) for model in models)]
+    found = [rig for rig in RIGS.values() if any(model.endswith(rig.suffix) for model in models)]
     if found:
         return max(found, key=lambda rig: (len({*rig.axis_names} & {*axes}), len(rig.suffix)))
-    found = [rig for rig in DESCRIBED.values() if rig.vertical.name in axes]
+    found = [rig for rig in RIGS.values() if rig.vertical.name in axes]
     return max(found, key=lambda rig: (len({*rig.axis_names} & {*axes}), -len(rig.axes)), default=None)

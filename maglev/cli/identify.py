@@ -81,9 +81,12 @@ def show(console: Console, found: "Identification") -> None:
                       f"{other:.5g}" if other == other else "–")
     console.print(table)
     table = Table("axis", "excitation", "unexplained", "acceleration", f"replay over {1e3 * HORIZON:g} ms", "way")
-    for (axis, row), error, way in zip(found.diagnostics.items(), found.replay_error, found.replay_motion, strict=True):
-        table.add_row(axis, f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²", f"{row.motion:.3g} m/s²",
-                      f"{1e3 * error:.3g} mm", f"{1e3 * way:.3g} mm")
+    axes = recording.rig.described.axes
+    for axis, error, way in zip(axes, found.replay_error, found.replay_motion, strict=True):
+        row, unit = found.diagnostics.get(axis.name), f"m{axis.unit('m')}"   # tilts have no row of constants
+        known = ["–"] * 3 if row is None else [f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²",
+                                               f"{row.motion:.3g} m/s²"]
+        table.add_row(axis.name, *known, f"{1e3 * error:.3g} {unit}", f"{1e3 * way:.3g} {unit}")
     console.print(table)
     for warning in found.warnings:
         console.print(f"warning: {warning}", markup=False, soft_wrap=True)

@@ -7,7 +7,7 @@ import typer
 
 from maglev.cli.options import RIG_NAMES, Debug
 from maglev.cli.terminal import one_line_errors
-from pmlsm.rigs import DESCRIBED, EXAMPLE
+from pmlsm.rigs import EXAMPLE, RIGS
 
 new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown", help="Write a file to begin with.")
 
@@ -40,7 +40,7 @@ def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
 def stage_file(path: Annotated[Path, typer.Argument(metavar="FILE", help="The file, NAME.toml, with a name of small "
                                                     "letters and digits; nothing is overwritten.")],
                like: Annotated[str, typer.Option(help="Stage whose axes and motors it begins with: "
-                                                 f"{', '.join(DESCRIBED)}.")]
+                                                 f"{', '.join(RIGS)}.")]
                = EXAMPLE, debug: Debug = False) -> None:
     """Write the description of a stage that flies as it is, for you to change, and a scenario beside it.
 

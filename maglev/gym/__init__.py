@@ -10,8 +10,8 @@ The first is of any stage: `gymnasium.make("maglev/Stage-v0", rig="mine.toml")`.
 
 from gymnasium.envs.registration import register
 
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in DESCRIBED.values())):
+for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):
     register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs=given)

@@ -10,7 +10,7 @@ from maglev.identification.rigs import Array, Rig, Row, shape_functions
 
 def row_of(rig: Rig, axis: str) -> Row:
     """Velocity row of an axis."""
-    return next(row for row in rig.rows if row.axis == axis)
+    return next(row for row in rig.motion if row.axis == axis)
 
 
 def thrust_shape(rig: Rig, gaps: Array) -> Array:
@@ -49,7 +49,7 @@ def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) 
     """
     row = rig.rows[0]
     theta = np.array([constants[name] for name in row.constants])
-    f = shape_functions(rig.motor, gaps)
+    f = shape_functions(rig.motor, gaps[:, None])
     none = np.zeros((len(gaps), len(rig.motors)))
 
     def acceleration(current: float) -> Array:

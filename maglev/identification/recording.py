@@ -9,7 +9,7 @@ import numpy as np
 from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest
 from maglev.identification.rigs import RIGS, Array, Rig, rig_of
-from maglev.own_stage.adoption import level_rig
+from maglev.own_stage.adoption import rig_named
 from pmlsm.dq_transform import clarke, park
 
 SHORTEST = 1.0            # s
@@ -30,7 +30,7 @@ class Recording:
     time : ndarray, shape (n,)
         s.
     positions : ndarray, shape (n, axes)
-        m, measured.
+        m, or rad of tilts, measured.
     i_d, i_q : ndarray, shape (n, motors)
         A, delivered.
     """
@@ -50,7 +50,8 @@ class Recording:
 def read_recording(path: Path, rig_name: str | None = None) -> Recording:
     """Read a recording.
 
-    The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), and of each motor `i_d`, `i_q` or `i_a`,
+    The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
+    at the motors, `alpha1.gap_encoder` …, or `y`, `roll`, `pitch` (rad), and of each motor `i_d`, `i_q` or `i_a`,
     `i_b`, `i_c` (A), with the motor's name and a point in front where there are two. Names as in results of this
     project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position.
 
@@ -63,12 +64,11 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
     rig = chosen_rig(table, rig_name)
     time = table.column(find(table, ["time", "t"]))
     kept = even_part(table, time)
-    axes = [find(table, axis_names(axis)) for axis in rig.axes]
-    positions = np.stack([table.column(name)[:kept] for name in axes], axis=1)
-    check_positions(table, rig, axes, positions)
+    positions = read_positions(table, rig, kept)
+    along = positions @ rig.places.along.T
     i_d, i_q = np.empty((kept, len(rig.motors))), np.empty((kept, len(rig.motors)))
     for k, motor in enumerate(rig.motors):
-        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, positions[:, rig.along[k]])
+        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, along[:, k])
     return Recording(rig, time[:kept], positions, i_d, i_q)
 
 
@@ -76,6 +76,11 @@ def axis_names(axis: str) -> list[str]:
     """Columns that an axis may be recorded in, the best first."""
     return [f"{prefix}{axis}{suffix}" for suffix in ("", ".encoder", ".measured", ".position")
             for prefix in ("", PLANT)]
+
+
+def gap_names(motor: str) -> list[str]:
+    """Columns that the air gap at a motor may be recorded in, the best first."""
+    return [f"{prefix}{motor}.{name}" for name in ("gap_encoder", "gap_measured", "gap") for prefix in ("", PLANT)]
 
 
 def current_names(rig: Rig, motor: str, current: str) -> list[str]:
@@ -87,10 +92,12 @@ def current_names(rig: Rig, motor: str, current: str) -> list[str]:
 def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
-        return rig_of(level_rig(rig_name))
-    present = {rig.name: sum(found(table, axis_names(axis)) is not None for axis in rig.axes) for rig in RIGS.values()}
+        return rig_of(rig_named(rig_name))
+    present = {rig.name: sum(has_axis(table, rig, axis) for axis in rig.axes) for rig in RIGS.values()}
     best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
-    whole = [rig.name for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
+    complete = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
+    # What has the positions of all axes of a rig and tilts besides is of the rig that tilts.
+    whole = [rig.name for rig in complete if not any({*rig.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
         raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
                                   f"{' or '.join(f'--rig {name}' for name in whole)} with it")
@@ -98,7 +105,30 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
         axes = " or ".join(f"{', '.join(rig.axes)} ({rig.name})" for rig in RIGS.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
                                   f"{few(table.names)}")
-    return RIGS[best]
+    return RIGS[whole[0] if whole else best]
+
+
+def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
+    """Whether a position is recorded, or follows from the gaps at the motors."""
+    return found(table, axis_names(axis)) is not None or (
+        has_gaps(table, rig) and axis not in (each.name for each in rig.described.horizontal))
+
+
+def has_gaps(table: CsvTable, rig: Rig) -> bool:
+    """Whether the gaps are recorded at all motors of a platform that tilts."""
+    return bool(rig.described.rotations) and all(found(table, gap_names(motor)) for motor in rig.motors)
+
+
+def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
+    """Positions of all axes (m, rad), shape (kept, axes); those that are in the gaps at the motors, from there."""
+    at_motors = has_gaps(table, rig)
+    axes = [axis.name for axis in rig.described.measured] if at_motors else rig.axes
+    names = [find(table, axis_names(axis)) for axis in axes]
+    names += [find(table, gap_names(motor)) for motor in rig.motors if at_motors]
+    columns = np.stack([table.column(name)[:kept] for name in names], axis=1)
+    gaps = range(len(axes), len(names)) if at_motors else range(1)
+    check_positions(table, rig, names, columns, gaps)
+    return columns @ rig.places.measuring(rig.described).T if at_motors else columns
 
 
 def found(table: CsvTable, names: Sequence[str]) -> str | None:
@@ -148,18 +178,18 @@ def even_part(table: CsvTable, time: Array) -> int:
     return kept
 
 
-def check_positions(table: CsvTable, rig: Rig, names: Sequence[str], positions: Array) -> None:
-    """Refuse positions in another unit than m, and gaps that the model does not know."""
-    gap = float(np.median(positions[:, 0]))
+def check_positions(table: CsvTable, rig: Rig, names: Sequence[str], positions: Array, gaps: range) -> None:
+    """Refuse positions in another unit than m, and gaps, some of the columns, that the model does not know."""
+    gap = float(np.median(positions[:, gaps[0]]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
         if gap >= least:
-            raise table.refusal(names[0], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
+            raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
     for k, name in enumerate(names):
         field = rig.motor.field
-        lower, upper = (field.lower, field.upper) if k == 0 else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
+        lower, upper = (field.lower, field.upper) if k in gaps else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
-            hint = ": looks like mm" if k > 0 else ""
+            hint = "" if k in gaps else ": looks like mm"
             raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} m{hint}")
 
 

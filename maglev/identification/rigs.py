@@ -1,6 +1,7 @@
 """The rigs as the estimators see them: x' = A(y, u) θ + b(y, u), equations (4.3) and (5.3).
 
-Only the velocity rows carry constants, and no constant is in two of them: the rows decouple.
+Only the velocity rows carry constants, and no constant is in two of them, those of tilts apart: the rows decouple.
+Where the platform tilts, each motor has a gap of its own.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -10,6 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.linear.motors.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig as RigDescription
@@ -18,7 +20,8 @@ from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 Array = NDArray[np.float64]
 
-Columns = Callable[[Array, Array, Array], Array]   # shape functions (4, n), i_d and i_q (n, motors) to A (n, p)
+# Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).
+Columns = Callable[[Array, Array, Array], Array]
 
 # The rows are plain arithmetic: they take n samples as they take one.
 thrusts = cast(Callable[[float, Array, Array], Array], thrust_acceleration)
@@ -48,19 +51,40 @@ class Row:
 
 @dataclass(frozen=True)
 class Rig:
-    """Axes, the vertical one first, motors and rows of a rig, and the geometry of a motor.
+    """A rig with the rows of all its axes, the vertical one first, and the geometry of a motor.
 
-    Of each motor, `along` is the place of the axis that it drives among the axes; `guess` has the first guess of each
-    constant, C1 first.
+    `guess` has the first guess of each constant, C1 first.
     """
 
-    name: str
-    axes: tuple[str, ...]
-    motors: tuple[str, ...]
-    along: tuple[int, ...]
-    rows: tuple[Row, ...]
+    described: RigDescription
+    places: MotorPlaces
+    motion: tuple[Row, ...]
     motor: MotorGeometry
     guess: Mapping[str, float]
+
+    @property
+    def name(self) -> str:
+        """Name of the rig."""
+        return self.described.name
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes."""
+        return self.described.axis_names
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """Names of the motors."""
+        return self.described.motor_names
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The rows that say something about the constants: those of the tilts need an inertia that is assumed."""
+        return self.motion[:len(self.axes) - len(self.described.rotations)]
+
+    def gaps(self, positions: Array) -> Array:
+        """Air gaps at the motors (m), shape (n, motors), or (n, 1) where all are the same."""
+        return positions @ self.places.gaps.T if self.described.rotations else positions[:, :1]
 
     @property
     def constants(self) -> tuple[str, ...]:
@@ -88,39 +112,58 @@ class RowData:
     velocity: Array
 
 
-def thrust(driving: list[int], sharing: float) -> Columns:
-    """A of a horizontal axis, with the motors that drive it and the number of those with one current."""
-    return lambda f, i_d, i_q: thrusts(sharing, f[0], i_q[:, driving].sum(axis=1))[:, None]
+def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
+    """A of a row: of each thrust that moves its axis, then if normal forces do, of attraction, coils and iron.
+
+    Parameters
+    ----------
+    normal : ndarray, shape (motors,)
+        What the motors' vertical accelerations do to the axis.
+    thrust : ndarray, shape (motors, thrusts)
+        What the horizontal ones do, each column for the motors of one constant.
+    sharing : float
+        Motors with one current.
+    """
+    def of(f: Array, i_d: Array, i_q: Array) -> Array:
+        found = [thrusts(sharing, f[0], i_q) @ thrust]
+        if normal.any():
+            terms = normals(sharing, sharing, sharing, f[1], f[2], f[3], i_d, i_q**2 + i_d**2)
+            found.append(np.stack([np.broadcast_to(term, i_d.shape) @ normal for term in terms], axis=1))
+        return np.concatenate(found, axis=1)
+
+    return of
 
 
-def lift(attracting: float, motors: float) -> Columns:
-    """A of the vertical axis, with the number of all motors and of those with one current."""
-    return lambda f, i_d, i_q: np.stack(normals(attracting, motors, motors, f[1], f[2], f[3], i_d.sum(axis=1),
-                                                (i_q**2 + i_d**2).sum(axis=1)), axis=1)
+def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> Row:
+    """Velocity row of an axis of a rig, by its number."""
+    normal, drive = places.effects[k, 0::2], places.effects[k, 1::2]
+    by_axis = {axis.name: drive * [motor.drives == axis.name for motor in described.motors]
+               for axis in described.horizontal}
+    driven = {axis: weights for axis, weights in by_axis.items() if weights.any()}
+    names = [name for axis in driven for name in described.constants_of(axis)]
+    names += described.constants_of(described.vertical.name) if normal.any() else ()
+    thrust = np.array(list(driven.values())).reshape(-1, len(described.motors)).T
+    return Row(described.axis_names[k], tuple(names), GRAVITY if k == 0 else 0.0,
+               columns(normal, thrust, described.sharing))
 
 
 def rig_of(described: RigDescription) -> Rig:
-    """A rig as the estimators see it: the vertical row, then a row for each horizontal axis."""
-    vertical, drives = described.vertical.name, [motor.drives for motor in described.motors]
-    rows = (Row(vertical, described.constants_of(vertical), GRAVITY, lift(described.carrying, described.sharing)),
-            *(Row(axis.name, described.constants_of(axis.name), 0.0,
-                  thrust([k for k, driven in enumerate(drives) if driven == axis.name], described.sharing))
-              for axis in described.horizontal))
-    along = tuple(described.axis_names.index(axis) for axis in drives)
+    """A rig as the estimators see it: the vertical row, then a row for each other axis."""
+    places = MotorPlaces.of(described)
     guess = {constant.name: constant.guess for constant in described.constants}
-    return Rig(described.name, described.axis_names, described.motor_names, along, rows, described.motor(), guess)
+    return Rig(described, places, tuple(row_of_axis(described, places, k) for k in range(len(described.axes))),
+               described.motor(), guess)
 
 
-# Where the platform tilts, each motor has an air gap of its own: its rows are not these.
-RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items() if not described.rotations}
+RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items()}
 
 
 def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
-    """f1…f4 of `pmlsm` at n air gaps (m), shape (4, n)."""
+    """f1…f4 of `pmlsm` at air gaps (m), shape (4, …) of theirs."""
     # Encoders repeat themselves: most recordings have a few thousand different gaps.
     distinct, inverse = np.unique(gaps, return_inverse=True)
     values = np.array([gap_functions(motor, gap) for gap in distinct.tolist()])
-    return np.ascontiguousarray(values[inverse.reshape(-1)].T)
+    return np.ascontiguousarray(values[inverse.reshape(-1)].T).reshape(4, *gaps.shape)
 
 
 def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
@@ -134,14 +177,14 @@ def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: A
     i_d, i_q : ndarray, shape (n, motors)
         Delivered currents, A.
     """
-    f = shape_functions(rig.motor, positions[:, 0])
+    f = shape_functions(rig.motor, rig.gaps(positions))
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
             for k, row in enumerate(rig.rows)]
 
 
 def accelerations(rig: Rig, positions: Array, i_d: Array, i_q: Array, constants: dict[str, float]) -> Array:
     """Accelerations of the axes by the model (m/s²), shape (n, axes)."""
-    f = shape_functions(rig.motor, positions[:, 0])
+    f = shape_functions(rig.motor, rig.gaps(positions))
     rows: Sequence[Array] = [row.columns(f, i_d, i_q) @ np.array([constants[name] for name in row.constants])
-                             + row.offset for row in rig.rows]
+                             + row.offset for row in rig.motion]
     return np.stack(rows, axis=1)

@@ -12,7 +12,7 @@ from maglev.errors import LinearModelError, QuantityError, nearest
 from maglev.rig.modules import definitions
 from maglev.units import UNITS, parse_quantity
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 # What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
 KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "PID")
@@ -45,7 +45,7 @@ def forget(rig: Rig) -> None:
         del RIG_OF[each.name]
 
 
-for each_rig in DESCRIBED.values():
+for each_rig in RIGS.values():
     know(each_rig)
 
 Quantity = float | str   # SI, or text with a unit such as "25 mm"

@@ -20,7 +20,7 @@ from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
@@ -34,7 +34,7 @@ def models_of(rig: Rig) -> list[str]:
     return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
 
 
-FLOWN = tuple(name for rig in DESCRIBED.values() for name in models_of(rig))
+FLOWN = tuple(name for rig in RIGS.values() for name in models_of(rig))
 
 
 def flies_live(plan: RunPlan) -> bool:

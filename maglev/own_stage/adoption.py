@@ -13,7 +13,7 @@ from maglev.linear import parameters
 from maglev.own_stage.reading import read_own
 from maglev.rig.modules import MODULES, PAGES, written
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 
 class OwnStage(NamedTuple):
@@ -79,7 +79,7 @@ def rig_named(rig: str) -> Rig:
     """
     if rig.endswith(".toml"):
         return know_stage(rig)
-    known = {**DESCRIBED, **{name: own.rig for name, own in OWN.items()}}
+    known = {**RIGS, **{name: own.rig for name, own in OWN.items()}}
     if rig not in known:
         raise RigError(f"rig = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
                        f"{nearest(rig, known)}")
@@ -121,5 +121,5 @@ def require_free_name(file: Path, name: str) -> None:
     if not re.fullmatch("[a-z][a-z0-9]*", name):
         raise RigError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are named "
                        "after it")
-    if name in DESCRIBED or (name not in OWN and any(find_spec(module) is not None for module in modules(name))):
+    if name in RIGS or (name not in OWN and any(find_spec(module) is not None for module in modules(name))):
         raise RigError(f"{file}: name: {name!r}, expected another one: modules of this project are called so")

@@ -5,7 +5,7 @@ from pathlib import Path
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
 from maglev.own_stage.template import scenario_text, stage_text
-from pmlsm.rigs import DESCRIBED, EXAMPLE
+from pmlsm.rigs import EXAMPLE, RIGS
 
 
 def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
@@ -35,8 +35,8 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     ['mine.toml', 'mine-setpoints.toml']
     """
     file = Path(path)
-    if like not in DESCRIBED:
-        raise RigError(f"--like {like}: expected one of {', '.join(DESCRIBED)}; nearest is {nearest(like, DESCRIBED)}")
+    if like not in RIGS:
+        raise RigError(f"--like {like}: expected one of {', '.join(RIGS)}; nearest is {nearest(like, RIGS)}")
     if file.suffix != ".toml":
         raise RigError(f"{file}: expected a name that ends in .toml, such as {file.stem or 'mine'}.toml")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
@@ -45,7 +45,7 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
             raise RigError(f"{each}: it is there already, expected the name of a new file")
     if not file.parent.is_dir():
         raise RigError(f"{file}: there is no folder {file.parent}, expected one")
-    file.write_text(stage_text(DESCRIBED[like], file), encoding="utf-8")
+    file.write_text(stage_text(RIGS[like], file), encoding="utf-8")
     try:
         rig = read_own(file)
     except RigError:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
-from maglev.identification.rigs import RIGS, Rig
+from maglev.identification.rigs import Rig
 from maglev.identification.rigs import rig_of as described
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
@@ -24,8 +24,8 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 def rig_of(plan: RunPlan) -> Rig:
     """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
     if plan.rig is None or plan.rig.rotations:
-        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of {' or '.join(RIGS)}, by which a procedure "
-                            "knows the rig")
+        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a rig without tilt, by which a "
+                            "procedure knows the rig")
     return described(plan.rig)
 
 

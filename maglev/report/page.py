@@ -26,7 +26,7 @@ from maglev.report.plots.figures import (
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
 from maglev_files.whole_file import write_whole
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 FOLDER = Path(__file__).parent
 PIXELS, TOOLS = 204, 40      # height of a panel, and of the buttons above
@@ -69,7 +69,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
-        rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in DESCRIBED.values()),
+        rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=claim_table.message(judgements),
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),

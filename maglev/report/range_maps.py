@@ -26,7 +26,7 @@ from maglev.operating_range import (
 )
 from maglev.procedures.outcome import ValueTable
 from maglev.report.findings import value_table
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 LINK = '<li><a href="#operating-range">How far each controller can go</a></li>'
 CELL, LEFT, BOTTOM, EDGE = 10, 40, 36, 8   # units of the pictures: of a cell, and around the map
@@ -93,7 +93,7 @@ def cells(paths: str, left: float = 0) -> str:
 
 def rig_maps(rig: str, maps: RigMaps) -> str:
     """Maps of a rig, those of a step beside the gap in a row, and the table of their shares."""
-    title = DESCRIBED[rig].title if rig in DESCRIBED else rig
+    title = RIGS[rig].title if rig in RIGS else rig
     first = next(iter(maps.laws.values()))
     rows = "\n".join(f'<h4>{escape(step_text(first, step))}</h4><div class="range">' + "\n".join(
         f"<figure><figcaption>{escape(law)}</figcaption>{map_picture(law, found, k)}</figure>"

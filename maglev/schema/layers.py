@@ -12,7 +12,7 @@ from maglev.errors import ScenarioError
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
 # for each rig has the experiments themselves.
@@ -64,7 +64,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 def found_base(path: Path, base: str) -> Path:
     """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
     beside = (path.parent / base).resolve()
-    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in DESCRIBED))]
+    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]
     return next((file.resolve() for file in (beside, *packaged) if file.is_file()), beside)
 
 
@@ -154,7 +154,7 @@ def child(table: Any, key: str | int) -> Any:
 @cache
 def packaged_files() -> dict[str, Path]:
     """Files of the scenarios that come with the package, by name, in the order of these."""
-    return {path.stem: path for rig in DESCRIBED
+    return {path.stem: path for rig in RIGS
             for path in sorted((PACKAGED / rig).glob("*.toml"), key=lambda p: p.stem)}
 
 

@@ -10,7 +10,7 @@ from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.linearise import linearise
 from maglev.linear.model import LinearModel, Matrix, equivalents, slowest_first
 from maglev.linear.parameters import BLOCKS, Quantity, block_of
-from maglev.own_stage.adoption import level_rig
+from maglev.own_stage.adoption import rig_named as own_or_ours
 from pmlsm.rig import Rig
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
@@ -89,12 +89,16 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
     Raises
     ------
     StabilityError
-        If there is no such rig.
+        If there is no such rig, or its platform tilts.
     """
     try:
-        described = level_rig(rig if rig.endswith(".toml") else rig.lower())
+        described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
+    if described.rotations:
+        raise StabilityError(f"{rig}: its platform tilts, expected a stage without tilt: where it tilts, motors come to "
+                             "their limits one by one, and what one of them cuts off acts on several axes, but a "
+                             "certificate is of one axis with one limit")
     plant, *controllers = (definition.name for definition in BLOCKS[described.name])
     return described, plant, [name for name in controllers if "Regulator" in name]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import maglev
 from maglev.operating_range import FILE, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 from studies.operating_range.maps import origin_of, read_map, shares_text, write_maps, write_pictures
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
@@ -46,7 +46,7 @@ def main() -> None:
                  for law in laws}
         maps = {NAMES.get(law, law): read_map(found.path) for law, found in flown.items()}
         rigs[rig] = RigMaps(maps, origin_of(found.path for found in flown.values()))
-        write_pictures(options.docs / f"range-{rig}.png", f"{DESCRIBED[rig].title}: from one air gap to another", maps)
+        write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
         print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
     write_maps(options.data, rigs)
 

@@ -18,7 +18,7 @@ from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import start_values
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
@@ -99,7 +99,7 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
 @pytest.mark.parametrize("name", LOOPS)
 def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
     """It ends where it is told to, and the references step at 1 s."""
-    rig = next(rig for rig in DESCRIBED.values() if name.endswith(rig.suffix))
+    rig = next(rig for rig in RIGS.values() if name.endswith(rig.suffix))
     run_script(f"closed_loop_{rig.name}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
     result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=float, deletechars="")
     step = load_plan(FILES[f"{rig.name}-setpoints.csv"][1]).step

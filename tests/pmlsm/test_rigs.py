@@ -62,5 +62,5 @@ def test_a_constant_acts_on_its_axis_alone(rig: Rig, stage: Callable[[], Any], r
 
 
 def test_names_that_files_may_use() -> None:
-    assert list(RIGS) == ["2dof", "3dof"]
+    assert list(RIGS) == ["2dof", "3dof", "5dof"]
     assert tuple(constant.name for constant in RIG_3DOF.constants) == CONSTANTS

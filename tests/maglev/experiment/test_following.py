@@ -10,7 +10,7 @@ from maglev.errors import ScenarioError
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 STEPS = {axis: (0.0, way) for axis, way in zip("hxz", (3e-3, 3e-3, -2e-3), strict=True)}
 STEPS |= {"v": (0.020, 0.021), "y": (0.025, 0.0245), "roll": (0.0, 2e-3), "pitch": (0.0, -1e-3)}
@@ -49,7 +49,7 @@ def positions(run: maglev.Run, rig: Rig) -> np.ndarray:
     return np.array([run[f"plant.{axis}.position"] for axis in rig.axis_names])
 
 
-@pytest.mark.parametrize("rig", DESCRIBED.values(), ids=DESCRIBED)
+@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
 def test_linearised_motion_has_no_mass(rig: Rig, fastest_fmus: Path, tmp_path: Path) -> None:
     """Feedback linearisation makes the accelerations that are demanded, whatever the mass: the path is the same.
 
@@ -78,7 +78,7 @@ def test_linearised_motion_has_no_mass(rig: Rig, fastest_fmus: Path, tmp_path: P
 
 
 @pytest.mark.parametrize("law", ["LinearRegulator", "PID"])
-@pytest.mark.parametrize("rig", DESCRIBED.values(), ids=DESCRIBED)
+@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
 def test_it_begins_at_rest(rig: Rig, law: str, fastest_fmus: Path, tmp_path: Path) -> None:
     """The current that holds the mover is computed from the model: with the mass that flies, nothing moves."""
     path = scenario(tmp_path, rig, law, steps=False)
@@ -90,7 +90,7 @@ def test_it_begins_at_rest(rig: Rig, law: str, fastest_fmus: Path, tmp_path: Pat
 
 def test_a_payload_is_mass_and_inertia(fastest_fmus: Path, tmp_path: Path) -> None:
     """p kg on the centre of the platform are p kg on each of its masses, and aside p b², p a² of its inertias."""
-    rig = DESCRIBED["5dof"]
+    rig = RIGS["5dof"]
     path = scenario(tmp_path, rig, "Regulator", steps=True)
     payload = {"plant.payload.mass": 0.8, "plant.payload.x": 0.02, "plant.payload.z": -0.03}
     run = maglev.run(path, fmus=fastest_fmus, set=payload, model="plant")
@@ -117,7 +117,7 @@ def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> None:
     """Each has the masses that are drawn for it; what is set is as it is set."""
-    path = scenario(tmp_path, DESCRIBED["2dof"], "Regulator", steps=True)
+    path = scenario(tmp_path, RIGS["2dof"], "Regulator", steps=True)
     study = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, model="plant", fmus=fastest_fmus, out=tmp_path)
     overshoot = study.to_xarray()["overshoot of v"].values
     assert np.ptp(overshoot) < 1e-4
@@ -140,7 +140,7 @@ def test_what_cannot_follow_is_refused(settings: dict[str, float], controller: s
 
 
 def test_constants_of_another_run_are_not_those_of_the_nominal_mass(fastest_fmus: Path, tmp_path: Path) -> None:
-    path = scenario(tmp_path, DESCRIBED["2dof"], "Regulator", steps=False)
+    path = scenario(tmp_path, RIGS["2dof"], "Regulator", steps=False)
     text = path.read_text(encoding="utf-8").replace("[fmus.plant.start]", "[fmus.controller.start_from]\n"
         'C2 = { run = "2dof-identification-rig", output = "estimator_10ms.C2" }\n[fmus.plant.start]')
     path.write_text(text, encoding="utf-8")

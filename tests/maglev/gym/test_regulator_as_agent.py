@@ -11,7 +11,7 @@ from environments import RIG_NAMES, same_bits
 import maglev
 from maglev.cosim.fmu import Buffer, Fmu, read_description
 from pmlsm.rig import Rig
-from pmlsm.rigs import DESCRIBED as RIGS
+from pmlsm.rigs import RIGS
 
 Make = Callable[..., Any]
 

@@ -15,7 +15,7 @@ from gymnasium.utils.env_checker import check_env
 import maglev
 import maglev.gym  # noqa: F401 - registers
 from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
-from pmlsm.rigs import DESCRIBED as RIGS
+from pmlsm.rigs import RIGS
 
 Make = Callable[..., Any]
 

@@ -25,7 +25,7 @@ from maglev.schema.loading import load_plan, load_plans
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 LARGEST = 850_000   # bytes of the page with three stages, of which each takes 170 to 250 thousand
 
@@ -93,9 +93,9 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
     assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*FLOWN}
-    assert {run["plant"] for run in data["runs"].values()} == {models_of(rig)[0] for rig in DESCRIBED.values()}
+    assert {run["plant"] for run in data["runs"].values()} == {models_of(rig)[0] for rig in RIGS.values()}
     for run in data["runs"].values():   # also those that no run begins with can be swapped in
-        assert [run["plant"], *run["laws"]] == models_of(DESCRIBED[run["rig"]])
+        assert [run["plant"], *run["laws"]] == models_of(RIGS[run["rig"]])
 
 
 def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
@@ -107,10 +107,10 @@ def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
 
 def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
     """Against the block that places the motors; stages whose guides hold the tilts have none."""
-    seen = {name: tilts(rig) for name, rig in DESCRIBED.items() if tilts(rig)}
-    assert list(seen) == [name for name, rig in DESCRIBED.items() if rig.rotations]
+    seen = {name: tilts(rig) for name, rig in RIGS.items() if tilts(rig)}
+    assert list(seen) == [name for name, rig in RIGS.items() if rig.rotations]
     for name, sides in seen.items():
-        rig = DESCRIBED[name]
+        rig = RIGS[name]
         assert {side["axis"] for side in sides.values()} == {axis.name for axis in rig.rotations}
         for side in sides.values():
             at = {"x": 0.0, "z": 0.0, side["place"]: 0.1}

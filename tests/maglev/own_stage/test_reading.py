@@ -17,7 +17,7 @@ from maglev.own_stage.reading import read_own
 from maglev.schema.layers import PACKAGED as SCENARIOS
 from maglev.schema.layers import merged, read_layers
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rigs import DESCRIBED, RIGS
+from pmlsm.rigs import RIGS
 
 WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-3, length=50e-3, coercivity=875.4e3)
 
@@ -33,10 +33,10 @@ def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("like", DESCRIBED)
+@pytest.mark.parametrize("like", RIGS)
 def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> None:
     """Its data sheet is turned back into the constants that it was written from; z of the 3-DOF stage has x's motor."""
-    rig, own = DESCRIBED[like], read_own(changed(tmp_path / "own.toml", like))
+    rig, own = RIGS[like], read_own(changed(tmp_path / "own.toml", like))
     first = rig.horizontal[0].name
     assert own.stage.thrust[first] == pytest.approx(rig.stage.thrust[first], rel=1e-3)
     for name in ("attraction", "coils", "iron"):
@@ -141,10 +141,10 @@ def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, me
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
+@pytest.mark.parametrize("name", RIGS)
 def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
     """Written from the description it says what stands in the files of the scenarios, but for tolerances of checks."""
-    loop = loop_table(DESCRIBED[name])
+    loop = loop_table(RIGS[name])
     packaged = merged(read_layers(SCENARIOS / "loops" / f"{name}.toml"))
     assert sorted(loop["connections"]) == sorted(packaged["connections"])
     for axis in loop["axes"].values():

@@ -7,13 +7,13 @@ from pathlib import Path
 from maglev.rig.modules import MODULES, PAGES, definitions
 from maglev.rig.writer import TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
-from pmlsm.rigs import DESCRIBED, rig_of
+from pmlsm.rigs import RIGS, rig_of
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu",
             "maglev_files", "maglev")
-GENERATED = {ROOT / path.format(name) for path in (*MODULES, *PAGES) for name in DESCRIBED}
-NAMES = {name for rig in DESCRIBED.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
+GENERATED = {ROOT / path.format(name) for path in (*MODULES, *PAGES) for name in RIGS}
+NAMES = {name for rig in RIGS.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
          if name != "motor"}   # a word of its own, and the one motor of a rig
 EXPERIMENTS = {*packaged_files(), *packaged_runs()}
 
@@ -53,8 +53,8 @@ def test_no_template_names_a_rig() -> None:
 
 def test_a_run_is_about_the_rig_of_its_fmus_or_else_of_its_axes() -> None:
     shared = {"y", "x", "z", "C1"}
-    found = [rig_of(["Plant5DOF", "Mine"], shared), rig_of(["Mine"], shared), rig_of([], DESCRIBED["5dof"].axis_names)]
+    found = [rig_of(["Plant5DOF", "Mine"], shared), rig_of(["Mine"], shared), rig_of([], RIGS["5dof"].axis_names)]
     assert [rig.name for rig in found if rig is not None] == ["5dof", "3dof", "5dof"]
     assert rig_of(["Mine"], {"x", "z"}) is None
-    guided = rig_of(["Regulator3DOF", "Plant5DOF"], DESCRIBED["5dof"].axis_names)   # by a law that knows of no tilt
+    guided = rig_of(["Regulator3DOF", "Plant5DOF"], RIGS["5dof"].axis_names)   # by a law that knows of no tilt
     assert guided is not None and guided.name == "5dof"

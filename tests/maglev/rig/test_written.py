@@ -14,7 +14,7 @@ from maglev.rig.modules import MODULES, PAGES, controller, paths, template, writ
 from maglev.rig.text import LONGEST
 from maglev.rig.writer import TEMPLATES, environment, own_names
 from pmlsm.rig import Rig, RigMotor
-from pmlsm.rigs import DESCRIBED
+from pmlsm.rigs import RIGS
 
 ROOT = PACKAGED.parent
 
@@ -26,7 +26,7 @@ def crowded(rig: Rig) -> Rig:
     return replace(rig, name="crowded", motors=motors, sharing=1.0)
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
+@pytest.mark.parametrize("name", RIGS)
 def test_modules_are_as_written(name: str) -> None:
     different = {path for path, text in written(read_rig(PACKAGED / f"{name}.toml")).items()
                  if (ROOT / path).read_text(encoding="utf-8") != text}
@@ -34,7 +34,7 @@ def test_modules_are_as_written(name: str) -> None:
 
 
 def test_every_description_is_a_rig_of_this_project() -> None:
-    assert {path.stem for path in PACKAGED.glob("*.toml")} == set(DESCRIBED)
+    assert {path.stem for path in PACKAGED.glob("*.toml")} == set(RIGS)
 
 
 @pytest.mark.parametrize("path", MODULES + PAGES)
@@ -42,7 +42,7 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
     """A rig that is gone, or a module that has another name now, leaves no module behind."""
     folder, stem = Path(path).parent, Path(path).name.partition("{}")
     found = {file.name for file in (ROOT / folder).glob(f"{stem[0]}[0-9]dof{stem[2]}")}
-    assert found == {f"{stem[0]}{name}{stem[2]}" for name, rig in DESCRIBED.items() if path in paths(rig)}
+    assert found == {f"{stem[0]}{name}{stem[2]}" for name, rig in RIGS.items() if path in paths(rig)}
 
 
 def test_no_template_is_left_over() -> None:
@@ -61,10 +61,10 @@ def test_a_name_that_a_template_does_not_know_is_an_error() -> None:
         environment().from_string("{% for motor in moters %}{% endfor %}").render(motors=["alpha"])
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
+@pytest.mark.parametrize("name", RIGS)
 def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
     """What a block calls its own, as its syntax tree has it: attributes, methods, variables, imports."""
-    rig = DESCRIBED[name]
+    rig = RIGS[name]
     parts = "|".join([*rig.axis_names, *rig.motor_names, *(constant.name for constant in rig.constants)])
     called = set()
     for path, text in written(rig).items():
@@ -81,9 +81,9 @@ def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
     assert own <= own_names()
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
+@pytest.mark.parametrize("name", RIGS)
 def test_lines_of_code_are_within_their_length_for_any_number_of_motors(name: str) -> None:
-    rig = crowded(DESCRIBED[name])
+    rig = crowded(RIGS[name])
     modules = {path: text for path, text in written(rig).items() if path.endswith(".py")}
     if not rig.rotations:
         modules["controller"] = controller(rig, "Mine", "mine.py")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller_fmu.regulator_3dof import Regulator3DOF
+from maglev.errors import StabilityError
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
 from maglev.stability.axis_loop import axis_loop
@@ -101,3 +102,9 @@ def test_overshoot_and_settling_of_a_response() -> None:
     assert answer.settling == pytest.approx(0.3)
     assert Response(0.01, time, 0.005 * np.ones(5), np.zeros(5)).settling == inf
     assert Response(0.01, time, 0.01 * np.ones(5), np.zeros(5)).settling == 0.0
+
+
+@pytest.mark.parametrize("axis", ["x", "roll"])
+def test_a_platform_that_tilts_is_refused(axis: str) -> None:
+    with pytest.raises(StabilityError, match="5dof: its platform tilts, expected .* motors come to their limits one by one"):
+        axis_loop("5dof", axis, "25 mm")
