@@ -96,8 +96,8 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
     except RigError as error:
         raise StabilityError(str(error)) from None
     if described.rotations:
-        raise StabilityError(f"{rig}: its platform tilts, expected a stage without tilt: where it tilts, motors come to "
-                             "their limits one by one, and what one of them cuts off acts on several axes, but a "
+        raise StabilityError(f"{rig}: its platform tilts, expected a stage without tilt: where it tilts, motors come "
+                             "to their limits one by one, and what one of them cuts off acts on several axes, but a "
                              "certificate is of one axis with one limit")
     plant, *controllers = (definition.name for definition in BLOCKS[described.name])
     return described, plant, [name for name in controllers if "Regulator" in name]

@@ -106,5 +106,5 @@ def test_overshoot_and_settling_of_a_response() -> None:
 
 @pytest.mark.parametrize("axis", ["x", "roll"])
 def test_a_platform_that_tilts_is_refused(axis: str) -> None:
-    with pytest.raises(StabilityError, match="5dof: its platform tilts, expected .* motors come to their limits one by one"):
+    with pytest.raises(StabilityError, match="5dof: its platform tilts, .* motors come to their limits one by one"):
         axis_loop("5dof", axis, "25 mm")
