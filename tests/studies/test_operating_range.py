@@ -82,7 +82,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         assert getattr(again.laws["nonlinear"], name).tolist() == getattr(found, name).tolist()
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
+@pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
 def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
     """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
     maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
@@ -93,11 +93,11 @@ def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) ->
             assert axis == pytest.approx(values_of(varied)), varied.column
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
+@pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
 def test_studies_of_the_package_can_be_flown_with_every_law(rig: str, fastest_fmus: Path, tmp_path: Path) -> None:
     study, path = load_study(f"range-{rig}")
     scenarios = sorted((path.parent / study.scenario).parent.glob(f"{rig}-*.toml"))
     laws = [each for each in scenarios if each.stem != f"{rig}-horizontal"]
-    assert len(laws) == {"2dof": 3, "3dof": 4}[rig]
+    assert len(laws) == {"2dof": 3, "3dof": 4, "5dof": 3}[rig]
     for scenario in laws:
         plan_study(study, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)
