@@ -51,9 +51,9 @@ test: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py --gate
 	$(BIN)/python benchmarks/whole_run.py --gate
 
-# They leave their FMUs behind, for the check.
+# They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start.
 tests: .venv/.test
-	$(BIN)/python -m pytest -n 2 --dist loadfile --fmus=.venv/fmus
+	$(BIN)/python -m pytest -n 3 --dist loadfile --fmus=.venv/fmus
 
 # The tests that need no FMU, compiler or browser: to be run after every change.
 quick: .venv/.test
