@@ -92,7 +92,7 @@ def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -
     ("C1 = -1.0\n", "C1 = -1.0: expected a number above 0"),
     ("C1 = true\n", "C1 = True: expected a number above 0"),
     ("C1 = nan\n", "C1 = nan: expected a number above 0"),
-    ('rig = "5dof"\nC1 = 1.0\n', "rig = '5dof': expected one of 2dof, 3dof"),
+    ('rig = "6dof"\nC1 = 1.0\n', "rig = '6dof': expected one of 2dof, 3dof, 5dof"),
     ('rig = "2dof"\nC5 = 1.0\n', "C5: unknown key, nearest valid key is"),
     ('rig = "2dof"\nC1 = 1.0\n', "rig = '2dof': expected constants of the rig 3dof")])
 def test_bad_models(tmp_path: Path, text: str, message: str) -> None:

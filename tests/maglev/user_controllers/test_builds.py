@@ -12,12 +12,11 @@ from written_controllers import controller, flight, line_of
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.user_controllers.new import new_controller
-from pmlsm.rigs import RIGS
 
 RUNS = {"2dof": "2dof-step-1-nonlinear", "3dof": "3dof-smooth-nonlinear"}
 
 
-@pytest.mark.parametrize("stage", RIGS)
+@pytest.mark.parametrize("stage", RUNS)
 def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""
     require_native_tools()
