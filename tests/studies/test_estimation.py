@@ -146,7 +146,7 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
         assert given[name.partition(".")[2]].value == value
     assert set(SETTINGS.scale.assumed) == {f"Plant{name.upper()}.{axis.name}.friction.coulomb"
                                            for name, rig in RIGS.items() if not rig.rotations for axis in rig.axes}
-    leaning = {axis.name: axis for axis in RIGS["5dof"].axes}   # nobody has flown it: it has the guides of the 3-DOF stage
+    leaning = {axis.name: axis for axis in RIGS["5dof"].axes}   # not flown: it has the guides of the 3-DOF stage
     assert all(leaning[axis.name].friction == axis.friction for axis in RIGS["3dof"].axes)
 
 

@@ -73,5 +73,5 @@ def test_marks_are_drawn_and_labelled(browser, tmp_path):
     wait_until(tab.page, "document.querySelectorAll('#figure-4-18 .panel-plot .mark').length === 4")
     assert tab.page.locator("#figure-4-18 .mark-label").all_text_contents() == ["thesis < 50 %", "thesis < 0.5 s"]
     legends = tab.page.locator("#figure-4-18 .legend span").all_text_contents()
-    assert "thesis: settling time of v to 0.1 mm < 0.5 s" in legends
+    assert "thesis: settling time to 0.1 mm of v < 0.5 s" in legends
     tab.close()
