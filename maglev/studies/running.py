@@ -1,6 +1,7 @@
 """A planned study flown: on a cluster, part by part, merged at the end; Ctrl-C keeps what is done."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pyarrow.parquet as pq
 
 from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
 from maglev.studies.dataset import as_bytes, merge, metadata_of, rows_by_sample, trajectories_table
-from maglev.studies.flying.batches import fly_all
+from maglev.studies.flying.batches import Batch, fly_all
 from maglev.studies.flying.cluster import connected
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
@@ -53,7 +54,11 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     samples, schema = len(planned.values), trajectory_schema(planned) if planned.job.kept else None
     kinds = ("samples",) if schema is None else ("samples", "trajectories")
     others = parts.find()
-    done = {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in kinds)}
+
+    def whole_batches() -> set[Batch]:
+        return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in kinds)}
+
+    done = whole_batches()
     lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
     kept_samples = sum(batch.last - batch.first for batch in done)
     if parts.files and not resume:
@@ -84,6 +89,9 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
                 watch(kept_samples, samples)
                 fly_all(client, planned.job, waiting, planned.values, store)
     except KeyboardInterrupt as error:
+        with suppress(ScenarioError):   # of a folder that has not begun
+            parts.find()                # a part may have been written whole when the signal came
+        kept_samples = sum(batch.last - batch.first for batch in whole_batches())
         raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                           "--resume goes on with them", signal_of(error)) from error
     for kind, form, merged in (("trajectories", schema, trajectories_path(path)),
