@@ -11,15 +11,15 @@ from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 
+from loops import PHASES, Pair, outputs, place
+
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import PREFIX, host_platform
 from fmi_export.native.compiler import library
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
-from maglev.catalogue import PACKAGES
-
-PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
+from maglev.catalogue import PACKAGES, definition
 
 LOOP = """\
 #include "{controller_header}"
@@ -56,17 +56,18 @@ EXPORT int run(int steps, double dt, const double *references, double *record)
 """
 
 
-def c_loop(controller: FmuDefinition, plant: FmuDefinition, axes: Sequence[str], motors: Sequence[str], dt: float,
-           references: Sequence[float], steps: int) -> Callable[[], float]:
-    """Measurement of the time of one step of the loop, s; references (m) are constant."""
+def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
+    """Measurement of the time of one step of a pair's loop, s; references are constant."""
+    controller, plant, references = definition(pair.controller), definition(pair.plant), pair.starts
     texts = {**carried_modules(controller.block.__module__, PACKAGES),
              **carried_modules(plant.block.__module__, PACKAGES)}
-    outputs = [(name, v.name) for name, fmu in (("controller", controller), ("plant", plant))
-               for v in fmu.variables if v.causality == "output"]
-    before = [f"controller.{axis}.reference = references[{i}];" for i, axis in enumerate(axes)]
-    before += [f"controller.{axis}.measured = plant.{axis}.encoder;" for axis in axes]
-    between = [f"plant.{motor}.{phase} = controller.{motor}.{phase};" for motor in motors for phase in PHASES]
-    after = [f"*record++ = {name}.{variable};" for name, variable in outputs]
+    recorded = [f"{name}.{output}" for name, fmu in (("controller", controller), ("plant", plant))
+                for output in outputs(fmu)]
+    before = [f"controller.{axis}.reference = references[{i}];" for i, axis in enumerate(pair.rig.axis_names)]
+    before += [f"controller.{place(controller, to)} = plant.{place(plant, source)};" for source, to in pair.measured]
+    between = [f"plant.{motor}.{phase} = controller.{motor}.{phase};" for motor in pair.rig.motor_names
+               for phase in PHASES]
+    after = [f"*record++ = {each};" for each in recorded]
     arguments = "".join(f", {literal(argument)}" for argument in controller.arguments)
     source = LOOP.format(
         controller=controller.block.__name__, controller_header=header(controller), plant=plant.block.__name__,
@@ -80,12 +81,12 @@ def c_loop(controller: FmuDefinition, plant: FmuDefinition, axes: Sequence[str],
         path.write_bytes(library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform))
         run = ctypes.CDLL(str(path)).run
     run.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    record = (ctypes.c_double * (steps * len(outputs)))()
+    record = (ctypes.c_double * (steps * len(recorded)))()
     given = (ctypes.c_double * len(references))(*references)
 
     def measure() -> float:
         begin = perf_counter()
-        if run(steps, dt, given, record) != 0:
+        if run(steps, pair.dt, given, record) != 0:
             sys.exit("the C loop was refused a step")
         return (perf_counter() - begin) / steps
 

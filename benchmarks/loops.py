@@ -17,7 +17,7 @@ from maglev.catalogue import definition
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.master import FmuSetup, Master
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIG_2DOF, RIG_3DOF
+from pmlsm.rigs import RIGS
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
@@ -43,20 +43,33 @@ class Pair(NamedTuple):
         return [getattr(block, axis).position_start for axis in self.rig.axis_names]
 
     @property
+    def measured(self) -> list[tuple[str, str]]:
+        """Encoders of the plant and what they are to the controller; with tilts the gaps are measured at the motors."""
+        axes = self.rig.horizontal if self.rig.rotations else self.rig.axes
+        gaps = self.rig.motor_names if self.rig.rotations else ()
+        return [*((f"{axis.name}.encoder", f"{axis.name}.measured") for axis in axes),
+                *((f"{motor}.gap_encoder", f"{motor}.gap_measured") for motor in gaps)]
+
+    @property
     def connections(self) -> list[tuple[str, str]]:
         """From outputs to inputs."""
-        measured = [(f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in self.rig.axis_names]
+        measured = [(f"plant.{source}", f"controller.{to}") for source, to in self.measured]
         return measured + [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}")
                            for motor in self.rig.motor_names for phase in PHASES]
 
 
-PAIRS = (Pair("2-DOF", "Regulator2DOF", "Plant2DOF", "ClosedLoop2DOF", RIG_2DOF),
-         Pair("3-DOF", "Regulator3DOF", "Plant3DOF", "ClosedLoop3DOF", RIG_3DOF))
+PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", f"Plant{rig.suffix}",
+                   f"ClosedLoop{rig.suffix}", rig) for rig in RIGS.values())
 
 
 def outputs(fmu: FmuDefinition) -> list[str]:
-    """Names of every output of an FMU."""
-    return [v.name for v in fmu.variables if v.causality == "output"]
+    """Attribute paths of every output of an FMU in its block."""
+    return [v.place for v in fmu.variables if v.causality == "output"]
+
+
+def place(fmu: FmuDefinition, name: str) -> str:
+    """Attribute path of a variable in its block."""
+    return next(v.place for v in fmu.variables if v.name == name)
 
 
 def bare_loop(pair: Pair, steps: int) -> float:
@@ -64,12 +77,16 @@ def bare_loop(pair: Pair, steps: int) -> float:
     controller, plant = definition(pair.controller).new_block(), definition(pair.plant).new_block()
     controller.start()
     plant.start()
-    measured = [(getattr(controller, axis), getattr(plant, axis)) for axis in pair.rig.axis_names]
+    of_controller, of_plant = definition(pair.controller), definition(pair.plant)
+    places = [(place(of_controller, to).rpartition("."), place(of_plant, source).rpartition("."))
+              for source, to in pair.measured]
+    axes, gaps = ([(attrgetter(to[0])(controller), attrgetter(source[0])(plant)) for to, source in places
+                   if to[2] == leaf] for leaf in ("measured", "gap_measured"))
     commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.rig.motor_names]
-    references = [axis for axis, _ in measured]
+    references = [getattr(controller, axis) for axis in pair.rig.axis_names]
     row = array("d", [axis.reference for axis in references])
-    controller_outputs = attrgetter(*outputs(definition(pair.controller)))
-    plant_outputs = attrgetter(*outputs(definition(pair.plant)))
+    controller_outputs = attrgetter(*outputs(of_controller))
+    plant_outputs = attrgetter(*outputs(of_plant))
     record = array("d")
     dt = pair.dt
     begin = perf_counter()
@@ -77,8 +94,10 @@ def bare_loop(pair: Pair, steps: int) -> float:
         for axis, reference in zip(references, row, strict=True):
             axis.reference = reference
             axis.reference_rate = 0.0
-        for to, source in measured:
+        for to, source in axes:
             to.measured = source.encoder
+        for to, source in gaps:
+            to.gap_measured = source.gap_encoder
         controller.step(k * dt, dt)
         record.extend(controller_outputs(controller))
         for to, source in commands:

@@ -17,7 +17,7 @@ from peers import list_loop, ssp_loop
 from rich.console import Console
 from rich.table import Table
 
-from maglev.catalogue import build, build_native, definition
+from maglev.catalogue import build, build_native
 
 # Largest ratios to the loop that each refers to.
 GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 1.2}
@@ -37,8 +37,7 @@ def measure(pair: Pair, folder: Path, native: bool, peers: bool) -> dict[str, fl
         ways["plain slaves, fmpy lists"] = lambda: list_loop(pair, STEPS)
         ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder, 1000)
     if native:
-        ways["C loop"] = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names,
-                                pair.rig.motor_names, pair.dt, pair.starts, C_STEPS)
+        ways["C loop"] = c_loop(pair, C_STEPS)
         ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
         if peers:

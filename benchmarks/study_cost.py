@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from maglev.api.options import experiments_of
-from maglev.catalogue import build_native, definition
+from maglev.catalogue import build_native
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
@@ -89,8 +89,7 @@ def main() -> None:
         build_native([pair.controller, pair.plant], folder / "native", host_only=True)
         study = planned(folder, samples)
         steps = round(study.job.experiment.plan.stop_time / study.job.experiment.step)
-        loop = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names, pair.rig.motor_names,
-                      pair.dt, pair.starts, steps)
+        loop = c_loop(pair, steps)
         assert not any(flown(study, 1).failures)   # with it, what is done once
         alone = processor_time(lambda: flown(study, samples)) / samples
         c = min(processor_time(loop) for _ in range(ROUNDS))

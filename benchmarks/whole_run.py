@@ -19,7 +19,7 @@ from loops import PAIRS
 from rich.console import Console
 from rich.table import Table
 
-from maglev.catalogue import build_native, definition
+from maglev.catalogue import build_native
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.execution import completed, measured
 from maglev.experiment.preparation import Experiment, prepare
@@ -69,8 +69,7 @@ def whole(experiment: Experiment) -> Recording:
 def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]:
     """Measurements, by what is measured."""
     pair = PAIRS[1]
-    c_step = c_loop(definition(pair.controller), definition(pair.plant), pair.rig.axis_names, pair.rig.motor_names,
-                    pair.dt, pair.starts, experiment.plan.steps)
+    c_step = c_loop(pair, experiment.plan.steps)
     descriptions = experiment.check()
     recordings: list[Recording] = []
     csv, parquet = folder / "run.csv", folder / "run.parquet"
