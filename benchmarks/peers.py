@@ -27,7 +27,7 @@ class Plain{name}(Fmi2Slave):
         super().__init__(**kwargs)
         self.block = DEFINITION.new_block()
         for variable in DEFINITION.variables:
-            path, _, attribute = variable.name.rpartition(".")
+            path, _, attribute = variable.place.rpartition(".")
             owner = attrgetter(path)(self.block) if path else self.block
             kind = Boolean if variable.boolean else Real
             self.register_variable(kind(
@@ -79,9 +79,9 @@ def list_loop(pair: Pair, steps: int) -> float:
     try:
         controller, plant = (ListComponent(plain_fmu(name, folder), folder / name)
                              for name in (pair.controller, pair.plant))
-        measured = [plant.references[f"{axis}.encoder"] for axis in pair.rig.axis_names]
-        inputs = [controller.references[f"{axis}.{port}"] for port in ("measured", "reference")
-                  for axis in pair.rig.axis_names]
+        measured = [plant.references[source] for source, _ in pair.measured]
+        inputs = [controller.references[name] for name in (*(to for _, to in pair.measured),
+                                                           *(f"{axis}.reference" for axis in pair.rig.axis_names))]
         phases = [f"{motor}.{phase}" for motor in pair.rig.motor_names for phase in ("i_a_cmd", "i_b_cmd", "i_c_cmd")]
         commands = [controller.references[name] for name in phases]
         currents = [plant.references[name] for name in phases]
