@@ -9,7 +9,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from maglev.comparison.page import comparison_page
-from maglev.comparison.table import Row, side_by_side, summary
+from maglev.comparison.table import Row, legend, side_by_side, summary
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
@@ -80,7 +80,7 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
     if not rows:
         return
     table = Table(Column("quantity"), Column("of"), *(Column(label, justify="right") for label in runs),
-                  title=f"Less is better; the best of a row has a {BEST}")
+                  title=legend(runs.values(), BEST))
     for row in rows if every_step else summary(rows):
         table.add_row(row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best
                                           else Text(row.text(label)) for label in runs))

@@ -1,11 +1,11 @@
 """The page of a comparison: the table side by side, and the runs drawn over each other."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 
-from maglev.comparison.table import Row, summary
+from maglev.comparison.table import Row, legend, summary
 from maglev.experiment.execution import RunResult
 from maglev.panels import PANELS
 from maglev.report.findings import html_table
@@ -13,6 +13,7 @@ from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.status import run_status
+from maglev.report.text import origin
 
 PAGE = Path(__file__).parent / "comparison.html"
 
@@ -30,6 +31,10 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
                           f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
                           for label, run in runs.items()),
+        origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
+                          for label, run in runs.items() if run.provenance is not None),
+        flown=escape(flown_with(runs.values())),
+        legend=escape(legend(runs.values(), "★")),
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
         figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
@@ -37,6 +42,13 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
         scripts="\n".join(f"<script>\n{read(script)}</script>" for script in PLOT_SCRIPTS))
+
+
+def flown_with(runs: Iterable[RunResult]) -> str:
+    """Commands and machines that runs were flown with, each once."""
+    found = dict.fromkeys(f"Flown by {run.provenance.command}, Python {run.provenance.python}."
+                          for run in runs if run.provenance is not None)
+    return " ".join(found)
 
 
 def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:

@@ -1,8 +1,9 @@
 """What was measured on several runs, side by side, with the best of each row."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from maglev.experiment.execution import RunResult
 from maglev.judging.measures import Measure
 from maglev.quantities import metric_text
 
@@ -17,8 +18,8 @@ class Row:
         As of `Measure`; `steps` counts the steps over which the largest value was taken, 0 if it is of one alone.
     values : mapping of str to float
         SI, by label of the run; a run on which it was not measured is left out.
-    best : tuple of str
-        Labels of the runs with the least value; none if all are equal, or if there is one run alone.
+    failed : frozenset of str
+        Labels of runs that touched a stop, tripped or ended far off: they win nothing.
     """
 
     quantity: str
@@ -26,8 +27,16 @@ class Row:
     time: float | None
     unit: str
     values: Mapping[str, float]
-    best: tuple[str, ...]
+    failed: frozenset[str] = frozenset()
     steps: int = 0
+
+    @property
+    def best(self) -> tuple[str, ...]:
+        """Labels of the least value among the runs that held; none if these are all equal, or one alone."""
+        held = {label: value for label, value in self.values.items() if label not in self.failed}
+        least = min(held.values(), default=0.0)
+        found = tuple(label for label, value in held.items() if value == least)
+        return () if len(found) == len(held) else found
 
     @property
     def name(self) -> str:
@@ -43,11 +52,13 @@ class Row:
 
 def side_by_side(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
     """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
+    failed = frozenset(label for label, measures in measured.items()
+                       if any(each.quantity == "failed" and each.value for each in measures))
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
     for label, measures in measured.items():
         for each in (each for each in measures if each.of):   # of the whole run it is said how it ended
             values.setdefault((each.quantity, each.of, each.time, each.unit), {})[label] = each.value
-    return [Row(*key, found, best(found)) for key, found in values.items()]
+    return [Row(*key, found, failed) for key, found in values.items()]
 
 
 def summary(rows: Sequence[Row]) -> list[Row]:
@@ -60,12 +71,13 @@ def summary(rows: Sequence[Row]) -> list[Row]:
     for (quantity, of, unit), steps in groups.items():
         labels = dict.fromkeys(label for step in steps for label in step.values)
         largest = {label: max(step.values[label] for step in steps if label in step.values) for label in labels}
-        worst.append(Row(quantity, of, None, unit, largest, best(largest), len(steps)))
+        worst.append(Row(quantity, of, None, unit, largest, steps[0].failed, len(steps)))
     return [*(row for row in rows if row.time is None), *worst]
 
 
-def best(values: Mapping[str, float]) -> tuple[str, ...]:
-    """Labels of the least value; none if all are equal."""
-    least = min(values.values())
-    found = tuple(label for label, value in values.items() if value == least)
-    return () if len(found) == len(values) else found
+
+def legend(runs: Iterable[RunResult], sign: str) -> str:
+    """What a table says of its marks: one has to hold to win, and against another that held."""
+    held = sum(run.metrics is not None and not run.metrics.failed for run in runs)
+    return "Less is better; " + (f"the best of the runs that held has a {sign}" if held > 1 else
+                                  "a best one is marked where two runs or more held")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_runs import packaged
 
-from maglev.comparison.table import best, side_by_side, summary
+from maglev.comparison.table import Row, side_by_side, summary
 from maglev.judging.measures import Measure, measures, measures_data
 from maglev.judging.metrics import evaluate
 from maglev.schema.run_plan import RunPlan
@@ -78,9 +78,20 @@ def test_what_never_ends_is_null_as_json() -> None:
     assert [each["value"] for each in measures_data(settled(1.0, math.inf))] == [1.0, None]
 
 
-@given(st.dictionaries(st.text(min_size=1), st.floats(0.0, math.inf), min_size=1))
-def test_the_best_are_those_that_no_other_beats(values: dict[str, float]) -> None:
-    found = best(values)
-    assert len(found) < len(values)
-    assert all(values[label] < other for label in found[:1] for name, other in values.items() if name not in found)
-    assert found or len(set(values.values())) == 1
+def test_a_run_that_failed_wins_nothing() -> None:
+    crash = Measure("failed", "", None, 1.0, "")
+    held = Measure("failed", "", None, 0.0, "")
+    rows = side_by_side({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held], "b": [*settled(2.0), held]})
+    assert [row.best for row in rows] == [("a",)]
+    assert [row.best for row in summary(rows)] == [("a",)]
+    (alone,) = side_by_side({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held]})
+    assert alone.best == ()   # no contest
+
+
+@given(st.dictionaries(st.text(min_size=1), st.floats(0.0, math.inf), min_size=1), st.frozensets(st.text(min_size=1)))
+def test_the_best_are_those_that_no_other_that_held_beats(values: dict[str, float], failed: frozenset[str]) -> None:
+    found = Row("rms error", "y", None, "m", values, failed).best
+    held = {label: value for label, value in values.items() if label not in failed}
+    assert set(found) <= set(held)
+    assert all(values[label] < other for label in found[:1] for name, other in held.items() if name not in found)
+    assert found or len(set(held.values())) <= 1
