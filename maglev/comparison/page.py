@@ -12,6 +12,7 @@ from maglev.report.findings import html_table
 from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
+from maglev.report.plots.static import static_picture
 from maglev.report.status import run_status
 from maglev.report.text import origin
 
@@ -37,7 +38,8 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         legend=escape(legend(runs.values(), "★")),
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
-        figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
+        figures="\n".join(f"<figure><noscript>{static_picture(shown)}</noscript>"
+                          f'<div class="plot" data-figure="figure-{number}" '
                           f'style="min-height:{TOOLS + PIXELS * len(shown.panels)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),

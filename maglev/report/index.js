@@ -100,7 +100,7 @@
   }, { rootMargin: "-10% 0px -60% 0px" });
   for (const figure of document.querySelectorAll("#figures figure")) if (links.has(figure.id)) here.observe(figure);
 
-  // On paper everything is drawn: by the button, by the usual keys, or opened with #print.
+  // With every plot in full; printed without this button, those that are not drawn are the coarser pictures.
   async function print() {
     document.documentElement.setAttribute("aria-busy", "true");
     await maglevReport.drawAll();
@@ -109,11 +109,4 @@
     window.print();
   }
   document.getElementById("print").addEventListener("click", () => print().catch(fail));
-  window.addEventListener("keydown", (event) => {
-    if ((event.ctrlKey || event.metaKey) && event.key === "p") {
-      event.preventDefault();
-      print().catch(fail);
-    }
-  });
-  if (location.hash === "#print") maglevReport.drawAll().catch(fail);
 }

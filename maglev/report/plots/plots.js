@@ -229,5 +229,18 @@ window.addEventListener("resize", () => {
   for (const plot of Object.values(plots)) plot.drawn = drawPanels(plot);
 });
 
+// On paper, however it is asked for: a figure that is not drawn has the picture that browsers without JavaScript show.
+window.addEventListener("beforeprint", () => {
+  for (const element of document.querySelectorAll("[data-figure]:empty")) {
+    const picture = document.createElement("div");
+    picture.className = "on-paper";
+    picture.innerHTML = element.parentElement.querySelector("noscript")?.textContent ?? "";
+    element.before(picture);
+  }
+});
+window.addEventListener("afterprint", () => {
+  for (const picture of document.querySelectorAll(".on-paper")) picture.remove();
+});
+
 // For tests: draw everything, what is drawn, and what went wrong.
 window.maglevReport = { drawAll, errors, figures: report.figures, plots, ready };

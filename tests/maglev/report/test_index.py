@@ -120,9 +120,31 @@ def test_on_paper_all_figures_are_drawn_in_light_colours(tab):
     wait_until(tab.page, "Object.keys(maglevReport.plots).length < 10")
 
 
-def test_opened_for_paper_everything_is_drawn(browser, report):
-    tab = Tab(browser, report)
-    tab.page.goto(f"{tab.url}#print")
-    tab.page.reload()
-    wait_until(tab.page, "[...document.querySelectorAll('[data-figure]')].every((plot) => plot.querySelector('.line'))")
-    tab.close()
+# What stands on paper: how many figures and pictures, and which figures have neither plot nor picture.
+ON_PAPER = """() => addEventListener("beforeprint", () => {
+  const figures = [...document.querySelectorAll("#figures figure")];
+  window.paper = {
+    figures: figures.length, pictures: document.querySelectorAll(".on-paper svg").length,
+    empty: figures.filter((figure) => !figure.querySelector(".on-paper svg, .plot svg")).map((figure) => figure.id),
+  };
+})"""
+
+
+def test_printed_as_it_is_every_figure_has_a_picture(tab):
+    """By the browser's menu: nothing was drawn for it, and nothing of it stays."""
+    tab.evaluate(ON_PAPER)
+    assert len(tab.page.pdf()) > 300_000
+    paper = tab.evaluate("window.paper")
+    assert paper["empty"] == []
+    assert paper["pictures"] > paper["figures"] > 50
+    assert tab.evaluate("document.querySelectorAll('.on-paper').length") == 0
+
+
+def test_claims_are_a_table_on_paper(phone):
+    """However narrow the paper is."""
+    phone.page.emulate_media(media="print")
+    try:
+        assert phone.evaluate("getComputedStyle(document.querySelector('.claims tr[id] td')).display") == "table-cell"
+        assert not phone.page.locator(".what-if").first.is_visible()
+    finally:
+        phone.page.emulate_media(media="screen")
