@@ -86,15 +86,6 @@ def rig_named(rig: str) -> Rig:
     return known[rig]
 
 
-def level_rig(rig: str) -> Rig:
-    """The same, of what measures each axis by itself: RigError also if the platform tilts."""
-    found = rig_named(rig)
-    if found.rotations:
-        raise RigError(f"{rig}: its platform tilts, expected a stage without tilt: where it tilts, each motor has an "
-                       "air gap of its own")
-    return found
-
-
 def forget(name: str) -> None:
     """Take back what was imported of a stage."""
     known = OWN.pop(name, None)

@@ -36,7 +36,7 @@ def paths(rig: Rig) -> tuple[str, ...]:
 
 
 def template(path: str, tilting: bool) -> str:
-    """Template of a module, by its path."""
+    """Template of a module, by its path; of what is written for users too."""
     own = path.replace("{}", "tilting") + ".j2"
     return own if tilting and (TEMPLATES / own).is_file() else path.replace("_{}", "") + ".j2"
 
@@ -49,7 +49,7 @@ def module(path: str, rig: Rig) -> str:
 
 def controller(rig: Rig, name: str, file: str) -> str:
     """Text of a controller for a user of a rig to begin with: a class of a name, in a file."""
-    return fitted(render("new/controller.py.j2", rig, name=name, file=file))
+    return fitted(render(template("new/controller_{}.py", bool(rig.rotations)), rig, name=name, file=file))
 
 
 def written(rig: Rig) -> dict[str, str]:

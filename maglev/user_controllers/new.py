@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
-from maglev.own_stage.adoption import level_rig
+from maglev.own_stage.adoption import rig_named
 from maglev.rig.modules import controller
 from pmlsm.rigs import EXAMPLE
 
@@ -38,7 +38,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     """
     file = Path(path)
     try:
-        rig = level_rig(stage)
+        rig = rig_named(stage)
     except RigError as error:
         raise ControllerError(f"--stage {stage}: {error}") from None
     if file.suffix != ".py":

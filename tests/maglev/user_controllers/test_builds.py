@@ -13,7 +13,7 @@ import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.user_controllers.new import new_controller
 
-RUNS = {"2dof": "2dof-step-1-nonlinear", "3dof": "3dof-smooth-nonlinear"}
+RUNS = {"2dof": "2dof-step-1-nonlinear", "3dof": "3dof-smooth-nonlinear", "5dof": "5dof-laws-trip-x"}
 
 
 @pytest.mark.parametrize("stage", RUNS)

@@ -137,17 +137,17 @@ def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> N
         assert load(path).definition.starts["bandwidth"] == bandwidth
 
 
-@pytest.mark.parametrize("stage", [name for name, rig in RIGS.items() if not rig.rotations])   # it measures one gap
+@pytest.mark.parametrize("stage", RIGS)
 def test_the_first_controller_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change, and within the limit of 4 A."""
     path = tmp_path / "lqi.py"
     assert maglev("new", "controller", path, "--stage", stage).exit_code == 0
-    assert len(path.read_text().splitlines()) < 100
+    assert len(path.read_text().splitlines()) < (170 if RIGS[stage].rotations else 100)
     result = maglev("run", f"{stage}-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     assert result.exit_code == 0, result.output
     metrics = json.loads((tmp_path / f"{stage}-setpoints.json").read_text())["metrics"]
     assert not metrics["failed"]
-    assert max(metrics["end_errors"].values()) < 10e-6   # the encoder's resolution
+    assert max(metrics["end_errors"].values()) < 10e-6   # the encoder's resolution; a tilt by a fifth of it
     assert "class LQI:" in path.read_text()
     before = path.read_text()
     assert "is there already" in error_line(maglev("new", "controller", path, "--stage", stage))
