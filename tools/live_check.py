@@ -192,11 +192,44 @@ def tilting_hands(browser: Browser, url: str) -> None:
     tab.close()
 
 
+def fingers(browser: Browser, url: str) -> None:
+    """On a phone: a finger beside the mover scrolls, one on it moves it; what fell says why, and lifts off again."""
+    tab = Tab(browser, url + "#run=3dof-setpoints-improved", "phone")
+    page, touches = tab.page, tab.context.new_cdp_session(tab.page)
+
+    def swipe(x: float, y: float, dx: float, dy: float) -> None:
+        touches.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+        for part in range(1, 11):
+            where = {"x": x + 0.1 * part * dx, "y": y + 0.1 * part * dy}
+            touches.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [where]})
+            page.wait_for_timeout(20)
+        touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    x, y = middle(page)
+    swipe(x - 175.0, y, 0.0, -150.0)
+    wait_until(page, "scrollY > 60")
+    require(not page.is_visible("#released"), "a finger beside the mover moves its reference")
+    top = page.evaluate("document.getElementById('stage').getBoundingClientRect().top")
+    require(top >= 0.0, f"the picture scrolls away, to {top} px")
+    page.evaluate("scrollTo(0, 0)")
+    swipe(*middle(page), 40.0, 8.0)   # as far as the mover cannot follow
+    require(page.evaluate("scrollY") == 0, "a finger on the mover scrolls the page")
+    wait_until(page, "maglevLive.frame.flags.stop")
+    said = page.inner_text("#status")
+    print(f"  {said}")
+    require("4.0 A cannot lift it from there" in said, said)
+    page.tap("#lift")
+    wait_until(page, "maglevLive.frame.time > 0.5 && !maglevLive.frame.flags.stop")
+    require(not page.locator("#lift").is_visible(), "what flies is offered to lift off")
+    tab.close()
+
+
 def middle(page: Page) -> tuple[float, float]:
     """Where the first view's mover is on the screen."""
     return tuple(page.evaluate("""(() => { const box = document.getElementById("stage").getBoundingClientRect();
         const view = maglevLive.views[0];
-        return [box.left + view.middle, box.top + view.stator + 28 * view.scale]; })()"""))
+        const [left, top, width, height] = boxIn(view, maglevLive.run, maglevLive.history.last(), "position");
+        return [box.left + left + width / 2, box.top + top + height / 2]; })()"""))
 
 
 def drag(page: Page, across: float) -> None:
@@ -261,6 +294,7 @@ def main() -> None:
             compare_runs(browser, path.as_uri(), arguments.fmus)
             hands(browser, path.as_uri())
             tilting_hands(browser, path.as_uri())
+            fingers(browser, path.as_uri())
             pace(browser, path.as_uri())
             if arguments.pictures:
                 pictures(browser, path.as_uri(), arguments.pictures)

@@ -4,25 +4,33 @@
 const REFERENCE_STEP = 1e-3;   // m of an arrow key
 const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };   // m/s, rad/s: what a kick leaves of the nominal mass alone
 
-/** Where a pointer is on the stage: axis and place (m) across and upright in the view that it is in. */
+const NEAR = 14;   // px beside the mover in which a finger still takes it
+
+/** Where a pointer is on the stage: the view that it is in, axis and place (m) across and upright, and whether the mover, or
+ *  the outline of its reference, is there. */
 function pointed(event) {
   const box = at("stage").getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
   const view = page.views.find((each) => x >= each.left && x < each.left + each.width
     && y >= each.top && y < each.top + each.height);
-  if (!view) return null;
+  const row = page.history?.last();
+  if (!view || !row) return null;
+  const taken = ["position", "reference"].some((what) => {
+    const [left, top, width, height] = boxIn(view, page.run, row, what);
+    return x > left - NEAR && x < left + width + NEAR && y > top - NEAR && y < top + height + NEAR;
+  });
   const across = 1e-3 * (x - view.middle) / view.scale;
   if (view.kind === "side") {
-    return { view, places: { [view.axis]: across, [vertical()]: 1e-3 * (y - view.stator) / view.scale } };
+    return { view, taken, places: { [view.axis]: across, [vertical()]: 1e-3 * (y - view.stator) / view.scale } };
   }
   const [first, second] = drivenAxes(page.run);
-  return { view, places: { [first]: across, [second]: -1e-3 * (y - view.centre) / view.scale } };
+  return { view, taken, places: { [first]: across, [second]: -1e-3 * (y - view.centre) / view.scale } };
 }
 
 const dragsMover = () => document.querySelector("input[name=drag]:checked")?.value === "mover";
 
 function grab(event) {
   const found = pointed(event), row = page.history?.last();
-  if (!found || !row) return;
+  if (!found?.taken) return;
   const what = dragsMover() ? "position" : "reference";
   page.drag = { mover: dragsMover(), view: found.view, offsets: Object.fromEntries(Object.entries(found.places)
     .map(([axis, place]) => [axis, row.axes[axis][what] - place])) };
@@ -32,8 +40,11 @@ function grab(event) {
 }
 
 function move(event) {
-  if (!page.drag) return;
   const found = pointed(event);
+  if (!page.drag) {
+    at("stage").style.cursor = found?.taken ? "grab" : "";
+    return;
+  }
   if (!found || found.view.kind !== page.drag.view.kind || found.view.axis !== page.drag.view.axis) return;
   for (const [axis, place] of Object.entries(found.places)) {
     const value = place + page.drag.offsets[axis];
@@ -161,7 +172,10 @@ function buildPanel() {
   for (const rig of Object.values(live.rigs).reverse()) {
     const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
     const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
-    for (const [name] of runs) make("option", { value: name }, group, name);
+    for (const [name, { title }] of runs) {
+      const short = title.replace(`${rig.title}: `, "");
+      make("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
+    }
   }
   for (const speed of SPEEDS) make("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {
@@ -190,12 +204,15 @@ function buildPanel() {
   at("antiwindup").addEventListener("change", () => change({ "controller.antiwindup": at("antiwindup").checked }));
   at("play").addEventListener("click", () => play(!page.playing));
   at("restart").addEventListener("click", restart);
+  at("lift").addEventListener("click", () => { restart(); play(true); });
   at("released").addEventListener("click", release);
   at("planned").addEventListener("click", () => { page.state.settings = {}; restart(); });
   at("copy-link").addEventListener("click", () => copy(location.href, "link"));
   at("copy-command").addEventListener("click", () => copy(commandOf(page.state), "command"));
   const stage = at("stage");
   stage.addEventListener("pointerdown", grab);
+  // A finger on the mover moves it; one beside it scrolls the page.
+  stage.addEventListener("touchstart", (event) => { if (page.drag) event.preventDefault(); }, { passive: false });
   stage.addEventListener("pointermove", move);
   for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, letGo);
   stage.addEventListener("keydown", pressed);

@@ -116,6 +116,17 @@ function started({ width }) {
 const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
   infeasible: "no current makes what is demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
 
+/** What a stop that is touched means: why the mover does not leave it, in currents. */
+function touched(time) {
+  const { run } = page, row = page.history.last(), place = row.axes[vertical()].position;
+  const ends = endsOf(run, vertical(), valueOf), end = ends.findIndex((each) => Math.abs(each - place) < 0.5e-3);
+  const needed = Math.abs(carryingCurrent(run, row, valueOf));
+  const most = Math.min(valueOf("controller.current_limit") || Infinity, valueOf(`plant.${run.motors[0]}.amplifier.peak`));
+  if (end < 0 || !(needed > most)) return `At ${time.toFixed(2)} s an end stop is touched.`;
+  const where = `At ${time.toFixed(2)} s the mover ${end ? "fell onto" : "is drawn to"} its stop at ${(1e3 * ends[end]).toFixed(1)} mm`;
+  return `${where}: ${most.toPrecision(2)} A cannot ${end ? "lift it from" : "let go of it"} there, ${needed.toPrecision(2)} A would.`;
+}
+
 function frame(message) {
   page.frame = message;
   page.history?.add(message.rows);
@@ -126,7 +137,9 @@ function frame(message) {
   if (before !== now.join()) {
     at("flags").dataset.now = now.join();
     at("flags").replaceChildren(...now.map((name) => make("span", { class: `flag ${name}` }, null, EVENTS[name])));
-    if (message.flags.stop && !before.includes("stop")) say(`At ${message.time.toFixed(2)} s an end stop is touched.`, true);
+    at("lift").hidden = !message.flags.stop;
+    if (message.flags.stop && !before.includes("stop")) say(touched(message.time), true);
+    if (!message.flags.stop && before.includes("stop")) say("");
   }
   if (message.ghostFlags?.stop && !page.ghostDown) say("The stage that flies along touches an end stop.", true);
   page.ghostDown = message.ghostFlags?.stop;

@@ -5,6 +5,7 @@
 const POLES = 4, SLOTTED = 0.79;                   // shown: poles of the mover, share of a view that has slots
 const YOKE = 8, TEETH = 22, BACK = 13;             // mm: the stator's iron above its slots, their depth, the mover's iron
 const MARGIN = { width: 13.4, height: 18, text: 38 };   // mm around all that moves; px for texts
+const NARROW = 520;                                // px, below which there is no view from above
 const TILT = 5;                                    // times as large as they are, tilts are drawn
 // Phase and direction of winding of successive slots: one slot for each pole and phase.
 const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
@@ -19,17 +20,16 @@ function viewsOf(run, width, height) {
   // Motors that drive one axis look alike from the side.
   const room = roomOf(run), sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, room, sheet: run.rig.sheet,
     motors: motorsOf(run, axis), slots: Math.floor(SLOTTED * room.width / (1e3 * run.rig.sheet.slot_pitch)) }));
-  const narrow = width < 520, above = sides.length > 1;
-  const share = above && !narrow ? 0.68 : 1;
-  const high = (above && narrow ? height - 0.9 * width : height) / sides.length;   // px of a view from the side
+  // A phone has the views from the side alone: they stay in sight while its controls are used.
+  const above = sides.length > 1 && width >= NARROW, share = above ? 0.68 : 1;
+  const high = height / sides.length;   // px of a view from the side
   const scale = Math.min(share * width / room.width, (high - MARGIN.text) / room.height);
   const views = sides.map((view, i) => ({ ...view, scale, left: 0, top: i * high, width: share * width,
     height: high, middle: share * width / 2, stator: i * high + 17 + (YOKE + TEETH) * scale }));
   if (!above) return views;
-  const [left, top, wide, tall] = narrow ? [0, 2 * high, width, height - 2 * high]
-    : [share * width, 0, (1 - share) * width, height];
-  views.push({ kind: "above", left, top, width: wide, height: tall, scale: Math.min(wide, tall - 24) / room.width,
-    middle: left + wide / 2, centre: top + 20 + (tall - 20) / 2 });
+  const left = share * width, wide = width - left;
+  views.push({ kind: "above", left, top: 0, width: wide, height, scale: Math.min(wide, height - 24) / room.width,
+    middle: left + wide / 2, centre: 20 + (height - 20) / 2 });
   return views;
 }
 
@@ -37,7 +37,7 @@ function viewsOf(run, width, height) {
 function stageHeight(run, width) {
   const room = roomOf(run), side = (share) => share * width / room.width * room.height + MARGIN.text;
   if (drivenAxes(run).length === 1) return Math.min(340, side(1));
-  return width < 520 ? 2 * side(1) + 0.9 * width : Math.min(430, 2 * side(0.68));
+  return width < NARROW ? 2 * side(1) : Math.min(430, 2 * side(0.68));
 }
 
 function arrow(context, x, y, dx, dy, label, colours) {
@@ -130,6 +130,14 @@ function drawMover(context, view, along, gap, colours) {
   }
 }
 
+/** Box (px: left, top, width, height) of the mover in a view, or of its reference. */
+function boxIn(view, run, row, what) {
+  const mm = (axis) => 1e3 * row.axes[axis][what];
+  if (view.kind === "side") return moverOutline(view, mm(view.axis), mm(run.vertical));
+  const [across, along] = drivenAxes(run), size = POLES * run.rig.sheet.pole_pitch * 1e3 * view.scale;
+  return [view.middle + mm(across) * view.scale - size / 2, view.centre - mm(along) * view.scale - size / 2, size, size];
+}
+
 function drawScales(context, view, run, values, colours) {
   const { scale, middle, stator, left, top, width } = view;
   context.strokeStyle = colours.faint;
@@ -194,6 +202,19 @@ function forcesOf(run, row, values) {
   return { lift, thrust, weight: (values(`plant.${vertical}.mass`) + (values("plant.payload.mass") ?? 0)) * live.gravity };
 }
 
+/** Direct current (A) with which the motors carry the mover from where it is; undefined where none does. */
+function carryingCurrent(run, row, values) {
+  const beyond = (d) => {
+    const motors = Object.fromEntries(run.motors.map((motor) => [motor, { ...row.motors[motor], d, q: 0 }]));
+    const { lift, weight } = forcesOf(run, { ...row, motors }, values);
+    return lift - weight;
+  };
+  // A parabola through three of its points.
+  const [left, none, right] = [-1, 0, 1].map(beyond), [b, a] = [(right - left) / 2, (right + left) / 2 - none];
+  const root = Math.sqrt(b * b - 4 * a * none);
+  return [2 * none / (-b + root), 2 * none / (-b - root)].filter(Number.isFinite).sort((p, q) => Math.abs(p) - Math.abs(q))[0];
+}
+
 /** Shape functions of the forces at an air gap (m), interpolated in the table that comes with the page. */
 function gapFunctions({ first, step, values }, gap) {
   const at = Math.min(values.length - 1.001, Math.max(0, (gap - first) / step)), k = Math.floor(at);
@@ -226,11 +247,9 @@ function drawSide(context, view, run, row, ghost, values, colours) {
 }
 
 function drawAbove(context, view, run, row, ghost, values, colours) {
-  const { scale, middle, centre, left, top } = view, size = POLES * run.rig.sheet.pole_pitch * 1e3 * scale;
+  const { scale, middle, centre, left, top } = view;
   const [across, along] = drivenAxes(run);
-  const place = (from, what) => [middle + 1e3 * from.axes[across][what] * scale, centre - 1e3 * from.axes[along][what] * scale];
   const limits = (axis) => endsOf(run, axis, values).map((end) => 1e3 * end * scale);
-  const square = (from, what) => place(from, what).map((at) => at - size / 2);
   context.font = "11px system-ui, sans-serif";
   context.fillStyle = colours.text;
   context.textAlign = "left";
@@ -238,7 +257,7 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   context.fillText(`from above: ${across} to the right, ${along} up`, left + 4, top);
   // The motors that drive an axis lie side by side from edge to edge, a single one in the middle.
   const body = (from) => {
-    const [x, y] = square(from, "position"), bar = 0.16 * size;
+    const [x, y, size] = boxIn(view, run, from, "position"), bar = 0.16 * size;
     context.fillStyle = colours.iron;
     context.fillRect(x, y, size, size);
     for (const axis of [across, along]) {
@@ -255,13 +274,13 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   context.strokeStyle = colours.text;
   context.lineWidth = 1.3;
   context.setLineDash([5, 4]);
-  context.strokeRect(...square(row, "reference"), size, size);
+  context.strokeRect(...boxIn(view, run, row, "reference"));
   context.setLineDash([]);
   context.strokeStyle = colours.paper;
   context.lineWidth = 2;
   const [x0, x1] = limits(across), [z0, z1] = limits(along);
   context.strokeRect(middle + x0, centre - z1, x1 - x0, z1 - z0);   // where the middle can be: the end stops
-  const [x, y] = place(row, "position");
+  const [corner, edge, size] = boxIn(view, run, row, "position"), [x, y] = [corner + size / 2, edge + size / 2];
   context.fillStyle = colours.text;
   context.beginPath();
   context.arc(x, y, 4, 0, 2 * Math.PI);
