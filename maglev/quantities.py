@@ -6,15 +6,17 @@ from typing import Literal, NamedTuple
 from maglev.units import to_unit
 
 # Units that people read, by the SI unit, and what a small value has in place of them.
-PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s"}
-SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms"}
+PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s",
+                 "A2.s": "A² s"}
+SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm s": "µm s", "mrad s": "µrad s"}
 SMALL = 0.1   # of the unit, below which it has another one
 
 # What a quantity is measured on, and the keys with which a claim may pick some of its values.
-MeasuredOn = Literal["axis", "tracking", "step", "motor", "column", "run", "procedure"]
+MeasuredOn = Literal["axis", "tracking", "step", "motor", "event", "effort", "column", "run", "procedure"]
 PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
-    "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "column": ("together_with",),
-    "run": (), "procedure": ("epsilon", "axes", "gaps")}
+    "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "event": ("axes", "event"),
+    "effort": ("motors", "event"), "column": ("together_with",), "run": (), "procedure": ("epsilon", "axes", "gaps")}
+OF_LENGTHS = ("m", "m.s")   # units that on a rotation have rad in place of m
 
 
 def printed(value: float, unit: str, wanted: str | None = None) -> str:
@@ -43,7 +45,8 @@ def metric_text(name: str, value: float, unit: str) -> str:
 class MeasuredQuantity(NamedTuple):
     """A measured quantity: what it is measured on, in what unit, and what a claim about it must give.
 
-    What is in m is in rad on a rotation. That of a constant depends on it; a claim about a column gives its own.
+    What is in m is in rad on a rotation. That of a constant depends on it; a claim about a column gives its own. An
+    "event" is what an axis does after one of the scenario's, an "effort" what a motor does.
     """
 
     words: str                 # its name everywhere; a file and Python have an underscore for each space or hyphen
@@ -57,7 +60,16 @@ class MeasuredQuantity(NamedTuple):
     @property
     def of_axes(self) -> bool:
         """Whether each axis of a run has values of its own."""
-        return self.on in ("axis", "tracking", "step")
+        return self.on in ("axis", "tracking", "step", "event")
+
+    @property
+    def of_motors(self) -> bool:
+        """Whether each motor of a run has values of its own."""
+        return self.on in ("motor", "effort")
+
+    def unit_on(self, axis_unit: str) -> str:
+        """SI unit on an axis in m or rad; empty of a plain number."""
+        return axis_unit + (self.unit or "")[1:] if self.unit in OF_LENGTHS else self.unit or ""
 
     def printed(self, value: float | bool, axis_unit: str = "m") -> str:
         """Print a value with its unit; of an axis in rad its lengths are angles."""
@@ -65,7 +77,7 @@ class MeasuredQuantity(NamedTuple):
             return self.yes_no[0] if value else self.yes_no[1]
         if math.isinf(value):
             return self.infinite
-        return printed(value, axis_unit if self.unit == "m" else self.unit or "")
+        return printed(value, self.unit_on(axis_unit))
 
 
 def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
@@ -93,6 +105,12 @@ METRICS = by_name(
     MeasuredQuantity("settling time", "step", "s", needs="band", infinite="not settled"),
     MeasuredQuantity("overshoot", "step", "1"),                # share of the step
     MeasuredQuantity("steady-state error", "step", "m"),
+    MeasuredQuantity("peak deviation", "event", "m"),          # largest |e| in the window of the event
+    MeasuredQuantity("recovery time", "event", "s", needs="band", infinite="not back"),
+    MeasuredQuantity("integral absolute error", "event", "m.s"),
+    MeasuredQuantity("rms current", "effort", "A", recorded="currents"),      # of a phase
+    MeasuredQuantity("joule integral", "effort", "A2.s", recorded="currents"),   # ohmic loss per ohm of a phase
+    MeasuredQuantity("command noise", "effort", "A", recorded="commands"),
     MeasuredQuantity("lowest", "column", needs="columns"),     # value over the run
     MeasuredQuantity("highest", "column", needs="columns"),
     MeasuredQuantity("largest", "column", needs="columns"))    # absolute value

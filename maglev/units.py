@@ -26,6 +26,9 @@ UNITS = {
     "µrad": ("rad", 1e-6), "mrad/s": ("rad/s", 1e-3),
     "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0), "°": ("rad", math.pi / 180.0),
     "rad/s": ("rad/s", 1.0), "Hz": ("Hz", 1.0), "kHz": ("Hz", 1e3),
+    "m.s": ("m.s", 1.0), "m s": ("m.s", 1.0), "mm s": ("m.s", 1e-3), "um s": ("m.s", 1e-6), "µm s": ("m.s", 1e-6),
+    "rad.s": ("rad.s", 1.0), "mrad s": ("rad.s", 1e-3), "urad s": ("rad.s", 1e-6), "µrad s": ("rad.s", 1e-6),
+    "A2.s": ("A2.s", 1.0), "A² s": ("A2.s", 1.0),
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
 

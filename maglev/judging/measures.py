@@ -21,11 +21,13 @@ class Measure:
     of : str
         The axis or the motor; empty of the whole run.
     time : float or None
-        s, of the step that it is about; None of the whole run.
+        s, of the step or event that it is about; None of the whole run.
     value : float
         SI; inf for what never came to an end, or never happened; 1 and 0 for yes and no.
     unit : str
-        "s", "m", "rad", "A", "1" of a share, or empty text of a count and of yes and no.
+        "s", "m", "rad", "m.s", "A", "1" of a share, …, or empty text of a count and of yes and no.
+    event : str
+        Name of the event that it is about; empty otherwise.
     """
 
     quantity: str
@@ -33,6 +35,7 @@ class Measure:
     time: float | None
     value: float
     unit: str
+    event: str = ""
 
     @property
     def text(self) -> str:
@@ -41,12 +44,13 @@ class Measure:
 
 
 class Value(NamedTuple):
-    """A value of a metric of the table: of which axis or motor, at which step (s), to which band."""
+    """A value of a metric of the table: of which axis or motor, at which step or event (s), to which band."""
 
     of: str
     value: float | bool
     time: float | None = None
     band: float | None = None
+    event: str = ""
 
 
 def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
@@ -63,6 +67,12 @@ def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
             found = getattr(step, name)
             yield from (Value(step.axis, value, step.time, band) for band, value in
                         (found.items() if name == "settling_time" else [(None, found)]))
+    elif on in ("event", "effort"):
+        for event in metrics.events:
+            for each in event.deviations if on == "event" else event.efforts:
+                found = getattr(each, name)
+                yield from (Value(each.of, value, event.time, band, event.name) for band, value in
+                            (found.items() if name == "recovery_time" else [(None, found)]))
     elif on == "run":
         yield Value("", {"trip_time": inf if metrics.tripped is None else metrics.tripped,
                          "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
@@ -75,13 +85,13 @@ def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
     found = []
     for name, quantity in METRICS.items():
-        for of, value, time, band in values_of(metrics, name):
+        for of, value, time, band, event in values_of(metrics, name):
             axis_unit = plan.axes[of].unit if quantity.of_axes else ""
             # Whether it touched a stop or tripped is in the times of these.
-            if (getattr(plan.motors[of], quantity.recorded) if quantity.on == "motor"
+            if (getattr(plan.motors[of], quantity.recorded) if quantity.of_motors
                     else quantity.yes_no is None or name == "failed"):
                 found.append(Measure(quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"), of,
-                                     time, float(value), axis_unit if quantity.unit == "m" else quantity.unit or ""))
+                                     time, float(value), quantity.unit_on(axis_unit), event))
     return tuple(found)
 
 

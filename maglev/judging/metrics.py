@@ -1,4 +1,4 @@
-"""What is measured on a recorded run: settling, overshoot, tracking errors, currents, failure."""
+"""What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, failure."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -53,6 +53,37 @@ class MotorCurrents:
 
 
 @dataclass(frozen=True)
+class Deviation:
+    """What an event does to one axis: its error is the position minus the reference."""
+
+    of: str
+    peak_deviation: float                  # m, of a rotation rad, largest |e|
+    recovery_time: Mapping[float, float]   # band (m): s from the event to the last sample outside, inf = not back
+    integral_absolute_error: float         # m s, ∫ |e| dt
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a motor does after an event."""
+
+    of: str
+    rms_current: float      # A, over the phases and the time
+    joule_integral: float   # A² s, ∫ of the sum of the squared phase currents: the ohmic loss per ohm of a phase
+    command_noise: float    # A, rms change from sample to sample over √2, of the command that changes most
+
+
+@dataclass(frozen=True)
+class EventResponse:
+    """What a run does in the window of an event, from its time to its end."""
+
+    name: str
+    time: float   # s
+    end: float    # s, the last sample
+    deviations: tuple[Deviation, ...]   # of each axis
+    efforts: tuple[Effort, ...]         # of each motor
+
+
+@dataclass(frozen=True)
 class Metrics:
     """Everything measured on one run."""
 
@@ -66,6 +97,7 @@ class Metrics:
     lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed; a fall counts once
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
+    events: tuple[EventResponse, ...] = ()
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
@@ -96,7 +128,8 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
     Raises
     ------
     MeasurementError
-        If there is no sample, a column is missing, of another length than time, or not finite.
+        If there is no sample, the run ends before an event, a column is missing, of another length than time, or not
+        finite.
     """
     time = np.asarray(time, dtype=np.float64)
     if time.ndim != 1 or not len(time):
@@ -124,6 +157,8 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
         rms_errors={axis: float(np.sqrt(np.mean((positions[axis] - references[axis]) ** 2))) for axis in plan.axes},
         extremes={name: (float(values.min()), float(values.max())) for name, values in columns.items()
                   if values.dtype == np.float64 and np.isfinite(values).all()},
+        events=event_responses(plan, time, columns, {
+            axis: positions[axis] - references[axis] for axis in plan.axes}) if plan.events else (),
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None
@@ -243,3 +278,50 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
     beyond = np.flatnonzero(error > TRANSIENT * peak)
     transient = float(time[beyond[-1]] - time[0]) if len(beyond) else 0.0
     return TrackingError(axis, float(error[steady].mean()), peak, transient)
+
+
+def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array],
+                    errors: Mapping[str, Array]) -> tuple[EventResponse, ...]:
+    """Measure every event of a plan; arguments as of `evaluate`, and the errors (m, of a rotation rad) by axis."""
+    found = []
+    for event, until in zip(plan.events, plan.event_ends, strict=True):
+        # The sample at the end belongs to what begins there, but for that at the end of the run.
+        first, last = np.searchsorted(time, [event.time - TIME_TOLERANCE, until - TIME_TOLERANCE])
+        inside = slice(int(first), len(time) if until >= time[-1] - TIME_TOLERANCE else int(last))
+        if not len(time[inside]):
+            raise MeasurementError(f"the run ends at {time[-1]} s, expected samples after the event {event.name!r} at "
+                                   f"{event.time} s")
+        currents = {motor: [column(columns, name, len(time))[inside] for name in names.currents]
+                    for motor, names in plan.motors.items()}
+        commands = {motor: [column(columns, name, len(time))[inside] for name in names.commands]
+                    for motor, names in plan.motors.items()}
+        found.append(EventResponse(
+            event.name, event.time, float(time[inside][-1]),
+            tuple(deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
+                  for axis, names in plan.axes.items()),
+            tuple(effort(motor, time[inside], currents[motor], commands[motor]) for motor in plan.motors)))
+    return tuple(found)
+
+
+def deviation(axis: str, time: Array, error: Array, bands: Sequence[float]) -> Deviation:
+    """Measure the error (m, of a rotation rad) of an axis in the window of an event, which begins with it."""
+    return Deviation(axis, float(np.abs(error).max()), {band: settling_time(time, error, band) for band in bands},
+                     integral(time, np.abs(error)))
+
+
+def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequence[Array]) -> Effort:
+    """Measure currents and commands (A) of a motor in the window of an event.
+
+    The noise of a command is the rms of its changes from sample to sample over √2 (von Neumann's mean square successive
+    difference): of white noise its standard deviation, whatever slow course it rides on; of a sinusoid of amplitude A
+    and frequency f, sampled every T, A |sin πfT|.
+    """
+    squares = np.sum(np.square(currents), axis=0) if currents else np.zeros(len(time))
+    return Effort(motor, float(np.sqrt(squares.mean() / max(1, len(currents)))), integral(time, squares),
+                  max((float(np.sqrt(np.mean(np.diff(each) ** 2) / 2.0)) for each in commands if len(each) > 1),
+                      default=0.0))
+
+
+def integral(time: Array, values: Array) -> float:
+    """Integral over time (s) by the trapezoidal rule."""
+    return float(np.sum((values[1:] + values[:-1]) * np.diff(time)) / 2.0)

@@ -66,5 +66,6 @@ def extreme(claim: RunClaim, drawn: Sequence[Metrics]) -> float:
 def metric_values(claim: RunClaim, metrics: Metrics, axes: Sequence[str] | None) -> list[MeasuredValue]:
     """Values of the claim's metric on the given axes or on the claim's motors; None for all."""
     chosen = claim.motors if axes is None else axes
-    return [MeasuredValue(value, (of, time or 0.0)) for of, value, time, band in values_of(metrics, str(claim.quantity))
-            if band == claim.band and (chosen is None or of in chosen)]
+    return [MeasuredValue(each.value, (each.of, each.time or 0.0)) for each in values_of(metrics, str(claim.quantity))
+            if each.band == claim.band and (chosen is None or each.of in chosen)
+            and (claim.event is None or each.event == claim.event)]

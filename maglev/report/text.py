@@ -39,6 +39,8 @@ REPORT_WIDTH = 120   # characters
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")   # where Markdown begins to take text for HTML
 
+Starts = Mapping[tuple[str, float | None], Sequence[str]]   # first cells of a row, by axis or motor and time
+
 COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
                                "not testable": "dim", "not run": "magenta",
                                "modified run": "cyan", "met": "green", "not met": "red"}
@@ -86,32 +88,38 @@ def heading(name: str, title: str) -> Text:
 
 
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
-    """Tables of the steps, the errors and the currents, as far as the run has them; of what is in m or rad apart."""
+    """Tables of steps, events, errors and currents, as far as the run has them; of what is in m or rad apart."""
     groups: dict[tuple[str, str], list[Measure]] = {}
     for each in measures(plan, metrics):
         if each.of:
             unit = plan.axes[each.of].unit if each.of in plan.axes else ""
-            groups.setdefault(("step" if each.time is not None else "axis" if unit else "motor", unit), []).append(each)
-    steps: dict[tuple[str, float | None], Sequence[str]] = {(step.axis, step.time): (f"{step.time:g} s", step.axis, *(
+            kind = ("event" if unit else "effort") if each.event else "step" if each.time is not None else (
+                "axis" if unit else "motor")
+            groups.setdefault((kind, unit), []).append(each)
+    steps: Starts = {(step.axis, step.time): (f"{step.time:g} s", step.axis, *(
         printed(value, "", PRINTED_UNITS[plan.axes[step.axis].unit]) for value in (step.start, step.target)))
         for step in metrics.steps}
+    after: Starts = {(of, event.time): (f"{event.name}, {event.time:g} s", of)
+                     for event in metrics.events for of in (*plan.axes, *plan.motors)}
     begin = plan.metrics.tracking_from
     heads = {"step": ("Steps: settling is the time to the last error beyond a band", ("t", "axis", "from", "to")),
+             "event": ("Events: recovery is the time to the last error beyond a band", ("after", "axis")),
+             "effort": ("Effort after events", ("after", "motor")),
              "axis": ("Errors" if begin is None else f"Errors; of tracking from t = {begin:g} s on", ("axis",)),
              "motor": ("Currents: absolute values", ("motor",))}
-    return [measure_table(*heads[kind], found, steps) for (kind, _), found in groups.items()]
+    return [measure_table(*heads[kind], found, after if kind in ("event", "effort") else steps)
+            for (kind, _), found in groups.items()]
 
 
-def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure],
-                  steps: Mapping[tuple[str, float | None], Sequence[str]]) -> Table:
-    """Table with a row for each axis, motor or step, whose first cells are in `steps`, and a column for each metric."""
+def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure], starts: Starts) -> Table:
+    """Table with a row for each axis, motor, step or event, whose first cells may be in `starts`, and its metrics."""
     columns = dict.fromkeys(each.quantity for each in found)
     table = Table(*(Column(name, justify="right") for name in (*heads, *columns)), title=title)
     rows: dict[tuple[str, float | None], dict[str, str]] = {}
     for each in found:
         rows.setdefault((each.of, each.time), {})[each.quantity] = each.text
     for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0):
-        table.add_row(*steps.get(place, place[:1]), *(cells.get(name, "–") for name in columns))
+        table.add_row(*starts.get(place, place[:1]), *(cells.get(name, "–") for name in columns))
     return table
 
 

@@ -10,7 +10,9 @@ from maglev.errors import QuantityError, nearest
 from maglev.quantities import (
     FORMER,
     METRICS,
+    OF_LENGTHS,
     PICKED_BY,
+    PRINTED_UNITS,
     PROCEDURE_VALUES,
     MeasuredQuantity,
     in_words,
@@ -20,6 +22,8 @@ from maglev.quantities import (
 from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 from pmlsm.rigs import RIGS
+
+OF_ANGLES = ("rad", "rad.s")   # SI units of claims about rotations
 
 ConstantName = Annotated[str, AfterValidator(lambda name: known_constant(name))]
 GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
@@ -117,7 +121,7 @@ class Claim(Table):
             raise ValueError(f"has no meaning without a {cls.NOUN}")
         if not cls.KNOWN[quantity].yes_no:
             own = cls.KNOWN[quantity].unit
-            unit = (info.data.get("unit") if own in (None, "m") else None) or own or "1"
+            unit = (info.data.get("unit") if own in (None, *OF_LENGTHS) else None) or own or "1"
             if info.data.get("relation") != "in":
                 return parse_quantity(value, unit)
             if not isinstance(value, list | tuple) or len(value) != 2:
@@ -191,13 +195,13 @@ class Claim(Table):
     @property
     def axis_unit(self) -> str:
         """SI unit of the axes that the claim is about, if it is about lengths or angles: m, or rad of rotations."""
-        return "rad" if self.unit is not None and si_unit(self.unit) == "rad" else "m"
+        return "rad" if self.unit is not None and si_unit(self.unit) in OF_ANGLES else "m"
 
     @property
     def of_one_unit(self) -> bool:
         """Whether axes of different units cannot be meant together."""
         return self.measured is not None and self.measured.of_axes and (
-            self.measured.unit == "m" or self.measured.needs == "band")
+            self.measured.unit in OF_LENGTHS or self.measured.needs == "band")
 
     @property
     def name(self) -> str:
@@ -252,10 +256,11 @@ class RunClaim(Claim):
 
     NOUN = "metric"
     KNOWN = METRICS
-    PICKS = ("band", "axes", "motors", "columns", "together_with")
+    PICKS = ("band", "axes", "motors", "columns", "together_with", "event")
 
     quantity: str | None = Field(default=None, alias="metric")
     motors: list[str] | None = None
+    event: str | None = None
     band: float | None = None
     columns: list[str] | None = Field(default=None, min_length=1)
     together_with: list[str] | None = None
@@ -272,8 +277,9 @@ class RunClaim(Claim):
         for value in (table.get("target"), table.get("band")):
             if isinstance(value, str):
                 try:
-                    if si_unit(str(read_quantity(value).unit)) == "rad":
-                        return {**table, "unit": "mrad"}
+                    unit = si_unit(str(read_quantity(value).unit))
+                    if unit in OF_ANGLES:
+                        return {**table, "unit": PRINTED_UNITS["rad.s" if measured.unit == "m.s" else "rad"]}
                 except QuantityError:
                     pass   # refused with its key when the field itself is read
         return table
@@ -283,7 +289,7 @@ class RunClaim(Claim):
     def band_to_si(cls, value: Any, info: ValidationInfo) -> float:
         """Convert to SI, of a claim in rad from rad."""
         unit = info.data.get("unit")
-        return parse_quantity(value, "rad" if unit is not None and si_unit(unit) == "rad" else "m")
+        return parse_quantity(value, "rad" if unit is not None and si_unit(unit) in OF_ANGLES else "m")
 
     @model_validator(mode="after")
     def axes_to_compare(self) -> Self:
@@ -299,12 +305,13 @@ class RunClaim(Claim):
 
     @property
     def subject(self) -> str:
-        """What is measured, such as "settling time to 0.1 mm of x"."""
+        """What is measured, such as "settling time to 0.1 mm of x", or "peak deviation of x after push"."""
         if self.columns is not None:
             others = [f"also of {run}" for run in self.together_with or ()]
             return f"{self.name} " + ", ".join([*map(in_words, self.columns), *others])
         name = self.name if self.band is None else f"{self.name} to {printed(self.band, self.axis_unit)}"
-        return " of ".join(filter(None, (name, ", ".join(self.axes or self.motors or ()))))
+        name = " of ".join(filter(None, (name, ", ".join(self.axes or self.motors or ()))))
+        return name if self.event is None else f"{name} after {self.event}"
 
     @property
     def elsewhere(self) -> str | None:

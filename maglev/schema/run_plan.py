@@ -112,6 +112,17 @@ class MetricSettings(Table):
         return self.fail_tilt if axis.rotation else self.fail_error
 
 
+class Event(Table):
+    """Something that happens to a run, such as a push: what is measured in the window from its time to its end.
+
+    Without `end` the window goes to the next event, that of the last one to the end of the run.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    time: Annotated[Seconds, Field(ge=0.0)]
+    end: Seconds | None = None
+
+
 class SignalTolerance(Table):
     """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
 
@@ -154,6 +165,7 @@ class RunPlan(Table):
     stop_flag: str | None = None
     trip_flag: str | None = None
     metrics: MetricSettings = MetricSettings()
+    events: list[Event] = []
     check: CheckSettings = CheckSettings()
     claims: list[RunClaim] = []
     procedure: ProcedureSettings | None = None
@@ -182,13 +194,36 @@ class RunPlan(Table):
         return self
 
     @model_validator(mode="after")
+    def events_in_order(self) -> "RunPlan":
+        """Refuse events that have the name of another, do not ascend, or have a window that is not of the run."""
+        for i, (event, end) in enumerate(zip(self.events, self.event_ends, strict=True)):
+            before = self.events[:i]
+            if event.name in [each.name for each in before]:
+                raise key_refused("name", event.name, "expected another name than an earlier event has", "events", i)
+            if before and event.time <= before[-1].time:
+                raise key_refused("time", event.time, f"expected ascending times, {before[-1].name} is at "
+                                                      f"{before[-1].time} s", "events", i)
+            if event.time >= self.stop_time:
+                raise key_refused("time", event.time, f"expected before stop_time = {self.stop_time} s", "events", i)
+            if event.end is not None and not event.time < end <= self.stop_time:
+                raise key_refused("end", end, f"expected a time after {event.time} s, and stop_time = "
+                                              f"{self.stop_time} s at most", "events", i)
+        return self
+
+    @model_validator(mode="after")
     def judgeable_claims(self) -> "RunPlan":
-        """Refuse a claim about an axis, motor or band that is not measured."""
+        """Refuse a claim about an axis, motor, event or band that is not measured."""
         for i, claim in enumerate(self.claims):
             for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):
                 for name in names or ():
                     if name not in known:
                         raise key_refused(key, name, f"not in [{key}], nearest is {nearest(name, known)}", "claims", i)
+            events = [event.name for event in self.events]
+            if claim.measured is not None and claim.measured.on in ("event", "effort") and not events:
+                raise key_refused("metric", claim.quantity, "expected [[events]] to be given", "claims", i)
+            if claim.event is not None and claim.event not in events:
+                raise key_refused("event", claim.event, f"not in [[events]], nearest is {nearest(claim.event, events)}",
+                                  "claims", i)
             for name in (claim.axes or self.axes) if claim.of_one_unit else ():
                 if self.axes[name].unit != claim.axis_unit:
                     raise key_refused("axes", claim.axes, f"{name} is in {self.axes[name].unit}, expected axes in "
@@ -256,6 +291,12 @@ class RunPlan(Table):
     def steps(self) -> int:
         """Number of communication steps."""
         return round(self.stop_time / self.step)
+
+    @property
+    def event_ends(self) -> list[float]:
+        """Ends of the windows of its events, s."""
+        later = [*(event.time for event in self.events[1:]), self.stop_time]
+        return [after if event.end is None else event.end for event, after in zip(self.events, later, strict=False)]
 
     @property
     def output_every(self) -> int:

@@ -58,6 +58,11 @@ def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Itera
     elif claim.measured.on == "motor":
         yield from (Mark(claim.measured.recorded, motor, level=sign * target) for motor in claim.motors or plan.motors
                     for sign in (1.0, -1.0))
+    elif claim.measured.on == "event":
+        for event in run.metrics.events if quantity != "integral_absolute_error" else ():
+            for axis in axes if claim.event in (None, event.name) else ():
+                yield (Mark("error", axis, time=event.time + target) if quantity == "recovery_time" else
+                       Mark("error", axis, level=target, start=event.time, end=event.end))
     elif claim.measured.on == "column":
         yield from (Mark(panel.kind, panel.of, level=sign * target) for panel in shown.panels
                     if draws(shown, panel, claim.columns or ()) for sign in (1.0, -1.0)[:1 + (quantity == "largest")])

@@ -17,7 +17,7 @@ TIME = np.arange(0, 10001) * 1e-3
 def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
-        "motors": {}, "stop_flag": None, "trip_flag": None,
+        "motors": {}, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [],
         "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
 
@@ -143,6 +143,47 @@ def test_failure():
     assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
     lost = evaluate(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
     assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
+
+
+def test_events_of_known_signals():
+    """An exponential return, three phases of a motor that turns, and commands that are noise on a ramp, and a sine."""
+    event = SimpleNamespace(name="push", time=3.0)
+    last = SimpleNamespace(name="rest", time=7.0)
+    t = TIME - 3.0
+    phases = {f"i_{k}": 2.0 * np.cos(2.0 * math.pi * (5.0 * TIME + k / 3.0)) for k in range(3)}
+    noise = np.random.default_rng(5).normal(0.0, 0.3, len(TIME)) + 0.1 * TIME
+    motors = {"alpha": SimpleNamespace(currents=[*phases], commands=["noise"]),
+              "beta": SimpleNamespace(currents=[], commands=["sine"])}
+    error = np.where((t >= 0.0) & (TIME < 7.0), -4e-3 * np.exp(-2.0 * t), 5e-6)
+    pushed = plan(motors=motors, events=[event, last], event_ends=[7.0, 10.0])
+    metrics = evaluate(pushed, TIME, hold(**phases, noise=noise, sine=3.0 * np.sin(200.0 * TIME), **{
+        "plant.y.position": error}))
+    first, second = metrics.events
+    assert (first.time, first.end, second.end) == (3.0, TIME[6999], 10.0), "the sample at 7 s belongs to the next event"
+    (y,), (alpha, beta) = first.deviations, first.efforts
+    assert y.peak_deviation == pytest.approx(4e-3)
+    assert y.recovery_time[1e-4] == pytest.approx(math.log(40.0) / 2.0, abs=1e-3)
+    assert y.recovery_time[1e-5] == pytest.approx(math.log(400.0) / 2.0, abs=1e-3)
+    assert y.integral_absolute_error == pytest.approx(2e-3 * (1.0 - math.exp(-2.0 * 3.999)), rel=1e-5)
+    assert alpha.rms_current == pytest.approx(2.0 / math.sqrt(2.0))
+    assert alpha.joule_integral == pytest.approx(1.5 * 2.0**2 * 3.999)
+    assert alpha.command_noise == pytest.approx(0.3, rel=0.03)
+    assert beta.command_noise == pytest.approx(3.0 * math.sin(200.0 * 1e-3 / 2.0), rel=1e-2)
+    (after,) = second.deviations
+    assert (after.peak_deviation, after.recovery_time[1e-5]) == (5e-6, 0.0)
+    found = {(each.quantity, each.of, each.time): each for each in measures(pushed, metrics)}
+    assert found["integral absolute error", "y", 3.0].text == "2 mm s"
+    assert found["joule integral", "alpha", 3.0].event == "push" and ("rms current", "beta", 3.0) not in found
+
+
+def test_who_is_not_back_at_the_end_of_the_window_is_not_back():
+    event = SimpleNamespace(name="push", time=3.0)
+    columns = hold(**{"plant.y.position": np.where((TIME >= 3.0) & (TIME < 5.0), 1e-3, 0.0)})
+    (early,) = evaluate(plan(events=[event], event_ends=[4.0]), TIME, columns).events
+    assert early.deviations[0].recovery_time == {1e-4: math.inf, 1e-5: math.inf}
+    with pytest.raises(MeasurementError, match=r"ends at 2.0 s.*'push' at 3.0 s"):
+        evaluate(plan(events=[event], event_ends=[4.0]), TIME[:2001],
+                 {name: values[:2001] for name, values in columns.items()})
 
 
 @pytest.mark.parametrize(("fallen", "lost"), [

@@ -137,6 +137,43 @@ def test_tracking_claim_needs_a_start_of_tracking(write):
     assert "claims[0].metric = 'peak_tracking_error': expected metrics.tracking_from" in message
 
 
+EVENTS = ('[[claims]]', '[[events]]\nname = "push"\ntime = "1 s"\n\n[[events]]\nname = "pull"\ntime = "1500 ms"\n'
+                        'end = "1.75 s"\n\n[[claims]]')
+AFTER_EVENT = ('metric = "settling_time"', 'metric = "recovery_time"\nevent = "pull"')
+
+
+def test_events_have_windows_and_claims(write):
+    plan = load_plan(write(EVENTS, AFTER_EVENT))
+    assert plan.event_ends == [1.5, 1.75]
+    assert plan.claims[0].criterion == "recovery time to 10 µm of y after pull < 5 s"
+    of_roll = ('metric = "settling_time"\naxis = "y"\nband = "10 um"\nrelation = "<"\ntarget = "5 s"',
+               'metric = "integral_absolute_error"\naxis = "roll"\nrelation = "<"\ntarget = "50 urad s"')
+    claim = load_plan(write(ROLL, EVENTS, of_roll)).claims[0]
+    assert (claim.target, claim.criterion) == (50e-6, "integral absolute error of roll < 50 µrad s")
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ([('"pull"', '"push"')], ["events[1].name = 'push'", "another name"]),
+    ([('"1500 ms"', '"1 s"')], ["events[1].time = 1.0", "ascending", "push"]),
+    ([('"1500 ms"', '"900 s"')], ["events[1].time = 900.0", "before stop_time"]),
+    ([('"1.75 s"', '"1500 ms"')], ["events[1].end = 1.5", "after 1.5 s"]),
+    ([('event = "pull"', 'event = "pul"')], ["claims[0].event = 'pul'", "nearest is 'pull'"])])
+def test_events_that_cannot_be_measured_are_refused(write, changes, words):
+    path = write(EVENTS, AFTER_EVENT)
+    text = path.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path.write_text(text)
+    message = refusal(path)
+    assert all(word in message for word in words), message
+
+
+def test_a_claim_about_an_event_needs_one(write):
+    message = refusal(write(('metric = "settling_time"', 'metric = "recovery_time"')))
+    assert "claims[0].metric = 'recovery_time': expected [[events]]" in message
+
+
 def test_unknown_name_names_the_nearest():
     assert refusal("3dof-setpoint") == "there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"
 
