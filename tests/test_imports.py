@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 # What each package may import of the others. A plant and a controller share the motor's description, never each other.
-# The estimators run on the controller's real-time computer: same clock, same observer.
+# The estimators run on the controller's real-time computer: same clock, same observer; it samples the measurements.
 BELOW: dict[str, set[str]] = {
     "pmlsm": {"fmi_export"},
     "maglev_files": set(),
@@ -21,6 +21,7 @@ BELOW: dict[str, set[str]] = {
     "plant_fmu": {"pmlsm", "fmi_export"},
     "controller_fmu": {"pmlsm", "fmi_export"},
     "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
+    "measurement_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
     "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "fmi_export"},
     "maglev": {"pmlsm", "fmi_export", "maglev_files"}}
 
@@ -31,8 +32,9 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
            "maglev.gym": {"controller_fmu"},
            "maglev.own_stage": {"controller_fmu"},
            # A controller of the user's can be made of any part.
-           "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu"}}
-BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
+           "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
+                                       "closed_loop_fmu"}}
+BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "processes", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file",

@@ -28,8 +28,8 @@ from maglev.schema.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu", "fmi_export",
-          "maglev_files", "maglev", "scenarios", "rigs")
+COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu",
+          "fmi_export", "maglev_files", "maglev", "scenarios", "rigs")
 BUILD = """
 import sys
 from pathlib import Path

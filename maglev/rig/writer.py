@@ -57,7 +57,8 @@ def words(rig: Rig) -> dict[str, Any]:
     `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
     current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
     it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `displacement`
-    what it commutates with, `driven` the axes, each as often as motors drive it.
+    what it commutates with, `driven` the axes, each as often as motors drive it. `encoders` are axes, and motors where
+    their gaps are measured, each with where it starts.
     """
     horizontal = [axis.name for axis in rig.horizontal]
     tilts = [axis.name for axis in rig.rotations]
@@ -73,6 +74,8 @@ def words(rig: Rig) -> dict[str, Any]:
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
         "displacement": {motor.name: f"{motor.name}_mount.displacement" if tilts else f"{motor.drives}.position"
                          for motor in rig.motors},
+        "encoders": [(axis.name, axis.start) for axis in rig.measured] + [
+            (motor, rig.vertical.start) for motor in rig.motor_names if tilts],
         "motors_of": motors_of,
         "driving": {axis: text.factor(rig.sharing * len(names)) for axis, names in motors_of.items()},
         "driven": [axis for axis, names in motors_of.items() for _ in names],

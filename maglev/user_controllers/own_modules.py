@@ -10,7 +10,7 @@ from fmi_export.sources import PARSING
 from fmi_export.user_classes.trouble import OWN
 
 # Packages of ours whose modules an FMU can carry.
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "closed_loop_fmu")
+PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 OURS = (*PACKAGES, "fmi_export", "maglev_files", "maglev")
 
 

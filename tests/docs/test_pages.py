@@ -26,7 +26,7 @@ every_page = pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.re
 
 # Folders of this repository; others that pages name are made by commands, or are the reader's.
 FOLDERS = ("benchmarks", "closed_loop_fmu", "controller_fmu", "docs", "estimator_fmu", "examples", "fmi_export",
-           "maglev", "maglev_files", "plant_fmu", "pmlsm", "scenarios", "studies", "tests", "tools")
+           "maglev", "maglev_files", "measurement_fmu", "plant_fmu", "pmlsm", "scenarios", "studies", "tests", "tools")
 # What such a folder had, or a package was called, before.
 OTHERS = ("identification",)
 # Not installed with the tests: clusters.

@@ -68,7 +68,8 @@ def test_ports_of_a_stage_that_tilts() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS
-                                  if not name.startswith(("Plant", "Estimator", "Commutation", "ClosedLoop"))])
+                                  if not name.startswith(("Plant", "Estimator", "Measurement", "Commutation",
+                                                           "ClosedLoop"))])
 def test_controller_ports(name: str) -> None:
     stage = name[-4:]
     axes, motors, constants = CONTROLLED[stage]
@@ -109,7 +110,19 @@ def test_estimator_ports(stage: str) -> None:
         | model(stage, False) - {"height"})
 
 
-@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("ClosedLoop")])
+@pytest.mark.parametrize("stage", CONTROLLED)
+def test_measurement_ports(stage: str) -> None:
+    """Outputs of a plant for inputs of a controller."""
+    outputs = measured(stage)
+    encoders = {name.replace("measured", "encoder") for name in outputs}
+    assert ports(f"Measurement{stage}", "input") == encoders < ports(f"Plant{stage}", "output")
+    assert ports(f"Measurement{stage}", "output") == outputs < ports(f"Regulator{stage}", "input")
+    assert ports(f"Measurement{stage}", "parameter") == {"seed", "sample_time", "delay", "jitter"} | each(
+        tuple(name.partition(".")[0] for name in outputs), "noise", "offset", "drift", "lost", "frozen",
+        "interpolation.amplitude", "interpolation.period")
+
+
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith(("ClosedLoop", "Measurement"))])
 def test_geometry_ports(name: str) -> None:
     found = {v.name for v in definition(name).variables if v.name.startswith("geometry.")}
     assert found == ({f"geometry.{length}" for length in ("slot_width", "slot_pitch", "pole_pitch", "magnet_height")}
@@ -124,5 +137,6 @@ def test_inputs_start_at_mid_range() -> None:
         found = definition(name)
         for v in found.variables:
             if v.causality == "input":
-                at_gap = v.name in (f"{gap}.reference", f"{gap}.measured") or v.name.endswith(".gap_measured")
+                at_gap = (v.name in (f"{gap}.reference", f"{gap}.measured", f"{gap}.encoder")
+                          or v.name.endswith((".gap_measured", ".gap_encoder")))
                 assert found.start_value(v) == (start if at_gap else 0.0), v.name

@@ -1,0 +1,58 @@
+"""Variables of what lies between encoders and controller, encoder by encoder."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from controller_fmu.variables import gap_inputs, measured_axis
+from fmi_export.definition import Variable, parameter, real_output, switch
+from measurement_fmu.sampling_instant import LATEST
+from pmlsm.rig import Rig
+
+NONE = "assumed: none"
+
+REFUSALS = {
+    1: ("communication step = {step} s, expected one that divides the measurement's sample_time = {sample_time} s into "
+        "a whole number of steps and does not step over a sample"),
+    2: f"delay = {{delay}} s, jitter = {{jitter}} s, expected at most {LATEST} samples of {{sample_time}} s together",
+    3: "seed = {seed}, expected a whole number"}
+
+
+def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:
+    """Of each encoder: its part of the block, what a plant calls it, and the input of a controller that it is for."""
+    for axis in rig.measured:
+        yield axis.name, f"{axis.name}.encoder", measured_axis(axis)
+    for motor, gap in zip(rig.motor_names, gap_inputs(rig), strict=False):
+        yield motor, f"{motor}.gap_encoder", gap
+
+
+def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
+    """Variables of a measurement: inputs, outputs, then parameters."""
+    found = list(encoders(rig))
+    inputs = [replace(of, name=encoder, path=f"{part}.encoder", description=of.description.replace("measured ", "", 1)
+                      + ", as the encoder has it") for part, encoder, of in found]
+    outputs = [replace(real_output(of.name, of.unit, f"{of.description}, as the controller gets it", of.nominal or 1.0,
+                                   discrete=True, depends_on=(encoder,), starts_from=(encoder,)),
+                       path=f"{part}.measured") for part, encoder, of in found]
+    return (*inputs, *outputs,
+            parameter("seed", "", "seed of the noise, a whole number: another one, other noise", "assumed", 0.0,
+                      4294967295.0, 1.0, fixed=True),
+            parameter("sample_time", "s", "sample time, that of the controller; the communication step must divide it",
+                      rig.source("sample_time"), 1e-6, 1.0, 1e-3, fixed=True),
+            *(replace(parameter(name, "s", f"{text}; together at most {LATEST} samples", NONE, 0.0, 1.0, 1e-3,
+                                fixed=True), path=f"instant.{name}")
+              for name, text in (("delay", "age of a measurement when the controller gets it"),
+                                 ("jitter", "random part of the age, beside delay, evenly spread from 0 to this"))),
+            *(v for part, _, _ in found for v in encoder_parameters(part)))
+
+
+def encoder_parameters(part: str) -> tuple[Variable, ...]:
+    """What can go wrong with one encoder."""
+    return (parameter(f"{part}.noise", "m", "standard deviation of white, normal noise", NONE, 0.0, 1.0, 1e-6),
+            parameter(f"{part}.interpolation.amplitude", "m", "amplitude of the error that is periodic along the way",
+                      NONE, 0.0, 1.0, 1e-6),
+            parameter(f"{part}.interpolation.period", "m", "period of that error; 0 = none", NONE, 0.0, 1.0, 1e-5),
+            parameter(f"{part}.offset", "m", "constant error; changed in mid-run it is a jump", NONE, -1.0, 1.0, 1e-5),
+            parameter(f"{part}.drift", "m/s", "rate at which the error grows", NONE, -1.0, 1.0, 1e-6),
+            parameter(f"{part}.lost", "", "probability of a sample to be lost: the measurement stays as it was", NONE,
+                      0.0, 1.0, 0.01),
+            switch(f"{part}.frozen", "whether the measurement stays as it is", "off"))
