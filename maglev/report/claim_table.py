@@ -100,11 +100,17 @@ def notice_of_modified(results: Sequence[RunResult]) -> str:
 
 def filter_buttons(judgements: Judgements) -> str:
     """Buttons that show the claims of one verdict."""
-    counts = count_verdicts(result for claims in judgements.values() for result in claims)
-    buttons = [f'<button type="button" data-verdict="" aria-pressed="true">all ({sum(counts.values())})</button>']
+    claims = [result for of_one in judgements.values() for result in of_one]
+    counts, every = count_verdicts(those_that_count(claims)), count_verdicts(claims)
+
+    def numbers(counted: int, shown: int) -> str:
+        return f"({counted})" if shown == counted else f"({counted} + {shown - counted} of other readings)"
+
+    buttons = ['<button type="button" data-verdict="" aria-pressed="true">all '
+               f"{numbers(sum(counts.values()), sum(every.values()))}</button>"]
     buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
-                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} ({counts[verdict]})</button>'
-                for verdict in VERDICTS if counts[verdict]]
+                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} '
+                f"{numbers(counts[verdict], every[verdict])}</button>" for verdict in VERDICTS if every[verdict]]
     return f'<div class="filter" role="group" aria-label="Show claims by verdict">{"".join(buttons)}</div>'
 
 
@@ -170,9 +176,14 @@ def claim_group(identifier: str, name: str, title: str, status: str, links: Sequ
 
 
 def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
-    """Rows of the claims about a run or a procedure."""
+    """Rows of the claims about a run or a procedure; the bounds of figures, which all read alike, fold into one."""
     own = next((each for each in shown if name in names_behind(each)), None)
-    return [claim_row(claim_anchor(name, k), each, shown, own) for k, each in enumerate(claims)]
+    rows = {k: claim_row(claim_anchor(name, k), each, shown, own) for k, each in enumerate(claims)}
+    bounds = [k for k, each in enumerate(claims) if each.claim.figure is not None]
+    words = bounds_in_words(claims[k] for k in bounds) or f"{len(bounds)} bounds by the axes of figures"
+    folded = [f'<tr class="bounds"><td colspan="5"><details><summary>{escape(words)}</summary><table><tbody>'
+              + "\n".join(rows.pop(k) for k in bounds) + "</tbody></table></details></td></tr>"] if bounds else []
+    return [*rows.values(), *folded]
 
 
 def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
@@ -182,7 +193,10 @@ def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
 
 def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart],
               own: Shown | ShownChart | None) -> str:
-    """One claim; its source links to the figures, of those with the same number to the first; `own` has its curves."""
+    """One claim; its source links to the figures, of those with the same number to the first; `own` has its curves.
+
+    Bounds of figures leave out their text, which is the same of all.
+    """
     claim = result.claim
     reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
     reason += what_if(result, own)
@@ -191,7 +205,8 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
              ("measured", escape(unbroken(result.measured_text))),
              ("verdict", f"{badge(result.verdict)}{reason}"))
     return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
-            + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells) + "</tr>")
+            + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells
+                      if label != "claim" or claim.figure is None) + "</tr>")
 
 
 def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str:

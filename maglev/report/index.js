@@ -28,6 +28,12 @@
           && has(`${heading} ${textOf(row)}`, words));
         visible += row.hidden ? 0 : 1;
       }
+      // What is folded opens for who looks for it.
+      const folded = body.querySelector(".bounds");
+      if (folded) {
+        folded.hidden = !folded.querySelector("tr[data-verdict]:not([hidden])");
+        folded.querySelector("details").open = !folded.hidden && Boolean(verdict.value || words.length);
+      }
       // A run without claims is worth a line only where no verdict is asked for.
       body.hidden = visible === 0 && !(!verdict.value && ofRig(body) && has(heading, words));
       count += visible;
@@ -73,12 +79,16 @@
   // A link to what the filters hide shows everything first.
   function reveal() {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    if (target && target.closest("[hidden]")) {
+    if (!target) return;
+    const folded = target.closest(".bounds details"), hidden = target.closest("[hidden]");
+    if (hidden) {
       [search.value, rig.value, verdict.value] = ["", "", ""];
       update();
-      target.scrollIntoView();
     }
+    if (folded) folded.open = true;
+    if (hidden || folded) target.scrollIntoView();
   }
+  reveal();
   window.addEventListener("hashchange", reveal);
 
   // On a narrow screen the index is a bar that opens, and closes when something is chosen.
@@ -99,6 +109,16 @@
     }
   }, { rootMargin: "-10% 0px -60% 0px" });
   for (const figure of document.querySelectorAll("#figures figure")) if (links.has(figure.id)) here.observe(figure);
+
+  // On paper nothing is folded.
+  let unfolded = [];
+  window.addEventListener("beforeprint", () => {
+    unfolded = [...document.querySelectorAll(".bounds details:not([open])")];
+    for (const details of unfolded) details.open = true;
+  });
+  window.addEventListener("afterprint", () => {
+    for (const details of unfolded) details.open = false;
+  });
 
   // With every plot in full; printed without this button, those that are not drawn are the coarser pictures.
   async function print() {

@@ -1,10 +1,13 @@
 """The page: claims with their verdicts, tables and figures, a moving picture, and what all this rests on."""
 
 import json
+import os
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
 from string import Template
+from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
@@ -25,6 +28,7 @@ from maglev.report.plots.figures import (
 )
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
+from maglev.schema.layers import packaged_runs
 from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
 
@@ -73,6 +77,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         message=claim_table.message(judgements),
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
+        origin=escape(origin(results)),
         summary=claim_table.summary(results, judgements),
         filter=claim_table.filter_buttons(judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
@@ -86,6 +91,18 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+
+
+def origin(results: Sequence[RunResult]) -> str:
+    """How many of the package's runs the report has, and with what, when and where they were flown."""
+    packaged = packaged_runs()
+    here = sum(result.plan.name in packaged and not result.plan.own for result in results)
+    flown = dict.fromkeys((each.version, each.commit, each.python) for each in (result.provenance for result in results)
+                          if each is not None)
+    day = datetime.fromtimestamp(float(os.environ.get("SOURCE_DATE_EPOCH") or time()), UTC).date()
+    return "; ".join([f"{here} of the {len(packaged)} runs of the package, {day.isoformat()}",
+                      *(f"Maglev FMUs {version}{f' ({commit})' if commit else ''}, Python {python}"
+                        for version, commit, python in flown)])
 
 
 def read(name: str) -> str:

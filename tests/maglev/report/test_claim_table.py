@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import pytest
@@ -33,6 +34,21 @@ def test_a_claim_shows_everything_that_is_known():
     for text in ("The overshoot is below 30 %", "p. 53, Fig. 4.18", "overshoot < 30 %", "25 %", "✗ not reproduced",
                  "friction is assumed"):
         assert text in row.text.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_other_readings_are_shown_beside_the_counts():
+    claims = [judged("reproduced"), replace(judged("reproduced"), counts=False), judged("not run")]
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims})
+    buttons = {button["data-verdict"]: button.text for button in page.all("button") if button["id"] != "print"}
+    assert buttons == {"": "all (2 + 1 of other readings)", "reproduced": "✓ reproduced (1 + 1 of other readings)",
+                       "not run": "– not run (1)"}
+
+
+def test_the_report_says_how_many_runs_it_has_and_when_it_was_made(monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+    page = page_of([recorded(SETPOINTS)])
+    (words,) = [line for line in page.source.splitlines() if 'class="origin"' in line and "package" in line]
+    assert re.search(r">1 of the \d+ runs of the package, 2001-09-09", words)
 
 
 def test_what_cannot_be_tested_has_its_reason():
