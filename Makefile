@@ -111,7 +111,7 @@ mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
 clean:
-	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/wasm
+	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/fmi3 fmus/wasm
 
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }

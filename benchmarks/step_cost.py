@@ -24,7 +24,8 @@ GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 
 STEPS = 5000
 C_STEPS = 200_000
 ROUNDS = 7               # the fastest counts, which is the least disturbed
-TIMES = {"C loop": 3, "native, loop in one FMU": 3, "native, master": 3}   # in a round: they take milliseconds
+TIMES = {"C loop": 3, "native, loop in one FMU": 3, "native, master": 3,
+         "native, FMI 3.0, master": 3}   # in a round: they take milliseconds
 MEMORY_STEPS = 10**7
 LARGEST_GROWTH = 2**20   # bytes
 
@@ -41,6 +42,7 @@ def measure(pair: Pair, folder: Path, native: bool, peers: bool) -> dict[str, fl
         ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
         if peers:
+            ways["native, FMI 3.0, master"] = lambda: master_loop(pair, folder / "fmi3", 4 * STEPS)
             ways["native, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "native", 1000)
     times: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
@@ -72,6 +74,8 @@ def main() -> int:
         build(fmus, folder)
         if native:
             build_native([*fmus, *(pair.loop for pair in PAIRS)], folder / "native", host_only=True)
+            if not gate:
+                build_native(fmus, folder / "fmi3", host_only=True, fmi=3)
         else:
             console.print("without native FMUs: the extra `native` is not installed")
         table = Table("stage", "way", "step (µs)", "of the C loop", "of the bare loop", "real time",

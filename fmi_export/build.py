@@ -13,6 +13,7 @@ from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
+from fmi_export.model_description_3 import terminals_and_icons
 from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
 from fmi_export.pages.icon import png_icon
 from fmi_export.sources import carried_modules, renamed
@@ -133,14 +134,16 @@ def what_runs(definition: FmuDefinition, module: str, attribute: str, version: s
     return contents
 
 
-def described(definition: FmuDefinition, version: str, licence: str) -> dict[str, bytes]:
-    """What every FMU has beside its model description: icon, documentation, licence.
+def described(definition: FmuDefinition, version: str, licence: str, fmi: str = "2.0") -> dict[str, bytes]:
+    """What every FMU of a version of FMI has beside its model description: icon, documentation, licence; terminals.
 
-    No terminalsAndIcons.xml: FMI 2.0.4 allows one, with the schema of FMI 3.0, and FMI Library refuses just that.
+    The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.
     """
-    return {"model.png": png_icon(icon_of(definition)),
-            "documentation/index.html": documentation(definition, version).encode("utf-8"),
-            "documentation/licenses/license.txt": licence.encode("utf-8")}
+    icon = png_icon(icon_of(definition))
+    pictures = {"model.png": icon} if fmi == "2.0" else {
+        "terminalsAndIcons/icon.png": icon, "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(definition)}
+    return pictures | {"documentation/index.html": documentation(definition, version).encode("utf-8"),
+                       "documentation/licenses/license.txt": licence.encode("utf-8")}
 
 
 def digest(parts: list[str]) -> str:

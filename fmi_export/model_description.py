@@ -34,18 +34,8 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         C files of a native FMU; one without runs on pythonfmu, in the Python of the importing machine.
     """
     native = bool(sources)
-    root = Element("fmiModelDescription", {
-        "fmiVersion": "2.0",
-        "modelName": definition.name,
-        "guid": guid,
-        "description": definition.description,
-        **({"author": definition.author} if definition.author else {}),
-        "version": version,
-        **({"copyright": f"Copyright (c) {definition.author}", "license": LICENCE} if definition.author else {}),
-        "generationTool": f"Maglev FMUs {version}, {'pyccel' if native else 'pythonfmu'}",
-        "generationDateAndTime": datetime.fromtimestamp(date, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        "variableNamingConvention": "structured",
-    })
+    root = Element("fmiModelDescription", attributes(definition, "2.0", "guid", guid, version, date,
+                                                     "pyccel" if native else "pythonfmu"))
     simulation = SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
         "needsExecutionTool": xml_boolean(not native),   # Python, which executes what the FMU carries (4.3.1)
@@ -65,26 +55,58 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
             SubElement(files, "File", {"name": name})
     add_units(root, definition)
     if native:   # pythonfmu's binary gives its messages no category
-        categories = SubElement(root, "LogCategories")
-        for name, meaning in LOG_CATEGORIES.items():
-            SubElement(categories, "Category", {"name": name, "description": meaning})
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0.0",
-        "stopTime": repr(definition.experiment.stop_time),
-        "stepSize": repr(definition.experiment.step),
-    })
+        add_log_categories(root)
+    add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(definition.variables):
         add_variable(variables, definition, variable, reference)
     add_structure(root, definition)
+    return as_bytes(root)
+
+
+def as_bytes(root: Element) -> bytes:
+    """A document as UTF-8 XML."""
     indent(root)
     text: str = tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
 
 
+def attributes(definition: FmuDefinition, fmi: str, key: str, guid: str, version: str, date: int,
+               means: str) -> dict[str, str]:
+    """Attributes of a model description; `key` is what a version of FMI calls the GUID, `means` what made the FMU."""
+    return {
+        "fmiVersion": fmi,
+        "modelName": definition.name,
+        key: guid,
+        "description": definition.description,
+        **({"author": definition.author} if definition.author else {}),
+        "version": version,
+        **({"copyright": f"Copyright (c) {definition.author}", "license": LICENCE} if definition.author else {}),
+        "generationTool": f"Maglev FMUs {version}, {means}",
+        "generationDateAndTime": datetime.fromtimestamp(date, UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "variableNamingConvention": "structured",
+    }
+
+
 def xml_boolean(value: bool) -> str:
     """A Boolean in XML."""
     return "true" if value else "false"
+
+
+def add_log_categories(root: Element) -> None:
+    """Add the categories of messages."""
+    categories = SubElement(root, "LogCategories")
+    for name, meaning in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", {"name": name, "description": meaning})
+
+
+def add_experiment(root: Element, definition: FmuDefinition) -> None:
+    """Add the default experiment."""
+    SubElement(root, "DefaultExperiment", {
+        "startTime": "0.0",
+        "stopTime": repr(definition.experiment.stop_time),
+        "stepSize": repr(definition.experiment.step),
+    })
 
 
 def add_units(root: Element, definition: FmuDefinition) -> None:
@@ -100,14 +122,22 @@ def add_units(root: Element, definition: FmuDefinition) -> None:
 
 def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int) -> None:
     """Add one ScalarVariable."""
-    attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
-                  "causality": variable.causality, "variability": variable.variability}
+    scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
+    SubElement(scalar, "Boolean" if variable.boolean else "Real", typed_attributes(definition, variable))
+
+
+def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
+    """Attributes that variables of all types have."""
+    found = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
+             "causality": variable.causality, "variability": variable.variability}
+    initial = {"output": "calculated", "parameter": "exact"}.get(variable.causality)
+    return found | ({"initial": initial} if initial else {})
+
+
+def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
+    """Start value, unit and range."""
     typed: dict[str, str] = {}
-    if variable.causality == "output":
-        attributes["initial"] = "calculated"
-    else:
-        if variable.causality == "parameter":
-            attributes["initial"] = "exact"
+    if variable.causality != "output":
         start = definition.start_value(variable)
         typed["start"] = xml_boolean(bool(start)) if variable.boolean else repr(float(start))
     if variable.unit:
@@ -117,8 +147,7 @@ def add_variable(variables: Element, definition: FmuDefinition, variable: Variab
     for key, limit in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
         if limit is not None:
             typed[key] = repr(float(limit))
-    scalar = SubElement(variables, "ScalarVariable", attributes)
-    SubElement(scalar, "Boolean" if variable.boolean else "Real", typed)
+    return typed
 
 
 def add_structure(root: Element, definition: FmuDefinition) -> None:

@@ -9,11 +9,12 @@ from pathlib import Path, PurePosixPath
 
 from fmi_export.build import CARRIED, what_runs
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import BINARIES, DIGESTS, LAYER, SOURCES, TABLE, digests, native_sources
+from fmi_export.native.build import BINARIES, DIGESTS, SOURCES, TABLE, digests, native_sources
+from fmi_export.native.shells import SHELLS
 from fmi_export.sources import module_path
 
 # What is only read by people; what runs is compared byte for byte.
-FOR_READERS = ("documentation/", "model.png")
+FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/")
 
 DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
 MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")
@@ -54,11 +55,13 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ve
     sources = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in runs.items()
                if name.startswith(SOURCES)}
     libraries = {name: data for name, data in runs.items() if name.startswith(BINARIES)}
+    shell = SHELLS[3 if b' fmiVersion="3.0"' in contents["modelDescription.xml"] else 2]
     known = modules_of(tuple((package, folder) for package in packages for folder in import_module(package).__path__))
+    blocks = [name for name in sources if name.endswith(".c") and name not in (*shell.layer, TABLE)]
     texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in
-             (PurePosixPath(name).stem for name in sources if name.endswith(".c") and name not in (*LAYER, TABLE))}
+             (PurePosixPath(name).stem for name in blocks)}
     platforms = [PurePosixPath(name).parent.name for name in libraries]
-    made = native_sources(definition, texts, sources, version, platforms, LAYER, date_of(contents))
+    made = native_sources(definition, texts, sources, version, platforms, shell, date_of(contents))
     return contents.get(DIGESTS) == digests(libraries) and runs == {
         **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,
         "modelDescription.xml": made.description}

@@ -36,7 +36,7 @@ def build_errors() -> Iterator[None]:
 
 
 @build_errors()
-def build_written(path: Path, folder: Path, native: bool = False, host_only: bool = False) -> Path:
+def build_written(path: Path, folder: Path, native: bool = False, host_only: bool = False, fmi: int = 2) -> Path:
     """Build the FMU of a user's class into a folder; returns its path.
 
     Parameters
@@ -46,7 +46,7 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
     folder : Path
     native : bool
         A native FMU; otherwise one that runs in the importer's Python.
-    host_only : bool
+    host_only, fmi : bool, int
         As of `build_native_fmu`.
 
     Raises
@@ -68,7 +68,7 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
         if native:
             with named_lines(found.files):
                 translation = finished(translated_blocks([found.definition], packages), found.packages)
-            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, host_only)
+            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, host_only, fmi)
         else:
             build_fmu(found.definition, FMU, "DEFINITION", version, licence, packages, unfinished)
     return folder / f"{name}.fmu"
@@ -132,13 +132,14 @@ def loop_of(name: str) -> SystemLoop:
 
 
 @build_errors()
-def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched) -> list[Path]:
-    """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
+def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched,
+                 fmi: int = 2) -> list[Path]:
+    """Build FMUs that need no Python, and systems of them if they are of FMI 2.0, into a folder; returns their paths.
 
     The folder also gets the C loop that steps them on this machine.
 
-    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` as of the latter, `watch` as of `build`; after
-    an error the folder is as it was.
+    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` and `fmi` as of the latter, `watch` as of
+    `build`; after an error the folder is as it was.
     """
     names = list(names)
     chosen = [definition(name) for name in with_parts(names)]
@@ -150,9 +151,10 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False, wa
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
         loop = pool.submit(build_step_loop, unfinished)
         fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
-                                                              host_only), chosen), len(chosen), watch)
+                                                              host_only, fmi), chosen), len(chosen), watch)
         loop.result()
-        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
+        of_systems = [name for name in names if name in systems() and fmi == 2]   # SSP 1.0 is older than FMI 3.0
+        made = [*fmus, *build_systems(of_systems, unfinished, unfinished)]
     return [folder / path.name for path in made]
 
 

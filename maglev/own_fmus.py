@@ -10,7 +10,7 @@ from zipfile import BadZipFile, ZipFile
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.recognition import is_native_build, is_python_build
-from maglev.errors import BuildError, nearest
+from maglev.errors import BuildError, ScenarioError, nearest
 from maglev.own_stage.adoption import OWN
 from maglev.rig.modules import definitions
 from maglev.user_controllers.own_modules import PACKAGES
@@ -28,6 +28,16 @@ SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
 NAME = re.compile(rb'modelName="(\w+)"')
 MOST = 50_000_000   # bytes, more than any of them unpacks to
+
+
+def kind_folder(fmus: Path, native: bool, fmi: int = 2) -> Path:
+    """Folder of a kind of FMUs below a folder: the Python kind is in this one itself.
+
+    ScenarioError for a version of FMI that there is not.
+    """
+    if fmi not in (2, 3) or (fmi == 3 and not native):
+        raise ScenarioError(f"--fmi {fmi}: expected 2, or 3 and --native with it")
+    return fmus / ("fmi3" if fmi == 3 else "native") if native else fmus
 
 
 def places() -> dict[str, tuple[str, str]]:

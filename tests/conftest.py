@@ -73,6 +73,14 @@ def native_fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: py
 
 
 @pytest.fixture(scope="session")
+def fmi3_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with a stage and its controllers as FMI 3.0, for this machine alone: the shell is the same in all FMUs."""
+    require_native_tools()
+    return built_once(tmp_path_factory, "fmi3_fmus", lambda folder: build_native(
+        ["Plant3DOF", "Regulator3DOF", "Estimator3DOF"], folder, host_only=True, fmi=3))
+
+
+@pytest.fixture(scope="session")
 def wasm_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with plants and controllers as WebAssembly modules."""
     require_native_tools()

@@ -12,17 +12,19 @@ from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import LINUX_ON_ARM, PLATFORMS, WEBASSEMBLY, Platform, library
+from fmi_export.model_description_3 import build_description, model_description_3
+from fmi_export.native.compiler import WEBASSEMBLY, Platform, library
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
+from fmi_export.native.shells import SHELLS, Shell
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
 from maglev_files.whole_file import whole_file
 
-LAYER = ("fmi2_block.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_absent.c", "messages.c", "instance.h", "model.h")
 WEBASSEMBLY_HOST = "webassembly_host.c"
-FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 TABLE = "model.c"
+BUILD = "buildDescription.xml"
+KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # what becomes the GUID, by whether it is FMI 3.0
 FILE_SCOPE = re.compile(r"^(?:static [\w *]*?\b|#define |enum \{ )(\w+)(?=\(| =| [\d(]|\[)", re.MULTILINE)
 PREFIX = "prefix.h"
 BINARIES, SOURCES = "binaries/", "sources/"
@@ -41,7 +43,7 @@ def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str,
 
 
 def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], version: str, licence: str,
-                     packages: tuple[str, ...], destination: Path, host_only: bool = False) -> Path:
+                     packages: tuple[str, ...], destination: Path, host_only: bool = False, fmi: int = 2) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
     Parameters
@@ -58,21 +60,24 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     host_only : bool
         A binary for this machine alone. FMI 2.0 has no name for Linux on ARM: its binary is then in linux64, where
         tools on such a machine look for it.
+    fmi : int
+        Version of FMI, 2 or 3.
 
     Raises
     ------
     ExportError
         If ziglang is not installed, or refuses the sources.
     """
-    chosen = host_platform() if host_only else PLATFORMS
+    shell = SHELLS[fmi]
+    chosen = host_platform(fmi) if host_only else shell.platforms
     texts = carried_modules(definition.block.__module__, packages)
-    made = native_sources(definition, texts, translation, version, chosen, LAYER, build_date())
+    made = native_sources(definition, texts, translation, version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
     libraries = {f"{BINARIES}{folder}/{definition.name}{each.ending}":
                  library({**made.files, **made.headers}, definition.name, each) for folder, each in chosen.items()}
     contents |= {**libraries, DIGESTS: digests(libraries)}
-    contents |= described(definition, version, licence)
-    contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[FMI_HEADERS[0]]).encode("utf-8")
+    contents |= described(definition, version, licence, shell.version)
+    contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[shell.headers[0]]).encode("utf-8")
     contents["modelDescription.xml"] = made.description
     return write_archive(destination / f"{definition.name}.fmu", contents)
 
@@ -85,7 +90,8 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
     """
     chosen = {"wasm32": WEBASSEMBLY}
     texts = carried_modules(definition.block.__module__, packages)
-    made = native_sources(definition, texts, translation, version, chosen, (*LAYER, WEBASSEMBLY_HOST), build_date())
+    shell = SHELLS[2]._replace(layer=(*SHELLS[2].layer, WEBASSEMBLY_HOST))
+    made = native_sources(definition, texts, translation, version, chosen, shell, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
     with whole_file(module) as unfinished:
         unfinished.write_bytes(library({**made.files, **made.headers}, definition.name, chosen["wasm32"]))
@@ -103,24 +109,30 @@ class NativeSources(NamedTuple):
 
 
 def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translation: Mapping[str, str], version: str,
-                   platforms: Iterable[str], layer: Iterable[str], date: int) -> NativeSources:
+                   platforms: Iterable[str], shell: Shell, date: int) -> NativeSources:
     """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it.
 
     Of the block that is the text of its Python modules, by dotted name, as well as what the translation has made of
     it: an installation so tells its own FMUs from others without a translation.
     """
+    timed = shell.version == "3.0"
     blocks = files_of(texts, translation)
-    above = layer_files(layer)
-    headers = {name: fmi_header(name) for name in FMI_HEADERS}   # not in the FMU: FMI leaves them to the importer (2.3)
-    prefix = prefix_header(definition.name, [text for name, text in {**blocks, **above}.items() if name.endswith(".h")])
-    without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "")}
+    above = layer_files(shell.layer)
+    headers = {name: fmi_header(name) for name in shell.headers}   # not in the FMU: FMI leaves them to the importer
+    own_headers = [text for name, text in {**blocks, **above}.items() if name.endswith(".h")]
+    prefix = prefix_header(definition.name, own_headers, shell.headers[0])
+    without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "", timed)}
     units = sorted(name for name in without_guid if name.endswith(".c"))
-    described_as = model_description(definition, "", version, date, units).decode("utf-8")
+    if timed:
+        without_guid[BUILD] = build_description(definition.name, units)
+        described_as = model_description_3(definition, "", version, date).decode("utf-8")
+    else:
+        described_as = model_description(definition, "", version, date, units).decode("utf-8")
     parts = [described_as, *(part for files in ({**without_guid, **headers}, texts)
                              for item in sorted(files.items()) for part in item), *sorted(platforms)]
     guid = f"{{{digest(parts)[:32]}}}"
-    return NativeSources({**without_guid, TABLE: model_table(definition, guid)}, headers,
-                         described_as.replace('guid=""', f'guid="{guid}"', 1).encode("utf-8"))
+    return NativeSources({**without_guid, TABLE: model_table(definition, guid, timed)}, headers,
+                         described_as.replace(KEYS[timed], KEYS[timed][:-1] + f'{guid}"', 1).encode("utf-8"))
 
 
 def layer_files(names: Iterable[str]) -> dict[str, str]:
@@ -134,15 +146,17 @@ def digests(libraries: Mapping[str, bytes]) -> bytes:
                    for name, data in sorted(libraries.items())).encode("ascii")
 
 
-def host_platform() -> dict[str, Platform]:
-    """Platform of this machine, by the folder of its binary."""
-    system, machine = platform.system(), platform.machine().lower()
-    if system == "Linux":
-        return {"linux64": LINUX_ON_ARM if machine in ("aarch64", "arm64") else PLATFORMS["linux64"]}
-    folder = {"Windows": "win64", "Darwin": "darwin64"}.get(system)
+def host_platform(fmi: int = 2) -> dict[str, Platform]:
+    """Platform of this machine, by the folder of its binary in a version of FMI."""
+    system = platform.system()
+    processor = "aarch64" if platform.machine().lower() in ("aarch64", "arm64") else "x86_64"
+    folder = {"Linux": "linux64", "Windows": "win64", "Darwin": "darwin64"}.get(system)
     if folder is None:
         raise ExportError(f"system = {system!r}, expected Linux, Windows or Darwin")
-    return {folder: PLATFORMS[folder]}
+    own = f"{processor}-{system.lower()}"   # as FMI 3.0 names it
+    if fmi == 3:
+        return {own: SHELLS[3].platforms[own]}
+    return {folder: SHELLS[3].platforms[own] if system == "Linux" else SHELLS[2].platforms[folder]}
 
 
 def layer_names() -> set[str]:
@@ -151,7 +165,9 @@ def layer_names() -> set[str]:
     All that are in its headers, and those that its C files have outside functions.
     """
     headers, code = ("".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-                             for name, text in {**layer_files(LAYER), TABLE: SOURCE}.items() if name.endswith(ending))
+                             for shell in SHELLS.values()
+                             for name, text in {**layer_files(shell.layer), TABLE: SOURCE}.items()
+                             if name.endswith(ending))
                      for ending in (".h", ".c"))
     return set(re.findall(r"\b[A-Za-z_]\w*", headers)) | set(FILE_SCOPE.findall(code))
 

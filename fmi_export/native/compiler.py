@@ -16,7 +16,7 @@ from maglev_files.scratch import scratch
 # No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
 # visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s",
-         "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
+         "-DFMI2_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
 
 UNIT = "all_in_one.c"
 
@@ -30,14 +30,13 @@ class Platform(NamedTuple):
 
 
 # Linked against the oldest C library that zig has for both processors; newer ones run it.
+LINUX_ON_INTEL = Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm"))
 LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm"))
-
-PLATFORMS = {
-    "linux64": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
-    "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
-    "win64": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
-    "darwin64": Platform(("x86_64-macos.11.0", "aarch64-macos.11.0"), ".dylib", ("-shared", "-fPIC")),
-}
+WINDOWS_ON_INTEL = Platform(("x86_64-windows-gnu",), ".dll", ("-shared",))
+WINDOWS_ON_ARM = Platform(("aarch64-windows-gnu",), ".dll", ("-shared",))
+MACOS_ON_INTEL = Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))
+MACOS_ON_ARM = Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))
+MACOS = MACOS_ON_INTEL._replace(targets=MACOS_ON_INTEL.targets + MACOS_ON_ARM.targets)
 
 # One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc.
 WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", ("-mexec-model=reactor", "-Wl,--export-dynamic",

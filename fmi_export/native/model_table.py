@@ -9,7 +9,7 @@ from fmi_export.native.translation import literal
 SOURCE = """\
 /* {name}: the block, its variables and its refusals. Generated from the table that the model description is made of. */
 
-#include "model.h"
+#include "instance.h"
 #include "{header}"
 
 static void construct(void *block)
@@ -27,7 +27,7 @@ static int64_t step(void *block, double time, double size)
     return {block}__step(block, time, size);
 }}
 
-#define AT(path) offsetof(struct {block}, path)
+#define AT(path) (offsetof(struct RunState, block) + offsetof(struct {block}, path))
 
 static const struct Variable VARIABLES[] = {{
 {variables}
@@ -52,8 +52,13 @@ const struct Model MODEL = {{
 """
 
 
-def model_table(definition: FmuDefinition, guid: str) -> str:
-    """C source that defines MODEL.
+# The independent variable of FMI 3.0, after the others: where the next communication step starts.
+TIME = """\
+    {"time", "s", offsetof(struct RunState, progress.next_time), false, false, INDEPENDENT, -INFINITY, INFINITY, ""},"""
+
+
+def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
+    """C source that defines MODEL; `timed` says whether the time is one of its variables.
 
     Raises
     ------
@@ -70,7 +75,7 @@ def model_table(definition: FmuDefinition, guid: str) -> str:
     return SOURCE.format(
         name=definition.name, header=f"{block.__module__.rpartition('.')[2]}.h", block=block.__name__,
         arguments=arguments, name_text=text_literal(definition.name), guid=text_literal(guid),
-        variables="\n".join(variable_row(v) for v in definition.variables),
+        variables="\n".join([*(variable_row(v) for v in definition.variables), *([TIME] if timed else [])]),
         refusals="\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
                            for status, text in sorted(definition.refusals.items())))
 

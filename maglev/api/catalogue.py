@@ -8,7 +8,7 @@ from pathlib import Path
 from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
-from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, systems
+from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder, systems
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.flyable import flyable
 from maglev.rig.modules import definitions
@@ -76,7 +76,7 @@ def scenarios() -> list[RunEntry]:
 
 
 def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | None = None,
-          fmus: str | Path = "fmus", native: bool = False, target: str = "all",
+          fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, target: str = "all",
           say: Callable[[str], None] | None = None, watch: Watch = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
@@ -90,6 +90,8 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         Folder for the files, made if it is not there.
     native : bool
         FMUs that need no Python, into the folder's folder `native`; needs the extra `native`.
+    fmi : int
+        With `native`: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, and no systems with them.
     target : "all", "host" or "wasm"
         With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
@@ -120,16 +122,18 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     if rig is not None:
         flyable(rig)
     every = names_of(rig)
-    folder = Path(fmus) / "native" if native else Path(fmus)
+    folder = kind_folder(Path(fmus), native, fmi)
+    if target == "wasm" and fmi != 2:
+        raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
     files = [Path(name) for name in given if is_written(Path(name))]
     if target == "wasm":
         if files:
             raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
         return build_wasm(map(str, given or (name for name in every if name not in systems())), Path(fmus) / "wasm",
                           watch)
-    written = [build_written(path, folder, native, target == "host") for path in files]
+    written = [build_written(path, folder, native, target == "host", fmi) for path in files]
     chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)
-    ours = (build_native(chosen, folder, target == "host", watch) if native else
+    ours = (build_native(chosen, folder, target == "host", watch, fmi) if native else
             build_in_python(chosen, folder, watch)) if chosen else []
     for path, file in zip(written, files, strict=True):
         needed = () if native else load(file).requires

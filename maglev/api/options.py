@@ -13,6 +13,7 @@ from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
+from maglev.own_fmus import kind_folder
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import Settings, start_values
 from maglev.units import number_or_text, parse_quantity
@@ -33,6 +34,7 @@ class FlightOptions(TypedDict, total=False):
     order: Order
     fmus: str | Path
     native: bool
+    fmi: int
     timeout: float | str
     keep_settings: bool
 
@@ -94,8 +96,7 @@ def starts(plans: Sequence[RunPlan], options: FlightOptions) -> dict[str, StartV
 
 def folder_of(options: FlightOptions) -> Path:
     """Folder of the FMUs of this project."""
-    fmus = Path(options.get("fmus", "fmus"))
-    return fmus / "native" if options.get("native") else fmus
+    return kind_folder(Path(options.get("fmus", "fmus")), options.get("native", False), options.get("fmi", 2))
 
 
 def timeout_of(options: FlightOptions) -> float:

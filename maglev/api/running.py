@@ -137,6 +137,8 @@ def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack
         Folder with the FMUs of this project, which `build` makes.
     native : bool
         The FMUs that need no Python, of the folder's folder `native`.
+    fmi : int
+        3 for those of FMI 3.0, native as well, of the folder's folder `fmi3`.
     timeout : float or str
         Longest time that a call of an FMU which is not of this project may take, s or with a unit.
     keep_settings : bool
@@ -205,7 +207,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     say : callable, optional
         Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, timeout, keep_settings.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, timeout, keep_settings.
 
     Returns
     -------

@@ -126,7 +126,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, keep_settings.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, keep_settings.
 
     Returns
     -------
@@ -173,7 +173,8 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions
     controller: str | None = getattr(found, "controller", None)
     if controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / controller
-    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "keep_settings": False}
+    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "fmi": 2,
+                                "keep_settings": False}
     given = {key: options.get(key) for key in FLAGS}
     run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
            "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()

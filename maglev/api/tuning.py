@@ -63,7 +63,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, keep_settings.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, keep_settings.
 
     Returns
     -------

@@ -83,6 +83,8 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
           rig: RigFile = None, fmus: Fmus = Path("fmus"),
           native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
                                                "native; needs the extra `native`.")] = False,
+          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: version of FMI; those of FMI "
+                                           "3.0 go into the folder's folder fmi3.")] = 2,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
                                               "browsers, into the folder's folder wasm.")] = "all",
@@ -100,12 +102,14 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     `maglev build --native`
 
     `maglev build --native ClosedLoop3DOF`
+
+    `maglev build --native --fmi 3`
     """
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
         with progress_of(["FMUs"]) as watch:
-            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, target=target, say=say,
+            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, fmi=fmi, target=target, say=say,
                                watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
@@ -123,7 +127,8 @@ def list_all(rig: RigFile = None, fmus: Fmus = Path("fmus"), debug: Debug = Fals
         console = report_console()
         table = Table("FMU", "built", "what it is")
         for entry in all_fmus(rig):
-            kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native")}
+            kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
+                     "FMI 3.0": entry.file(fmus / "fmi3")}
             built = ", ".join(kind for kind, file in kinds.items() if file.is_file())
             table.add_row(entry.name, built or "no", entry.description)
         console.print(table)

@@ -25,6 +25,8 @@ def run_names(beginning: str) -> list[str]:
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
 Native = Annotated[bool, typer.Option("--native", help="The FMUs that need no Python, of the folder's folder native.")]
+Fmi = Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: 3 for the FMUs of FMI 3.0, of the "
+                                  "folder's folder fmi3.")]
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
     autocompletion=run_names)]
@@ -63,7 +65,7 @@ Jobs = Annotated[int | None, typer.Option(
 FLIGHT: dict[str, tuple[Any, object]] = {
     "set": (Settings, None), "model": (Model, None), "plant": (Plant, None), "controller": (Controller, None),
     "ports": (PortsFile, None), "keep_settings": (KeepSettings, False), "step": (Step, None),
-    "order": (Ordering, "sequential"), "fmus": (Fmus, Path("fmus")), "native": (Native, False),
+    "order": (Ordering, "sequential"), "fmus": (Fmus, Path("fmus")), "native": (Native, False), "fmi": (Fmi, 2),
     "timeout": (Timeout, "60 s")}
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from maglev.cli.linearise import pair
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, Debug, Fmus, Native, Out
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, Debug, Fmi, Fmus, Native, Out
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
@@ -33,7 +33,7 @@ AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Als
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), native: Native = False,
-           debug: Debug = False) -> None:
+           fmi: Fmi = 2, debug: Debug = False) -> None:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
     Certified by linear matrix inequalities for the linear loop, and flown by the FMUs, which have the friction, the
@@ -58,7 +58,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
                  for name, value in (pair("--set", text) for text in settings or [])}
         found = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
                              decay=decay, step=None if step is None else number_or_text(step), fly=fly, fmus=fmus,
-                             native=native)
+                             native=native, fmi=fmi)
         typer.echo(str(found), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"

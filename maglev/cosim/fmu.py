@@ -7,25 +7,18 @@ import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from copy import copy
-from ctypes import byref, c_double, c_int, c_size_t, c_uint32, c_void_p
+from ctypes import c_int, c_size_t, c_uint32, c_void_p
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import fmpy
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
-from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import UNITS as BASES
 from maglev.copies import original
+from maglev.cosim.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
 from maglev.errors import FmuError, nearest, nearest_file, shortened
@@ -33,8 +26,7 @@ from maglev.own_fmus import built_here
 from maglev.units import UNITS
 from maglev_files.scratch import remove_scratch, scratch_folder
 
-WARNING = 1   # fmi2Warning; a higher status is a failure
-FATAL = 4     # fmi2Fatal
+FATAL = 4   # fmi2Fatal, fmi3Fatal
 
 COUNT = count(1)   # makes instance names unique
 
@@ -49,19 +41,19 @@ UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 
 NOT_NEEDED = ("documentation/", "sources/")   # to run it
 
+OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}   # the last one as it is accessed
+
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
 
 class Buffer:
     """Values of variables of one FMI type, in memory that the FMU reads and writes directly."""
 
-    C_TYPES: ClassVar[dict[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
-
-    def __init__(self, kind: str, variables: Sequence[ScalarVariable]):
+    def __init__(self, kind: str, variables: Sequence[ScalarVariable], fmi: Fmi):
         self.kind = kind
         self.names = [v.name for v in variables]
         self.references = (c_uint32 * len(variables))(*(v.valueReference for v in variables))
-        self.values = (self.C_TYPES[kind] * len(variables))()
+        self.values = (fmi.types[kind].value * len(variables))()
 
     def arguments(self) -> tuple[c_void_p, c_size_t, c_void_p]:
         """Value references, their number and the values, as the C functions take them."""
@@ -70,19 +62,19 @@ class Buffer:
 
 
 def read_description(name: str, path: Path) -> ModelDescription:
-    """Model description of an FMI 2.0 co-simulation FMU; FmuError says what is wrong with another file."""
+    """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError says what is wrong with another file."""
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        "`maglev build` makes those of this project in the folder fmus, "
-                       "`maglev build --native` those in fmus/native")
+                       "`maglev build --native` those in fmus/native, with --fmi 3 in fmus/fmi3")
     written = path.stat()
     try:
         # Who gives the variables other names and units does it on a list of their own.
         description = copy(parsed(path, written.st_mtime_ns, written.st_size))
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         raise FmuError(f"{name}: {original(path)} cannot be read as an FMU: {error}") from error
-    if description.fmiVersion != "2.0":
-        raise FmuError(f"{name}: {original(path)} is an FMI {description.fmiVersion} FMU, expected FMI 2.0")
+    if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
+        raise FmuError(f"{name}: {original(path)} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
     if description.coSimulation is None:
         raise FmuError(f"{name}: {original(path)} is for model exchange only, expected co-simulation")
     identifier = description.coSimulation.modelIdentifier
@@ -90,14 +82,36 @@ def read_description(name: str, path: Path) -> ModelDescription:
         raise FmuError(f"{name}: {original(path)} has modelIdentifier = {shortened(identifier)}, expected letters, "
                        "digits and underscores")
     require_known_units(f"{name}: {original(path)}", description)
+    if fmi_of(description) is FMI3:
+        description.modelVariables = [with_older_type(variable) for variable in description.modelVariables]
+        if any(variable.type == "Clock" for variable in description.modelVariables):
+            raise FmuError(f"{name}: {original(path)} has clocks, expected an FMU that does without event mode")
     return description
 
 
+def with_older_type(variable: ScalarVariable) -> ScalarVariable:
+    """A variable of FMI 3.0 with its type as FMI 2.0 calls it, if that knows it."""
+    found = copy(variable)
+    found.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
+        variable.type, variable.type)
+    return found
+
+
+def kind_of(variable: ScalarVariable) -> str:
+    """Type by which a variable is accessed."""
+    return "Integer" if variable.type == "Enumeration" else str(variable.type)
+
+
 def other_kind(path: Path) -> str:
-    """Say that of a missing FMU in Python the native one is there, or the other way round."""
-    native = path.parent.name == "native"
-    other = (path.parent.parent if native else path.parent / "native") / path.name
-    return f", but {other}, which {'flies without' if native else 'flies with'} --native" if other.is_file() else ""
+    """Say of a missing FMU of which other kind there is one."""
+    folders = {"": "without --native", "native": "with --native", "fmi3": "with --native --fmi 3"}
+    own = path.parent.name if path.parent.name in folders else ""
+    root = path.parent.parent if own else path.parent
+    for folder, option in folders.items():
+        other = root / folder / path.name
+        if folder != own and other.is_file():
+            return f", but {other}, which flies {option}"
+    return ""
 
 
 def require_known_units(place: str, description: ModelDescription) -> None:
@@ -119,23 +133,6 @@ def parsed(path: Path, _written: int, _size: int) -> ModelDescription:
     return fmpy.read_model_description(str(path))
 
 
-LOADED: "dict[bytes, Fmu]" = {}   # by instance name
-
-
-def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
-    """Keep a message of an FMU.
-
-    fmpy's proxy, which formats messages, passes those of all FMUs to one function: the instance name tells them apart.
-    """
-    fmu = LOADED.get(instance)
-    if fmu is not None and status != 0:
-        fmu.fatal = fmu.fatal or status == FATAL
-        fmu.messages.add((message or b"").decode("utf-8", "replace"))
-
-
-LOGGER = fmi2CallbackLoggerTYPE(take_message)
-
-
 class Fmu:
     """An instance of an FMU; a context manager that frees it and the folder it was unpacked to.
 
@@ -151,9 +148,9 @@ class Fmu:
         self.messages = Messages()
         self.fatal = False
         self.folder = unpacking_folder()
-        self.instance: FMU2Slave | None = None
+        self.instance: Any = None   # fmpy's object
         self.key = f"{name}#{next(COUNT)}".encode()
-        LOADED[self.key] = self
+        self.fmi = fmi_of(description)
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
         try:
@@ -166,24 +163,16 @@ class Fmu:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
         require_unpackable(self.path)
         fmpy.extract(str(self.path), str(self.folder), include=lambda name: not name.startswith(NOT_NEEDED))
-        identifier = self.description.coSimulation.modelIdentifier
-        instance = FMU2Slave(guid=self.description.guid, unzipDirectory=str(self.folder),
-                             modelIdentifier=identifier, instanceName=self.key.decode())
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = LOGGER
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        addLoggerProxy(byref(callbacks))
-        # Logging stays on: an FMU says why it refuses only there.
-        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
-        # Function objects of our own, without argument types: arguments that are C objects already need no conversion.
-        for kind in ("Real", "Integer", "Boolean"):
-            self.set_functions[kind] = instance.dll[f"fmi2Set{kind}"]
-            self.get_functions[kind] = instance.dll[f"fmi2Get{kind}"]
-        self.do_step = instance.dll["fmi2DoStep"]
-        for function in (*self.set_functions.values(), *self.get_functions.values(), self.do_step):
-            function.restype = c_uint32   # a status below zero, which FMI does not know, is then beyond a warning
+        self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
+        self.do_step = self.fmi.do_step(instance)
+
+    def take_message(self, status: int, message: bytes) -> None:
+        """Keep a message."""
+        if status != 0:
+            self.fatal = self.fatal or status == FATAL
+            self.messages.add((message or b"").decode("utf-8", "replace"))
 
     def __enter__(self) -> "Fmu":
         return self
@@ -198,7 +187,7 @@ class Fmu:
         if self.instance is not None and (not self.fatal or built_here(self.path)):
             self.instance.freeInstance()
         self.instance = None
-        LOADED.pop(self.key, None)
+        LISTENERS.pop(self.key, None)
         remove_scratch(self.folder)
 
     def said(self) -> str:
@@ -239,29 +228,26 @@ class Fmu:
                 value = self.scales[name].to_own(start[name]) if name in self.scales else start[name]
                 buffer.values[i] = type(buffer.values[i])(value)
         try:
-            self.accepted("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))
-            for buffer in buffers:
-                self.set(buffer)
-            self.accepted("fmi2EnterInitializationMode", instance.enterInitializationMode())
-            self.accepted("fmi2ExitInitializationMode", instance.exitInitializationMode())
+            def set_values() -> None:
+                for buffer in buffers:
+                    self.set(buffer)
+
+            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values):
+                if status < 0:   # fmpy refuses those beyond a warning
+                    raise self.failed(call, status)
         except FmuError:
             raise
         except Exception as error:
             raise FmuError(f"{self.name} ({self.path.name}) refused its initialization: "
                            f"{self.said() or error}") from error
 
-    def accepted(self, call: str, status: int) -> None:
-        """Refuse a status below zero; fmpy refuses those beyond a warning."""
-        if status < 0:
-            raise self.failed(call, status)
-
     def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
         """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""
         found = []
-        for kind in ("Real", "Integer", "Boolean"):
-            chosen = [v for v in variables if ("Integer" if v.type == "Enumeration" else v.type) == kind]
+        for kind in self.fmi.types:
+            chosen = [v for v in variables if kind_of(v) == kind]
             if chosen:
-                found.append(Buffer(kind, chosen))
+                found.append(Buffer(kind, chosen, self.fmi))
         return found
 
     def handle(self) -> c_void_p:
@@ -273,13 +259,13 @@ class Fmu:
         """Set the variables of a buffer."""
         status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
         if status > WARNING:
-            raise self.failed(f"fmi2Set{buffer.kind} of {', '.join(buffer.names)}", status)
+            raise self.failed(f"{self.fmi.name('Set', buffer.kind)} of {', '.join(buffer.names)}", status)
 
     def get(self, buffer: Buffer) -> None:
         """Get the variables of a buffer."""
         status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
         if status > WARNING:
-            raise self.failed(f"fmi2Get{buffer.kind} of {', '.join(buffer.names)}", status)
+            raise self.failed(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
 
 
 def require_unpackable(path: Path) -> None:

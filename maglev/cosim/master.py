@@ -1,4 +1,4 @@
-"""Fixed-step master for FMI 2.0 co-simulation FMUs, Gauss–Seidel if not asked for Jacobi.
+"""Fixed-step master for co-simulation FMUs of FMI 2.0 and 3.0, Gauss–Seidel if not asked for Jacobi.
 
 At t_k = k h every FMU, in its order, gets its inputs, steps to t_k + h and gives its outputs, which the FMUs after it
 already see. With the controller first and the plant second this is the sampled loop with a zero-order hold.
@@ -282,7 +282,14 @@ def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed
     return RunFailed(f"at t = {time:.9g} s: {reason}", recording)
 
 
+def widened(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Booleans of one byte as those of FMI 2.0 are, with which one can reckon; any other table as it is."""
+    return table.astype(np.int32) if table.dtype == np.uint8 else table
+
+
 def recording(tracks: Sequence[Track], step: float, rows: int, notes: tuple[str, ...] = ()) -> Recording:
     """Recording of the first rows of the tracks."""
-    columns = {name: track.array[:rows, i] for track in tracks for i, name in enumerate(track.names)}
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for track in tracks:
+        columns.update(zip(track.names, widened(track.array[:rows]).T, strict=True))
     return Recording(step * np.arange(rows, dtype=np.float64), columns, notes)

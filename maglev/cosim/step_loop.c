@@ -1,5 +1,6 @@
 /* The communication steps of a co-simulation whose calls are all C functions: the loop of stepping.py, compiled. */
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -11,10 +12,12 @@
 
 typedef unsigned int (*Exchange)(void *instance, const uint32_t *references, size_t count, char *values);
 typedef unsigned int (*DoStep)(void *instance, double time, double step, int no_set_before);
+typedef unsigned int (*Exchange3)(void *instance, const uint32_t *references, size_t count, char *values, size_t values_count);
+typedef unsigned int (*DoStep3)(void *instance, double time, double step, bool no_set_before, bool *event, bool *end, bool *early, double *last_time);
 
 /* The struct Prepared of step_loop.py. */
 struct call {
-    void *function;               /* fmi2GetXXX, fmi2SetXXX; fmi2DoStep where there are no references */
+    void *function;               /* fmi2GetXXX, fmi2SetXXX; fmi2DoStep where there are no references; the same of fmi3 */
     void *instance;
     const uint32_t *references;
     size_t count;
@@ -22,7 +25,20 @@ struct call {
     int64_t row_stride;           /* bytes from one point to the next */
     double time, time_stride;     /* s */
     double step;                  /* s */
+    int64_t fmi3;                 /* whether the function is of FMI 3.0 */
 };
+
+/* A call of FMI 3.0 in communication step k; an FMU that asks for the end of the simulation has the status of a discarded step. */
+static unsigned int call_fmi3(const struct call *c, int64_t k)
+{
+    bool event, end = false, early;
+    double last_time;
+    if (c->references) {
+        return ((Exchange3)c->function)(c->instance, c->references, c->count, c->row + k * c->row_stride, c->count);
+    }
+    const unsigned int status = ((DoStep3)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, true, &event, &end, &early, &last_time);
+    return status <= 1 && end ? 2 : status;
+}
 
 /* VERSION is of this text: a library of another text has other structures. */
 EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
@@ -37,7 +53,7 @@ EXPORT unsigned int maglev_step_over(const struct call *calls, const int64_t *en
         for (int64_t i = phase > 0 ? ends[phase - 1] : 0; i < ends[phase]; ++i) {
             const struct call *c = &calls[i];
             ++*begun;
-            const unsigned int status = c->references
+            const unsigned int status = c->fmi3 ? call_fmi3(c, k) : c->references
                 ? ((Exchange)c->function)(c->instance, c->references, c->count, c->row + k * c->row_stride)
                 : ((DoStep)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, 1);
             if (status > 1) {   /* fmi2Warning */

@@ -14,6 +14,7 @@ from typing import Any
 
 from fmpy import sharedLibraryExtension
 
+from maglev.cosim.fmi import Exchange3, Step3
 from maglev.cosim.wiring import Call
 
 SOURCE = Path(__file__).with_name("step_loop.c")
@@ -25,7 +26,7 @@ class Prepared(Structure):
 
     _fields_ = (("function", c_void_p), ("instance", c_void_p), ("references", c_void_p), ("count", c_size_t),
                 ("row", c_void_p), ("row_stride", c_int64), ("time", c_double), ("time_stride", c_double),
-                ("step", c_double))
+                ("step", c_double), ("fmi3", c_int64))
 
 
 class StepLoop:
@@ -48,12 +49,19 @@ class StepLoop:
 
 def prepared(call: Call) -> Prepared:
     """A call of a C function as the C loop takes it."""
-    function, instance = cast(call.function, c_void_p).value, call.arguments[0].value
+    function, instance = cast(c_function(call), c_void_p).value, call.arguments[0].value
+    fmi3 = c_function(call) is not call.function
     if isinstance(call.moving, c_double):
         step = call.arguments[2].value
-        return Prepared(function, instance, None, 0, None, 0, call.base, call.stride, step)
+        return Prepared(function, instance, None, 0, None, 0, call.base, call.stride, step, fmi3)
     _, references, count, _ = call.arguments
-    return Prepared(function, instance, addressof(references), count.value, int(call.base), int(call.stride))
+    return Prepared(function, instance, addressof(references), count.value, int(call.base), int(call.stride),
+                    fmi3=fmi3)
+
+
+def c_function(call: Call) -> Any:
+    """What a call calls: of FMI 3.0, the C function in what makes it look like one of FMI 2.0."""
+    return call.function.function if isinstance(call.function, (Exchange3, Step3)) else call.function
 
 
 def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path], counter: memoryview) -> StepLoop | None:
@@ -61,7 +69,7 @@ def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path], counter:
 
     The loop counts them in the counter, an integer of 64 bits.
     """
-    if not all(isinstance(call.function, CFuncPtr) for phase in phases for call in phase):
+    if not all(isinstance(c_function(call), CFuncPtr) for phase in phases for call in phase):
         return None
     functions = (step_function(folder / LIBRARY) for folder in dict.fromkeys(folders))
     return next((StepLoop(function, phases, counter) for function in functions if function is not None), None)

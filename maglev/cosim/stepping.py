@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from maglev.cosim.fmu import WARNING
+from maglev.cosim.fmi import WARNING
 from maglev.cosim.step_loop import compiled
 from maglev.cosim.wiring import Call
 from maglev.errors import FmuError

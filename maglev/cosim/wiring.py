@@ -14,12 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.fmu import WARNING, Fmu
+from maglev.cosim.fmi import FMI2, FMI3, WARNING
+from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
 from maglev.errors import FmuError
 
-KINDS = ("Real", "Integer", "Boolean")
+KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))
 
 Drives = Mapping[str, Sequence[float] | npt.NDArray[np.float64]]   # values of inputs at every communication point
 
@@ -29,9 +30,9 @@ Allocate = Callable[[tuple[int, int], type], npt.NDArray[Any]]   # from shape an
 class Track:
     """Values of variables of one FMI type at every communication point, row by row, where the FMUs read and write."""
 
-    def __init__(self, names: list[str], kind: str, rows: int, allocate: Allocate = np.zeros):
+    def __init__(self, names: list[str], item: type, rows: int, allocate: Allocate = np.zeros):
         self.names = names
-        self.array = allocate((rows, len(names)), np.float64 if kind == "Real" else np.int32)
+        self.array = allocate((rows, len(names)), item)
         self.address = self.array.ctypes.data
         self.item = self.array.itemsize
         self.stride = self.item * len(names)   # bytes from one row to the next
@@ -133,7 +134,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     for name in fmus:
         driven = [target for target in drives if target.partition(".")[0] == name]
         if driven:
-            track = Track(driven, "Real", rows, allocate)
+            track = Track(driven, np.float64, rows, allocate)
             track.array[:] = np.array([drives[target] for target in driven]).T
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
@@ -179,13 +180,13 @@ def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str], rows: int,
                   allocate: Allocate) -> Iterator[tuple[Track, list[ScalarVariable]]]:
     """Tracks of an FMU's outputs, one for each FMI type that occurs."""
     wanted = list(sources.values())
-    for kind in KINDS:
+    for kind in fmu.fmi.types:
         variables = [v for v in fmu.description.modelVariables
                      if v.causality == "output" and kind_of(v) == kind]
         # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
         variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
         if variables:
-            yield Track([f"{name}.{v.name}" for v in variables], kind, rows, allocate), variables
+            yield Track([f"{name}.{v.name}" for v in variables], fmu.fmi.types[kind].item, rows, allocate), variables
 
 
 def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
@@ -215,12 +216,15 @@ def set_calls(fmu: Fmu, run: Sequence[tuple[ScalarVariable, Place]], number: int
 
 def value_calls(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
                 ahead: int) -> Iterator[Call]:
-    """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units."""
+    """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units.
+
+    Or if its values are of another size: Booleans are in FMI 3.0.
+    """
     call = value_call(fmu, verb, variables, track, column, ahead)
-    if not any(v.name in fmu.scales for v in variables):
+    own: npt.NDArray[Any] = np.zeros(len(variables), fmu.fmi.types[kind_of(variables[0])].item)   # in the FMU's units
+    if not any(v.name in fmu.scales for v in variables) and own.dtype == track.array.dtype:
         yield call
         return
-    own = np.zeros(len(variables))   # in the FMU's units
     rows = track.array[:, column:column + len(variables)]
     scales = [fmu.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
     up, down = np.array([scale.up for scale in scales]), np.array([scale.down for scale in scales])
@@ -247,7 +251,7 @@ def value_call(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: 
     values = c_void_p()
     functions = fmu.get_functions if verb == "Get" else fmu.set_functions
     arguments = (fmu.handle(), references, c_size_t(len(variables)), values)
-    what = f"fmi2{verb}{kind} of {', '.join(v.name for v in variables)}"
+    what = f"{fmu.fmi.name(verb, kind)} of {', '.join(v.name for v in variables)}"
     return Call(values, track.address + column * track.item + ahead * track.stride, track.stride, functions[kind],
                 arguments, (fmu, what))
 
@@ -260,12 +264,7 @@ def step_calls(fmu: Fmu, step: float, number: int, rate: Rate) -> Iterator[Call]
     for part in range(rate.parts):
         time = c_double()
         yield Call(time, part * own - behind * step, step, fmu.do_step,
-                   (fmu.handle(), time, c_double(own), c_int(1)), (fmu, "fmi2DoStep"))
-
-
-def kind_of(variable: ScalarVariable) -> str:
-    """FMI type by which a variable is accessed."""
-    return "Integer" if variable.type == "Enumeration" else str(variable.type)
+                   (fmu.handle(), time, c_double(own), c_int(1)), (fmu, f"{fmu.fmi.prefix}DoStep"))
 
 
 def endpoint(fmus: Mapping[str, Fmu], name: str, *causalities: str) -> ScalarVariable:

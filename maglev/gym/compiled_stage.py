@@ -20,7 +20,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from maglev.cosim.fmu import WARNING, Buffer, Fmu, read_description
+from maglev.cosim.fmi import WARNING
+from maglev.cosim.fmu import Buffer, Fmu, read_description
 from maglev.errors import FmuError
 from maglev.own_fmus import built_here
 from pmlsm.rig import Rig
@@ -80,7 +81,7 @@ class CompiledStage:
             self.commutation = None if in_phases else stack.enter_context(
                 loaded(f"Commutation{rig.suffix}", folder))
             self.stack = stack.pop_all()
-        self.stop = Buffer("Boolean", [self.plant.variable("at_stop")])
+        self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
         self.outputs = self.values(self.plant, "Get", [
             *used, *(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names, *seen], ends[0])
         self.calls = [self.values(self.plant, "Set", given, 0), self.stepping(self.plant), self.outputs,

@@ -8,6 +8,7 @@ import numpy as np
 from maglev.errors import QuantityError, StabilityError
 from maglev.linear.model import Matrix
 from maglev.linear.parameters import Quantity
+from maglev.own_fmus import kind_folder
 from maglev.stability.axis_loop import AxisLoop, axis_loop, rig_named
 from maglev.stability.certificate import certify, synthesise
 from maglev.stability.flight import Flights
@@ -22,7 +23,8 @@ AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
-           step: Quantity | None = None, fly: bool = True, fmus: str | Path = "fmus", native: bool = False) -> Region:
+           step: Quantity | None = None, fly: bool = True, fmus: str | Path = "fmus", native: bool = False,
+           fmi: int = 2) -> Region:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
     Certified: an ellipsoid by linear matrix inequalities from which the linear loop comes back for certain. Simulated:
@@ -54,6 +56,8 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
         Folder with the FMUs of this project, which `build` makes.
     native : bool
         The FMUs that need no Python, of the folder's folder `native`.
+    fmi : int
+        3 for those of FMI 3.0, native as well, of the folder's folder `fmi3`.
 
     Raises
     ------
@@ -86,7 +90,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     if fly:
         described, _, regulators = rig_named(rig)
         name = controller or regulators[0]
-        folder = Path(fmus) / "native" if native else Path(fmus)
+        folder = kind_folder(Path(fmus), native, fmi)
         flights = [Flights(rig, axis, gap, name, settings["plant"], settings["controller"], folder, locked)
                    for locked in ([False] if axis == described.vertical.name else [False, True])]
         if asked is None:

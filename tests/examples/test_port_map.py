@@ -98,10 +98,12 @@ def test_a_longer_step_of_the_plant_is_made_at_its_end(fmus: Path) -> None:
 
 @pytest.mark.parametrize(("text", "reason"), [
     ("""<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m"/>
-     <ModelVariables><Float64 name="time" valueReference="0" causality="independent"/></ModelVariables>
-     <ModelStructure/></fmiModelDescription>""", "is an FMI 3.0 FMU, expected FMI 2.0"),
+     <ModelVariables><Float64 name="time" valueReference="0" causality="independent"/>
+     <Clock name="sample" valueReference="1" causality="input" intervalVariability="constant" intervalDecimal="0.1"/>
+     </ModelVariables><ModelStructure/></fmiModelDescription>""", "has clocks, expected an FMU that does without"),
     ("""<fmiModelDescription fmiVersion="1.0" modelName="M" guid="g" modelIdentifier="m" numberOfContinuousStates="0"
-     numberOfEventIndicators="0"><ModelVariables/></fmiModelDescription>""", "is an FMI 1.0 FMU, expected FMI 2.0"),
+     numberOfEventIndicators="0"><ModelVariables/></fmiModelDescription>""",
+     "is an FMI 1.0 FMU, expected FMI 2.0 or 3.0"),
     ("""<fmiModelDescription fmiVersion="2.0" modelName="M" guid="g"><ModelExchange modelIdentifier="m"/>
      <ModelVariables><ScalarVariable name="x" valueReference="0"><Real/></ScalarVariable></ModelVariables>
      <ModelStructure/></fmiModelDescription>""", "is for model exchange only, expected co-simulation")])

@@ -50,6 +50,14 @@ def test_many_random_programs(sanitized: Path, tmp_path: Path, name: str) -> Non
     assert count == 3000 and refusals > 10000
 
 
+def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
+    sources = unpacked_sources(fmi3_fmus / "Regulator3DOF.fmu", tmp_path)
+    tool = compiled(sources, tmp_path / "fuzz", *SANITIZERS, "-DFMI3", extra=(HERE / "fuzz.c",))
+    said = carry_out([tool], random_programs(3000, 1), tmp_path)
+    count, refusals = (int(word) for word in said.split() if word.isdigit())
+    assert count == 3000 and refusals > 10000
+
+
 @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(programs=st.lists(st.binary(max_size=300), min_size=1, max_size=30))
 def test_programs_that_hypothesis_finds(sanitized: Path, tmp_path: Path, programs: list[bytes]) -> None:

@@ -1,11 +1,9 @@
-/* What the model description says this FMU cannot do: derivatives, and steps that return before they are done. */
+/* What of FMI 2.0 the model description says this FMU cannot do: derivatives, integers and texts, and steps that return
+ * before they are done. */
 
 #include "instance.h"
 
-static fmi2Status absent(const struct Instance *instance, const char *call)
-{
-    return refuse(instance, "%s: the model description says that this FMU does not do that", call);
-}
+#include "fmi2Functions.h"
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown,
@@ -17,7 +15,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     (void)nKnown;
     (void)dvKnown;
     (void)dvUnknown;
-    return absent(c, "fmi2GetDirectionalDerivative");
+    return (fmi2Status)absent(c, "fmi2GetDirectionalDerivative");
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -27,7 +25,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     (void)nvr;
     (void)order;
     (void)value;
-    return absent(c, "fmi2SetRealInputDerivatives");
+    return (fmi2Status)absent(c, "fmi2SetRealInputDerivatives");
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -37,12 +35,40 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)nvr;
     (void)order;
     (void)value;
-    return absent(c, "fmi2GetRealOutputDerivatives");
+    return (fmi2Status)absent(c, "fmi2GetRealOutputDerivatives");
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return absent(c, "fmi2CancelStep");
+    return (fmi2Status)absent(c, "fmi2CancelStep");
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)get_none(c, "fmi2GetInteger", nvr);
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)get_none(c, "fmi2GetString", nvr);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)set_none(c, "fmi2SetInteger", nvr);
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)set_none(c, "fmi2SetString", nvr);
 }
 
 /* What cannot be told of a step (FMI 2.0.5, section 4.2.3): each is done when fmi2DoStep returns. */
@@ -51,10 +77,10 @@ static fmi2Status untold(const struct Instance *instance, const char *call, fmi2
     static const char *const KINDS[] = {"fmi2DoStepStatus", "fmi2PendingStatus", "fmi2LastSuccessfulTime",
                                         "fmi2Terminated"};
     if (!value) {
-        return refuse(instance, "%s with a null pointer, expected a place for the value", call);
+        return (fmi2Status)refuse(instance, "%s with a null pointer, expected a place for the value", call);
     }
-    return discard(instance, "%s of %s: there is no such status, no step of this FMU is ever pending", call,
-                   (unsigned)kind < sizeof KINDS / sizeof *KINDS ? KINDS[kind] : "an unknown kind");
+    return (fmi2Status)discard(instance, "%s of %s: there is no such status, no step of this FMU is ever pending", call,
+                               (unsigned)kind < sizeof KINDS / sizeof *KINDS ? KINDS[kind] : "an unknown kind");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
@@ -66,7 +92,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
 {
     const struct Instance *instance = c;
     if (instance && s == fmi2LastSuccessfulTime && value) {
-        *value = instance->progress.next_time;
+        *value = instance->state->progress.next_time;
         return fmi2OK;
     }
     return untold(instance, "fmi2GetRealStatus", s, value);

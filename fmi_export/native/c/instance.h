@@ -1,14 +1,19 @@
-/* An instance of the FMU. */
+/* An instance of the FMU, the same under every version of FMI: its phases, steps, variables, states and messages.
+ *
+ * Over it lies a shell, fmi2.c or fmi3.c, with the functions of one version. Names of functions of FMI, for messages,
+ * come from there; statuses have the numbers that they have in all versions. */
 
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
 #include "prefix.h"
 
-#include "fmi2Functions.h"
-#include "model.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-/* Phases of an instance (FMI 2.0.4, figure 11), one bit each so that a function can name those it is allowed in. */
+/* Phases of an instance (FMI 2.0.4, figure 11; FMI 3.0, 2.3), one bit each so that a function can name those it is
+ * allowed in. */
 enum Phase {
     INSTANTIATED = 1,
     INITIALIZING = 2,
@@ -17,7 +22,10 @@ enum Phase {
     FAILED = 16,
 };
 
-/* Everything that a run changes: what an FMU state saves. */
+/* Statuses of FMI that occur here, with its numbers. */
+enum Status { DONE = 0, DISCARDED = 2, REFUSED = 3 };
+
+/* Everything that a run changes but the block. */
 struct Progress {
     enum Phase phase;
     bool stale;          /* the outputs of a block that has not started are not computed yet */
@@ -27,33 +35,104 @@ struct Progress {
     double stop_time;    /* s, infinite if the importer has defined none */
 };
 
-struct Instance {
-    fmi2CallbackFunctions callbacks;
-    char *name;
-    bool logging;        /* of what is discarded; errors are always said */
+/* What an FMU state saves. */
+struct RunState {
     struct Progress progress;
-    void *block;
+    double block[];      /* of the alignment that a block needs */
 };
 
+/* What the importer gives; its logger is of a type that only the shell knows. */
+struct Importer {
+    void *environment;
+    void (*logger)(void);
+    void *(*allocate)(size_t count, size_t size);   /* zeroed; NULL, as the next one, for the C library's */
+    void (*release)(void *memory);
+};
+
+struct Instance {
+    struct Importer importer;
+    char *name;
+    bool logging;        /* of what is discarded; errors are always said */
+    struct RunState *state;
+};
+
+#include "model.h"
+
+/* -- of the shell -- */
+
+/* Pass a message to the importer's logger, which there is. */
+void tell(const struct Instance *instance, enum Status status, const char *category, const char *message);
+
+/* A phase, and the type of a real variable, in the words of a version of FMI; the phases in which variables are read. */
+const char *phase_name(enum Phase phase);
+const char *real_type(void);
+int readable_phases(void);
+
+/* -- instance.c; `call` is the name of the function of FMI -- */
+
+/* A new instance, or NULL and a message. The key of the FMU (GUID, instantiation token) has a name for the message. */
+struct Instance *created(const struct Importer *importer, const char *name, bool logging, const char *key_name,
+                         const char *key);
+void freed(struct Instance *instance);
+enum Status set_logging(struct Instance *instance, bool on, size_t count, const char *const categories[]);
+
+/* Start and stop time, s; the latter infinite if there is none. */
+enum Status set_times(struct Instance *instance, const char *call, double start, double stop);
+enum Status enter_initialization(struct Instance *instance, const char *call);
+enum Status exit_initialization(struct Instance *instance, const char *call);
+enum Status take_step(struct Instance *instance, const char *call, double time, double size);
+enum Status end_run(struct Instance *instance, const char *call);
+enum Status begin_anew(struct Instance *instance);
 
 /* Memory by the importer's functions, or the C library's if it gives none; zeroed. */
-void *allocate(const fmi2CallbackFunctions *callbacks, size_t size);
-void release(const fmi2CallbackFunctions *callbacks, void *memory);
+void *allocate(const struct Importer *importer, size_t size);
+void release(const struct Importer *importer, void *memory);
 
 /* Compute the initial outputs from what is set so far, if it is in range: if not, the end of the initialization says so. */
 void refresh(struct Instance *instance);
 
-/* Log a message, formatted as by printf, and return fmi2Error; here and below, without an instance nothing is logged. */
-fmi2Status refuse(const struct Instance *instance, const char *format, ...);
+/* -- variables.c -- */
 
-/* The same for what the FMU cannot tell: fmi2Discard, logged only if the importer has asked for that. */
-fmi2Status discard(const struct Instance *instance, const char *format, ...);
+enum Status get_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                      double values[]);
+enum Status set_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                      const double values[]);
+
+/* Whether Boolean variables can be read, or set, now: what a Boolean is differs from version to version. */
+bool booleans_readable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const void *values);
+bool booleans_settable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const void *values);
+
+/* Access to variables of a type that this FMU does not have. */
+enum Status get_none(const struct Instance *instance, const char *call, size_t count);
+enum Status set_none(const struct Instance *instance, const char *call, size_t count);
+
+/* -- state.c -- */
+
+enum Status save_state(struct Instance *instance, const char *call, void **place);
+enum Status restore_state(struct Instance *instance, const char *call, const void *state);
+enum Status free_state(struct Instance *instance, void **place);
+enum Status serialized_size(struct Instance *instance, const char *call, const void *state, size_t *size);
+enum Status serialize(struct Instance *instance, const char *call, const void *state, void *bytes, size_t size);
+enum Status deserialize(struct Instance *instance, const char *call, const void *bytes, size_t size, void **place);
+
+/* -- messages.c -- */
+
+/* Log a message, formatted as by printf, and return REFUSED; here and below, without an instance nothing is logged. */
+enum Status refuse(const struct Instance *instance, const char *format, ...);
+
+/* The same for what the FMU cannot tell: DISCARDED, logged only if the importer has asked for that. */
+enum Status discard(const struct Instance *instance, const char *format, ...);
+
+/* For a function that the model description says the FMU does not have. */
+enum Status absent(const struct Instance *instance, const char *call);
 
 /* Whether a call is allowed in the instance's phase; logs it if it is not. */
 bool allowed(const struct Instance *instance, const char *call, int phases);
 
 /* Log what a status other than 0 of the block means, in a step from a time (s) over a step size (s). */
-fmi2Status refuse_status(const struct Instance *instance, int64_t status, double time, double step);
+enum Status refuse_status(const struct Instance *instance, int64_t status, double time, double step);
 
 /* A double in the fewest digits that give it back, as Python writes it; text has room for NUMBER_LENGTH. */
 enum { NUMBER_LENGTH = 40 };
@@ -61,12 +140,12 @@ const char *number(double value, char *text);
 
 static inline double *real_at(const struct Instance *instance, const struct Variable *variable)
 {
-    return (double *)((char *)instance->block + variable->offset);
+    return (double *)((char *)instance->state + variable->offset);
 }
 
 static inline bool *boolean_at(const struct Instance *instance, const struct Variable *variable)
 {
-    return (bool *)((char *)instance->block + variable->offset);
+    return (bool *)((char *)instance->state + variable->offset);
 }
 
 #endif

@@ -10,52 +10,44 @@
 
 enum { LONGEST_MESSAGE = 2000 };
 
-static void say(const struct Instance *instance, fmi2Status status, const char *category, const char *format,
+static void say(const struct Instance *instance, enum Status status, const char *category, const char *format,
                 va_list arguments)
 {
     char message[LONGEST_MESSAGE];
     vsnprintf(message, sizeof message, format, arguments);
-    /* The message is no format: it may have a per cent sign in it. */
-    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, status, category, "%s",
-                               message);
+    tell(instance, status, category, message);
 }
 
-fmi2Status refuse(const struct Instance *instance, const char *format, ...)
+enum Status refuse(const struct Instance *instance, const char *format, ...)
 {
     va_list arguments;
-    if (instance && instance->callbacks.logger) {
+    if (instance && instance->importer.logger) {
         va_start(arguments, format);
-        say(instance, fmi2Error, "logStatusError", format, arguments);
+        say(instance, REFUSED, "logStatusError", format, arguments);
         va_end(arguments);
     }
-    return fmi2Error;
+    return REFUSED;
 }
 
-fmi2Status discard(const struct Instance *instance, const char *format, ...)
+enum Status discard(const struct Instance *instance, const char *format, ...)
 {
     va_list arguments;
-    if (instance && instance->callbacks.logger && instance->logging) {
+    if (instance && instance->importer.logger && instance->logging) {
         va_start(arguments, format);
-        say(instance, fmi2Discard, "logStatusDiscard", format, arguments);
+        say(instance, DISCARDED, "logStatusDiscard", format, arguments);
         va_end(arguments);
     }
-    return instance ? fmi2Discard : fmi2Error;
+    return instance ? DISCARDED : REFUSED;
 }
 
-static const char *phase_name(enum Phase phase)
+enum Status absent(const struct Instance *instance, const char *call)
 {
-    switch (phase) {
-    case INSTANTIATED: return "before fmi2EnterInitializationMode";
-    case INITIALIZING: return "in the initialization";
-    case RUNNING: return "after the initialization";
-    case TERMINATED: return "after fmi2Terminate";
-    default: return "after an error";
-    }
+    return refuse(instance, "%s: the model description says that this FMU does not do that", call);
 }
 
 bool allowed(const struct Instance *instance, const char *call, int phases)
 {
-    if (!instance || (instance->progress.phase & phases)) {
+    if (!instance || (instance->state->progress.phase & phases)) {
         return instance != NULL;
     }
     char expected[200] = "";
@@ -64,7 +56,7 @@ bool allowed(const struct Instance *instance, const char *call, int phases)
             strcat(strcat(expected, *expected ? " or " : ""), phase_name((enum Phase)phase));
         }
     }
-    refuse(instance, "%s %s, expected %s", call, phase_name(instance->progress.phase), expected);
+    refuse(instance, "%s %s, expected %s", call, phase_name(instance->state->progress.phase), expected);
     return false;
 }
 
@@ -125,7 +117,7 @@ static const char *named_value(const struct Instance *instance, const char *name
     return number(*real_at(instance, variable), text);
 }
 
-fmi2Status refuse_status(const struct Instance *instance, int64_t status, double time, double step)
+enum Status refuse_status(const struct Instance *instance, int64_t status, double time, double step)
 {
     const char *text = "the block refused with a status that has no text";
     for (size_t i = 0; i < MODEL.refusal_count; ++i) {

@@ -9,13 +9,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum Causality { PARAMETER, INPUT, OUTPUT };
+enum Causality { PARAMETER, INPUT, OUTPUT, INDEPENDENT };
 
 /* An FMI variable; its value reference is its place in the table. */
 struct Variable {
     const char *name;
     const char *unit;            /* empty for ratios and Booleans */
-    size_t offset;               /* of the value in the block: a double, or a bool */
+    size_t offset;               /* of the value in struct RunState: a double, or a bool */
     bool boolean;
     bool fixed;                  /* a parameter that cannot change once the initialization has ended */
     enum Causality causality;
@@ -31,7 +31,7 @@ struct Refusal {
 
 struct Model {
     const char *name;
-    const char *guid;
+    const char *guid;                                          /* in FMI 3.0 the instantiation token */
     size_t block_size;
     void (*construct)(void *block);
     int64_t (*start)(void *block);                             /* 0, or the status of a refusal */

@@ -5,6 +5,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "fmi2Functions.h"
+
 static char message[2000];
 
 static void keep(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,

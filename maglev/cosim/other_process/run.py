@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from maglev.cosim.fmu import unpacking_folder
-from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, ended, whole_steps
+from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, ended, whole_steps, widened
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.flight import fly
 from maglev.cosim.other_process.helper import Helper, helper
@@ -174,11 +174,11 @@ class Follower:
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of what was recorded."""
         assert self.wired is not None
-        columns = {}
+        columns: dict[str, Any] = {}
         for number, names in enumerate(self.wired.columns):
             path = next(self.folder.glob(f"{TRACK}{number}.*"))
             table = np.array(np.memmap(path, path.suffix[1:], "r").reshape(-1, len(names))[:rows])
-            columns.update({name: table[:, i] for i, name in enumerate(names)})
+            columns.update(zip(names, widened(table).T, strict=True))
         return Recording(self.job.step * np.arange(rows, dtype=np.float64), columns, notes)
 
     def name(self, fmu: str) -> str:

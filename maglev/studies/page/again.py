@@ -6,7 +6,8 @@ from typing import Any
 
 # The options of `maglev run` by those of Python: what a study was flown with is kept by these.
 FLAGS = {"model": "--model", "plant": "--plant", "controller": "--controller", "ports": "--map", "step": "--step",
-         "order": "--order", "fmus": "--fmus", "native": "--native", "keep_settings": "--keep-settings"}
+         "order": "--order", "fmus": "--fmus", "native": "--native", "fmi": "--fmi",
+         "keep_settings": "--keep-settings"}
 
 
 def values_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.studies.page.again import FLAGS, values_of
 
-HARMLESS = ("native", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
+HARMLESS = ("native", "fmi", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
 
 
 def why_not_live(about: Mapping[str, Any]) -> str:

@@ -30,6 +30,27 @@ static void instantiate(struct Slave *slave, bool plainly)
     slave->time = 0.0;
 }
 
+#if defined FMI3
+static void set_up(struct Slave *slave)
+{
+    unsigned before;
+    CALL(slave, 0, fmi3EnterEventMode(slave->component));   /* there is nothing to set up */
+}
+
+static void enter(struct Slave *slave)
+{
+    unsigned before, choice = byte();
+    double time = choice % 8 == 0 ? any_value() : 0.0;
+    if (CALL(slave, INSTANTIATED,
+             fmi3EnterInitializationMode(slave->component, choice % 2, 1e-3, time, choice % 3 == 0, 1.0))) {
+        REQUIRE(isfinite(time));
+        slave->time = time;
+        slave->phase = INITIALIZATION;
+    } else {
+        REQUIRE(slave->phase != INSTANTIATED || !isfinite(time));
+    }
+}
+#else
 static void set_up(struct Slave *slave)
 {
     unsigned before, choice = byte();
@@ -49,6 +70,7 @@ static void enter(struct Slave *slave)
         REQUIRE(slave->phase != INSTANTIATED);
     }
 }
+#endif
 
 static void leave(struct Slave *slave)
 {
@@ -62,7 +84,7 @@ static void leave(struct Slave *slave)
 
 static void get_all(struct Slave *slave)
 {
-    static const int READABLE = INITIALIZATION | STEPPING | TERMINATED | ERROR;
+    static const int READABLE = (INSTANTIATED_READABLE ? INSTANTIATED : 0) | INITIALIZATION | STEPPING | TERMINATED | ERROR;
     unsigned before;
     for (fmi2ValueReference i = 0; i < MODEL.variable_count; ++i) {
         double value;
@@ -125,7 +147,7 @@ static void set_one(struct Slave *slave)
         double value = value_in_range(variable);
         done = CALL(slave, WRITABLE, fmi2SetReal(slave->component, &reference, 1, &value));
     }
-    REQUIRE(done == ((slave->phase & WRITABLE) && variable->causality != OUTPUT
+    REQUIRE(done == ((slave->phase & WRITABLE) && variable->causality < OUTPUT   /* INDEPENDENT comes after it */
                      && !(variable->fixed && slave->phase == STEPPING)));
 }
 
@@ -139,7 +161,7 @@ static void get_some(struct Slave *slave)
         references[i] = choice % 8 ? byte() % (unsigned)MODEL.variable_count : byte() * 16777217u;
     }
     const fmi2ValueReference *given = choice % 16 == 1 ? NULL : references;
-    const int phases = INITIALIZATION | STEPPING | TERMINATED | ERROR;
+    const int phases = (INSTANTIATED_READABLE ? INSTANTIATED : 0) | INITIALIZATION | STEPPING | TERMINATED | ERROR;
     CALL(slave, phases, fmi2GetReal(slave->component, given, count, choice % 16 == 2 ? NULL : values));
     CALL(slave, phases, fmi2GetBoolean(slave->component, given, count, choice % 16 == 2 ? NULL : truths));
 }
@@ -254,6 +276,25 @@ static void end_or_reset(struct Slave *slave)
     }
 }
 
+#if defined FMI3
+static void what_it_cannot_do(struct Slave *slave)
+{
+    fmi3ValueReference reference = byte();
+    fmi3Float64 value = 0.0;
+    fmi3Boolean flag = false;
+    fmi3Clock clock = false;
+    size_t number = 0;
+    unsigned before, count = byte() % 2;
+    CALL(slave, 0, fmi3GetDirectionalDerivative(slave->component, &reference, 1, &reference, 1, &value, 1, &value, 1));
+    CALL(slave, 0, fmi3GetAdjointDerivative(slave->component, &reference, 1, &reference, 1, &value, 1, &value, 1));
+    CALL(slave, 0, fmi3UpdateDiscreteStates(slave->component, &flag, &flag, &flag, &flag, &flag, &value));
+    CALL(slave, 0, fmi3GetNumberOfContinuousStates(slave->component, &number));
+    CALL(slave, 0, fmi3EnterConfigurationMode(slave->component));
+    CALL(slave, 0, fmi3DoStep(slave->component, slave->time, 1e-4, true, &flag, &flag, NULL, &value));
+    CALL(slave, 0, fmi3GetFloat64(slave->component, &reference, 1, &value, 2));
+    CALL(slave, EVERY, fmi3GetClock(slave->component, &reference, count, &clock));
+}
+#else
 static void what_it_cannot_do(struct Slave *slave)
 {
     fmi2ValueReference reference = byte();
@@ -275,6 +316,7 @@ static void what_it_cannot_do(struct Slave *slave)
     ASK(slave, false, fmi2GetStringStatus(slave->component, kind, &text));
     CALL(slave, 0, fmi2GetRealStatus(slave->component, kind, NULL));
 }
+#endif
 
 static void forget_instance(struct Slave *slave)
 {

@@ -26,7 +26,7 @@ class Controller:
         self.rig, self.sample = rig, 0
 
         def buffer(names: list[str]) -> Buffer:
-            return Buffer("Real", [self.fmu.variable(name) for name in names])
+            return Buffer("Real", [self.fmu.variable(name) for name in names], self.fmu.fmi)
 
         measured = [f"{axis.name}.measured" for axis in rig.measured]
         measured += [f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations]

@@ -1,0 +1,112 @@
+"""The XML of an FMU of FMI 3.0, co-simulation: modelDescription, buildDescription, terminalsAndIcons."""
+
+from collections.abc import Iterable, Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.model_description import (
+    add_experiment,
+    add_log_categories,
+    add_units,
+    as_bytes,
+    attributes,
+    common_attributes,
+    typed_attributes,
+    xml_boolean,
+)
+
+FMI = "3.0"
+
+SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from -100 to 100
+
+
+def model_description_3(definition: FmuDefinition, token: str, version: str, date: int) -> bytes:
+    """Model description as UTF-8 XML, with the instantiation token; other parameters as of `model_description`.
+
+    Variables and value references are those of FMI 2.0; after them comes the time, which FMI 3.0 asks for.
+    """
+    root = Element("fmiModelDescription", attributes(definition, FMI, "instantiationToken", token, version, date,
+                                                     "pyccel"))
+    SubElement(root, "CoSimulation", {
+        "modelIdentifier": definition.name,
+        "needsExecutionTool": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
+    })
+    add_units(root, definition)
+    add_log_categories(root)
+    add_experiment(root, definition)
+    variables = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(definition.variables):
+        SubElement(variables, "Boolean" if variable.boolean else "Float64",
+                   common_attributes(variable, reference) | typed_attributes(definition, variable))
+    SubElement(variables, "Float64", {
+        "name": "time", "valueReference": str(len(definition.variables)), "description": "Time",
+        "causality": "independent", "variability": "continuous", "unit": "s"})
+    add_structure(root, definition)
+    return as_bytes(root)
+
+
+def add_structure(root: Element, definition: FmuDefinition) -> None:
+    """Add the outputs with the inputs, and the initial unknowns with the parameters, that they depend on."""
+    reference = {v.name: number for number, v in enumerate(definition.variables)}
+    structure = SubElement(root, "ModelStructure")
+    outputs = [v for v in definition.variables if v.causality == "output"]
+    for element, names_of in (("Output", "depends_on"), ("InitialUnknown", "starts_from")):
+        for variable in outputs:
+            knowns = sorted(reference[name] for name in getattr(variable, names_of))
+            SubElement(structure, element, {
+                "valueReference": str(reference[variable.name]),
+                "dependencies": " ".join(str(known) for known in knowns),
+                "dependenciesKind": " ".join("dependent" for _ in knowns),
+            })
+
+
+def build_description(name: str, units: Sequence[str]) -> str:
+    """How the C files of an FMU are compiled, as XML."""
+    root = Element("fmiBuildDescription", {"fmiVersion": FMI})
+    configuration = SubElement(root, "BuildConfiguration", {
+        "modelIdentifier": name, "description": "-ffp-contract=off gives the bits of the binaries, -ffast-math not"})
+    files = SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    for unit in units:
+        SubElement(files, "SourceFile", {"name": unit})
+    SubElement(files, "PreprocessorDefinition", {
+        "name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": "true",
+        "description": "For a shared library: the functions of FMI under their own names"})
+    SubElement(configuration, "Library", {"name": "m", "external": "true", "description": "Where libm is a library"})
+    return as_bytes(root).decode("utf-8")
+
+
+def terminals_and_icons(definition: FmuDefinition) -> bytes:
+    """The icon, and the inputs and outputs of each axis and motor as a terminal.
+
+    A terminal is a bus: members of the same names belong together, such as the currents that a controller commands
+    and a plant takes.
+    """
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": FMI})
+    picture = SubElement(root, "GraphicalRepresentation")
+    place = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(picture, "CoordinateSystem", place | {"suggestedScalingFactorTo_mm": repr(SCALE)})
+    SubElement(picture, "Icon", place)
+    groups = grouped(definition.variables)
+    if groups:
+        terminals = SubElement(root, "Terminals")
+        for name, members in groups.items():
+            terminal = SubElement(terminals, "Terminal", {"name": name, "matchingRule": "bus"})
+            for member in members:
+                SubElement(terminal, "TerminalMemberVariable", {
+                    "variableName": member.name, "memberName": member.name.rpartition(".")[2],
+                    "variableKind": "signal"})
+    return as_bytes(root)
+
+
+def grouped(variables: Iterable[Variable]) -> dict[str, list[Variable]]:
+    """Inputs and outputs of the parts of a block, by the names of these."""
+    groups: dict[str, list[Variable]] = {}
+    for variable in variables:
+        part = variable.name.rpartition(".")[0]
+        if part and variable.causality in ("input", "output"):
+            groups.setdefault(part, []).append(variable)
+    return groups

@@ -1,0 +1,206 @@
+/* FMI 3.0 for co-simulation: its functions over an instance. */
+
+#include "instance.h"
+
+#include <math.h>
+
+#include "fmi3Functions.h"
+
+void tell(const struct Instance *instance, enum Status status, const char *category, const char *message)
+{
+    fmi3LogMessageCallback logger = (fmi3LogMessageCallback)instance->importer.logger;
+    logger(instance->importer.environment, (fmi3Status)status, category, message);
+}
+
+const char *phase_name(enum Phase phase)
+{
+    switch (phase) {
+    case INSTANTIATED: return "before fmi3EnterInitializationMode";
+    case INITIALIZING: return "in the initialization";
+    case RUNNING: return "after the initialization";
+    case TERMINATED: return "after fmi3Terminate";
+    default: return "after an error";
+    }
+}
+
+const char *real_type(void)
+{
+    return "Float64";
+}
+
+int readable_phases(void)
+{
+    return INSTANTIATED | INITIALIZING | RUNNING | TERMINATED | FAILED;   /* start values before the initialization */
+}
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
+                                         fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                         fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+                                         const fmi3ValueReference requiredIntermediateVariables[],
+                                         size_t nRequiredIntermediateVariables,
+                                         fmi3InstanceEnvironment instanceEnvironment,
+                                         fmi3LogMessageCallback logMessage,
+                                         fmi3IntermediateUpdateCallback intermediateUpdate)
+{
+    (void)resourcePath;
+    (void)visible;
+    (void)earlyReturnAllowed;   /* no step returns early */
+    (void)requiredIntermediateVariables;
+    (void)intermediateUpdate;
+    const struct Importer importer = {.environment = instanceEnvironment, .logger = (void (*)(void))logMessage};
+    const struct Instance nobody = {.importer = importer};
+    if (eventModeUsed) {
+        refuse(&nobody, "eventModeUsed = true, expected false: the model description says that this FMU has no event mode");
+        return NULL;
+    }
+    if (nRequiredIntermediateVariables > 0) {
+        refuse(&nobody, "%u intermediate variables required, expected none: the model description has none",
+               (unsigned)nRequiredIntermediateVariables);
+        return NULL;
+    }
+    return created(&importer, instanceName, loggingOn, "instantiation token", instantiationToken);
+}
+
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    freed(instance);
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
+                               const fmi3String categories[])
+{
+    return (fmi3Status)set_logging(instance, loggingOn, nCategories, categories);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
+{
+    static const char *const CALL = "fmi3EnterInitializationMode";
+    (void)toleranceDefined;
+    (void)tolerance;
+    enum Status status = set_times(instance, CALL, startTime, stopTimeDefined ? stopTime : INFINITY);
+    return (fmi3Status)(status == DONE ? enter_initialization(instance, CALL) : status);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+{
+    return (fmi3Status)exit_initialization(instance, "fmi3ExitInitializationMode");
+}
+
+fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
+                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
+                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
+{
+    (void)noSetFMUStatePriorToCurrentPoint;
+    if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime) {
+        return (fmi3Status)refuse(instance, "fmi3DoStep with a null pointer, expected places for what it returns");
+    }
+    enum Status status = take_step(instance, "fmi3DoStep", currentCommunicationPoint, communicationStepSize);
+    *eventHandlingNeeded = false;
+    *terminateSimulation = false;
+    *earlyReturn = false;
+    if (instance) {
+        *lastSuccessfulTime = ((const struct Instance *)instance)->state->progress.next_time;
+    }
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    return (fmi3Status)end_run(instance, "fmi3Terminate");
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    return (fmi3Status)begin_anew(instance);
+}
+
+/* Whether there are as many values as variables, each of which is a scalar. */
+static bool one_each(const struct Instance *instance, const char *call, size_t references, size_t values)
+{
+    if (references != values) {
+        refuse(instance, "%s of %u variables with %u values, expected one for each", call, (unsigned)references,
+               (unsigned)values);
+    }
+    return references == values;
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          fmi3Float64 values[], size_t nValues)
+{
+    if (!one_each(instance, "fmi3GetFloat64", nValueReferences, nValues)) {
+        return fmi3Error;
+    }
+    return (fmi3Status)get_reals(instance, "fmi3GetFloat64", valueReferences, nValueReferences, values);
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Float64 values[], size_t nValues)
+{
+    if (!one_each(instance, "fmi3SetFloat64", nValueReferences, nValues)) {
+        return fmi3Error;
+    }
+    return (fmi3Status)set_reals(instance, "fmi3SetFloat64", valueReferences, nValueReferences, values);
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          fmi3Boolean values[], size_t nValues)
+{
+    if (!one_each(instance, "fmi3GetBoolean", nValueReferences, nValues)
+        || !booleans_readable(instance, "fmi3GetBoolean", valueReferences, nValueReferences, values)) {
+        return fmi3Error;
+    }
+    for (size_t i = 0; i < nValues; ++i) {
+        values[i] = *boolean_at(instance, &MODEL.variables[valueReferences[i]]);
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Boolean values[], size_t nValues)
+{
+    if (!one_each(instance, "fmi3SetBoolean", nValueReferences, nValues)
+        || !booleans_settable(instance, "fmi3SetBoolean", valueReferences, nValueReferences, values)) {
+        return fmi3Error;
+    }
+    for (size_t i = 0; i < nValues; ++i) {
+        *boolean_at(instance, &MODEL.variables[valueReferences[i]]) = values[i];
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    return (fmi3Status)save_state(instance, "fmi3GetFMUState", FMUState);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
+{
+    return (fmi3Status)restore_state(instance, "fmi3SetFMUState", FMUState);
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    return (fmi3Status)free_state(instance, FMUState);
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
+{
+    return (fmi3Status)serialized_size(instance, "fmi3SerializedFMUStateSize", FMUState, size);
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size)
+{
+    return (fmi3Status)serialize(instance, "fmi3SerializeFMUState", FMUState, serializedState, size);
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
+                                   fmi3FMUState *FMUState)
+{
+    return (fmi3Status)deserialize(instance, "fmi3DeserializeFMUState", serializedState, size, FMUState);
+}

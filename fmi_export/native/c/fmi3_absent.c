@@ -1,0 +1,155 @@
+/* What of FMI 3.0 the model description says this FMU cannot do, and access to variables of types that it does not have. */
+
+#include "instance.h"
+
+#include "fmi3Functions.h"
+
+/* The parameters are those of FMI, and only the instance is of use. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+
+#define NO_VARIABLES(type)                                                                                             \
+    fmi3Status fmi3Get##type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, fmi3##type values[], size_t nValues)                             \
+    {                                                                                                                  \
+        return (fmi3Status)get_none(instance, "fmi3Get" #type, nValueReferences);                                      \
+    }                                                                                                                  \
+                                                                                                                       \
+    fmi3Status fmi3Set##type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, const fmi3##type values[], size_t nValues)                       \
+    {                                                                                                                  \
+        return (fmi3Status)set_none(instance, "fmi3Set" #type, nValueReferences);                                      \
+    }
+
+NO_VARIABLES(Float32)
+NO_VARIABLES(Int8)
+NO_VARIABLES(UInt8)
+NO_VARIABLES(Int16)
+NO_VARIABLES(UInt16)
+NO_VARIABLES(Int32)
+NO_VARIABLES(UInt32)
+NO_VARIABLES(Int64)
+NO_VARIABLES(UInt64)
+NO_VARIABLES(String)
+
+fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                         size_t valueSizes[], fmi3Binary values[], size_t nValues)
+{
+    return (fmi3Status)get_none(instance, "fmi3GetBinary", nValueReferences);
+}
+
+fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                        fmi3Clock values[])
+{
+    return (fmi3Status)get_none(instance, "fmi3GetClock", nValueReferences);
+}
+
+fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                         const size_t valueSizes[], const fmi3Binary values[], size_t nValues)
+{
+    return (fmi3Status)set_none(instance, "fmi3SetBinary", nValueReferences);
+}
+
+fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                        const fmi3Clock values[])
+{
+    return (fmi3Status)set_none(instance, "fmi3SetClock", nValueReferences);
+}
+
+#define ABSENT(function, ...)                                                                                          \
+    fmi3Status fmi3##function(fmi3Instance instance, __VA_ARGS__)                                                      \
+    {                                                                                                                  \
+        return (fmi3Status)absent(instance, "fmi3" #function);                                                         \
+    }
+
+#define ABSENT_ALONE(function)                                                                                         \
+    fmi3Status fmi3##function(fmi3Instance instance)                                                                   \
+    {                                                                                                                  \
+        return (fmi3Status)absent(instance, "fmi3" #function);                                                         \
+    }
+
+/* Directional and adjoint derivatives, derivatives of outputs, dependencies that change. */
+ABSENT(GetDirectionalDerivative, const fmi3ValueReference unknowns[], size_t nUnknowns,
+       const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
+       fmi3Float64 sensitivity[], size_t nSensitivity)
+ABSENT(GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[],
+       size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
+ABSENT(GetOutputDerivatives, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
+ABSENT(GetNumberOfVariableDependencies, fmi3ValueReference valueReference, size_t *nDependencies)
+ABSENT(GetVariableDependencies, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
+       fmi3ValueReference independents[], size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
+       size_t nDependencies)
+
+/* Structural parameters. */
+ABSENT_ALONE(EnterConfigurationMode)
+ABSENT_ALONE(ExitConfigurationMode)
+
+/* Events and clocks. */
+ABSENT_ALONE(EnterEventMode)
+ABSENT_ALONE(EnterStepMode)
+ABSENT(UpdateDiscreteStates, fmi3Boolean *discreteStatesNeedUpdate, fmi3Boolean *terminateSimulation,
+       fmi3Boolean *nominalsOfContinuousStatesChanged, fmi3Boolean *valuesOfContinuousStatesChanged,
+       fmi3Boolean *nextEventTimeDefined, fmi3Float64 *nextEventTime)
+ABSENT_ALONE(EvaluateDiscreteStates)
+ABSENT(GetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+ABSENT(GetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+ABSENT(GetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3Float64 shifts[])
+ABSENT(GetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3UInt64 counters[],
+       fmi3UInt64 resolutions[])
+ABSENT(SetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       const fmi3Float64 intervals[])
+ABSENT(SetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+ABSENT(SetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       const fmi3Float64 shifts[])
+ABSENT(SetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+       const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+
+/* Model exchange. */
+ABSENT_ALONE(EnterContinuousTimeMode)
+ABSENT(CompletedIntegratorStep, fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *enterEventMode,
+       fmi3Boolean *terminateSimulation)
+ABSENT(SetTime, fmi3Float64 time)
+ABSENT(SetContinuousStates, const fmi3Float64 continuousStates[], size_t nContinuousStates)
+ABSENT(GetContinuousStateDerivatives, fmi3Float64 derivatives[], size_t nContinuousStates)
+ABSENT(GetEventIndicators, fmi3Float64 eventIndicators[], size_t nEventIndicators)
+ABSENT(GetContinuousStates, fmi3Float64 continuousStates[], size_t nContinuousStates)
+ABSENT(GetNominalsOfContinuousStates, fmi3Float64 nominals[], size_t nContinuousStates)
+ABSENT(GetNumberOfEventIndicators, size_t *nEventIndicators)
+ABSENT(GetNumberOfContinuousStates, size_t *nContinuousStates)
+
+/* Scheduled execution. */
+ABSENT(ActivateModelPartition, fmi3ValueReference clockReference, fmi3Float64 activationTime)
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
+                                          fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                          fmi3InstanceEnvironment instanceEnvironment,
+                                          fmi3LogMessageCallback logMessage)
+{
+    const struct Importer importer = {.environment = instanceEnvironment, .logger = (void (*)(void))logMessage};
+    const struct Instance nobody = {.importer = importer};
+    absent(&nobody, "fmi3InstantiateModelExchange");
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
+                                               fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                               fmi3InstanceEnvironment instanceEnvironment,
+                                               fmi3LogMessageCallback logMessage, fmi3ClockUpdateCallback clockUpdate,
+                                               fmi3LockPreemptionCallback lockPreemption,
+                                               fmi3UnlockPreemptionCallback unlockPreemption)
+{
+    const struct Importer importer = {.environment = instanceEnvironment, .logger = (void (*)(void))logMessage};
+    const struct Instance nobody = {.importer = importer};
+    absent(&nobody, "fmi3InstantiateScheduledExecution");
+    return NULL;
+}
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif

@@ -1,0 +1,251 @@
+/* Instances of the FMU: their lives, phases and steps. */
+
+#include "instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Share of a communication step by which the importer's clock may miss the end of the one before. */
+#define CONTINUITY 1.0e-3
+
+/* One of the importer's functions alone is no use: memory has to go back to where it came from. */
+static bool manages_memory(const struct Importer *importer)
+{
+    return importer->allocate && importer->release;
+}
+
+void *allocate(const struct Importer *importer, size_t size)
+{
+    return manages_memory(importer) ? importer->allocate(1, size) : calloc(1, size);
+}
+
+void release(const struct Importer *importer, void *memory)
+{
+    if (!manages_memory(importer)) {
+        free(memory);
+    } else if (memory) {
+        importer->release(memory);
+    }
+}
+
+static void renew(struct Instance *instance)
+{
+    struct RunState *state = instance->state;
+    /* Padding too, so that equal states are equal bytes; from here on members change one by one. */
+    memset(state, 0, sizeof *state + MODEL.block_size);
+    MODEL.construct(state->block);
+    state->progress.phase = INSTANTIATED;
+    state->progress.stale = true;
+    state->progress.stop_time = INFINITY;
+}
+
+struct Instance *created(const struct Importer *importer, const char *name, bool logging, const char *key_name,
+                         const char *key)
+{
+    if (!name) {
+        name = "";
+    }
+    /* Until there is an instance, this one does the talking. */
+    struct Instance nobody = {.importer = *importer, .name = (char *)name};
+    if (!*name) {
+        refuse(&nobody, "instance name = '', expected one");
+        return NULL;
+    }
+    if (!key || strcmp(key, MODEL.guid) != 0) {
+        refuse(&nobody, "%s = %s, expected %s: model description and binary are not of the same FMU", key_name,
+               key ? key : "(none)", MODEL.guid);
+        return NULL;
+    }
+    struct Instance *instance = allocate(importer, sizeof *instance);
+    char *kept_name = allocate(importer, strlen(name) + 1);
+    struct RunState *state = allocate(importer, sizeof *state + MODEL.block_size);
+    if (!instance || !kept_name || !state) {
+        refuse(&nobody, "out of memory");
+        release(importer, state);
+        release(importer, kept_name);
+        release(importer, instance);
+        return NULL;
+    }
+    instance->importer = *importer;
+    instance->name = strcpy(kept_name, name);
+    instance->logging = logging;
+    instance->state = state;
+    renew(instance);
+    return instance;
+}
+
+void freed(struct Instance *instance)
+{
+    if (!instance) {
+        return;
+    }
+    struct Importer importer = instance->importer;
+    release(&importer, instance->state);
+    release(&importer, instance->name);
+    release(&importer, instance);
+}
+
+enum Status set_logging(struct Instance *instance, bool on, size_t count, const char *const categories[])
+{
+    if (!instance) {
+        return REFUSED;
+    }
+    bool discards = count == 0;
+    for (size_t i = 0; i < count; ++i) {
+        const char *category = categories && categories[i] ? categories[i] : "(none)";
+        if (strcmp(category, "logAll") == 0 || strcmp(category, "logStatusDiscard") == 0) {
+            discards = true;
+        } else if (strcmp(category, "logStatusWarning") != 0 && strcmp(category, "logStatusError") != 0
+                   && strcmp(category, "logStatusFatal") != 0) {
+            return refuse(instance, "log category = %s, expected one of the model description", category);
+        }
+    }
+    /* Errors are said in any case. On is: what is named is said; off: what is not named stays as it was. */
+    instance->logging = on ? discards : instance->logging && !discards;
+    return DONE;
+}
+
+enum Status set_times(struct Instance *instance, const char *call, double start, double stop)
+{
+    char text[NUMBER_LENGTH];
+    if (!allowed(instance, call, INSTANTIATED)) {
+        return REFUSED;
+    }
+    if (!isfinite(start)) {
+        return refuse(instance, "start time = %s s, expected a finite time", number(start, text));
+    }
+    struct Progress *progress = &instance->state->progress;
+    progress->timed = true;
+    progress->next_time = start;
+    progress->stop_time = stop;
+    return DONE;
+}
+
+enum Status enter_initialization(struct Instance *instance, const char *call)
+{
+    if (!allowed(instance, call, INSTANTIATED)) {
+        return REFUSED;
+    }
+    instance->state->progress.phase = INITIALIZING;
+    return DONE;
+}
+
+/* First input or parameter that is not a finite number within its range; NULL if there is none. */
+static const struct Variable *out_of_range(const struct Instance *instance)
+{
+    for (size_t i = 0; i < MODEL.variable_count; ++i) {
+        const struct Variable *variable = &MODEL.variables[i];
+        if (variable->boolean || variable->causality == OUTPUT || variable->causality == INDEPENDENT) {
+            continue;
+        }
+        double value = *real_at(instance, variable);
+        if (!(value >= variable->minimum && value <= variable->maximum && isfinite(value))) {
+            return variable;
+        }
+    }
+    return NULL;
+}
+
+static enum Status check_ranges(struct Instance *instance)
+{
+    const struct Variable *wrong = out_of_range(instance);
+    if (wrong) {
+        char value[NUMBER_LENGTH], minimum[NUMBER_LENGTH], maximum[NUMBER_LENGTH];
+        const char *space = *wrong->unit ? " " : "";
+        return refuse(instance, "%s = %s%s%s, expected a number from %s to %s%s%s%s", wrong->name,
+                      number(*real_at(instance, wrong), value), space, wrong->unit, number(wrong->minimum, minimum),
+                      number(wrong->maximum, maximum), space, wrong->unit, wrong->hint);
+    }
+    instance->state->progress.suspect = false;
+    return DONE;
+}
+
+/* Leave the instance as one that can only be reset, restored or freed. */
+static enum Status fail(struct Instance *instance)
+{
+    instance->state->progress.phase = FAILED;
+    return REFUSED;
+}
+
+enum Status exit_initialization(struct Instance *instance, const char *call)
+{
+    if (!allowed(instance, call, INITIALIZING)) {
+        return REFUSED;
+    }
+    if (check_ranges(instance) != DONE) {
+        return fail(instance);
+    }
+    int64_t status = MODEL.start(instance->state->block);
+    if (status != 0) {
+        refuse_status(instance, status, 0.0, 0.0);
+        return fail(instance);
+    }
+    instance->state->progress.stale = false;
+    instance->state->progress.phase = RUNNING;
+    return DONE;
+}
+
+void refresh(struct Instance *instance)
+{
+    struct RunState *state = instance->state;
+    if (state->progress.stale && !out_of_range(instance)) {
+        MODEL.start(state->block);
+        state->progress.stale = false;
+    }
+}
+
+enum Status take_step(struct Instance *instance, const char *call, double time, double size)
+{
+    char text[NUMBER_LENGTH], expected[NUMBER_LENGTH];
+    double end = time + size;
+    if (!allowed(instance, call, RUNNING)) {
+        return REFUSED;
+    }
+    struct RunState *state = instance->state;
+    struct Progress *progress = &state->progress;
+    if (progress->suspect && check_ranges(instance) != DONE) {
+        return fail(instance);
+    }
+    if (!(size > 0.0 && isfinite(size))) {
+        refuse(instance, "communication step = %s s, expected a positive, finite step", number(size, text));
+        return fail(instance);
+    }
+    double tolerance = CONTINUITY * size + 1e-12 * fabs(progress->next_time);
+    if (progress->timed && !(fabs(time - progress->next_time) <= tolerance)) {
+        refuse(instance, "communication point = %s s, expected %s s, where the step before ended",
+               number(time, text), number(progress->next_time, expected));
+        return fail(instance);
+    }
+    if (end > progress->stop_time + tolerance) {   /* FMI 2.0.4, fmi2SetupExperiment: an error */
+        refuse(instance, "communication step to %s s, expected none beyond the stop time, %s s", number(end, text),
+               number(progress->stop_time, expected));
+        return fail(instance);
+    }
+    int64_t status = MODEL.step(state->block, time, size);
+    if (status != 0) {
+        refuse_status(instance, status, time, size);
+        return fail(instance);
+    }
+    progress->timed = true;
+    progress->next_time = end;
+    return DONE;
+}
+
+enum Status end_run(struct Instance *instance, const char *call)
+{
+    if (!allowed(instance, call, RUNNING)) {
+        return REFUSED;
+    }
+    instance->state->progress.phase = TERMINATED;
+    return DONE;
+}
+
+enum Status begin_anew(struct Instance *instance)
+{
+    if (!instance) {
+        return REFUSED;
+    }
+    renew(instance);
+    return DONE;
+}

@@ -1,0 +1,146 @@
+/* Access to the variables, by their places in the table: there are real and Boolean ones. */
+
+#include "instance.h"
+
+static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING;
+
+/* The variable of a reference and type; NULL, and a message, if there is none. */
+static const struct Variable *variable_of(const struct Instance *instance, uint32_t reference, bool boolean)
+{
+    if (reference >= MODEL.variable_count) {
+        refuse(instance, "value reference = %u, expected 0 to %u", (unsigned)reference,
+               (unsigned)(MODEL.variable_count - 1));
+        return NULL;
+    }
+    const struct Variable *variable = &MODEL.variables[reference];
+    if (variable->boolean != boolean) {
+        refuse(instance, "%s is a %s variable, expected access to it as such", variable->name,
+               variable->boolean ? "Boolean" : real_type());
+        return NULL;
+    }
+    return variable;
+}
+
+/* Whether a call with so many references and values can be carried out; says why if it cannot. */
+static bool callable(const struct Instance *instance, const char *call, int phases, const void *references,
+                     size_t count, const void *values)
+{
+    if (!allowed(instance, call, phases)) {
+        return false;
+    }
+    if (count > 0 && (!references || !values)) {
+        refuse(instance, "%s of %u variables with a null pointer, expected arrays", call, (unsigned)count);
+        return false;
+    }
+    return true;
+}
+
+/* Whether all variables of references can be set now. */
+static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
+{
+    for (size_t i = 0; i < count; ++i) {
+        const struct Variable *variable = variable_of(instance, references[i], boolean);
+        if (!variable) {
+            return false;
+        }
+        if (variable->causality == OUTPUT || variable->causality == INDEPENDENT) {
+            refuse(instance, "%s is %s, expected an input or a parameter to set", variable->name,
+                   variable->causality == OUTPUT ? "an output" : "independent");
+            return false;
+        }
+        if (variable->fixed && instance->state->progress.phase == RUNNING) {
+            refuse(instance, "%s is a fixed parameter, expected to be set before the initialization ends",
+                   variable->name);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Values change: those that follow from them in the initialization are to be computed anew. */
+static void outdate(struct Instance *instance)
+{
+    if (instance->state->progress.phase != RUNNING) {
+        instance->state->progress.stale = true;
+    }
+}
+
+enum Status get_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                      double values[])
+{
+    if (!callable(instance, call, readable_phases(), references, count, values)) {
+        return REFUSED;
+    }
+    refresh(instance);
+    for (size_t i = 0; i < count; ++i) {
+        const struct Variable *variable = variable_of(instance, references[i], false);
+        if (!variable) {
+            return REFUSED;
+        }
+        values[i] = *real_at(instance, variable);
+    }
+    return DONE;
+}
+
+enum Status set_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                      const double values[])
+{
+    if (!callable(instance, call, WRITABLE, references, count, values)
+        || !settable(instance, references, count, false)) {
+        return REFUSED;   /* and nothing is set */
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const struct Variable *variable = &MODEL.variables[references[i]];
+        *real_at(instance, variable) = values[i];
+        if (!(values[i] >= variable->minimum && values[i] <= variable->maximum)) {
+            instance->state->progress.suspect = true;   /* refused before the next step */
+        }
+    }
+    outdate(instance);
+    return DONE;
+}
+
+bool booleans_readable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const void *values)
+{
+    if (!callable(instance, call, readable_phases(), references, count, values)) {
+        return false;
+    }
+    refresh(instance);
+    for (size_t i = 0; i < count; ++i) {
+        if (!variable_of(instance, references[i], true)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool booleans_settable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const void *values)
+{
+    if (!callable(instance, call, WRITABLE, references, count, values)
+        || !settable(instance, references, count, true)) {
+        return false;
+    }
+    outdate(instance);
+    return true;
+}
+
+static enum Status no_such_type(const struct Instance *instance, const char *call, int phases, size_t count)
+{
+    if (!allowed(instance, call, phases)) {
+        return REFUSED;
+    }
+    return count == 0 ? DONE : refuse(instance, "%s of %u variables, expected %s or Boolean variables: there are "
+                                      "no others", call, (unsigned)count, real_type());
+}
+
+enum Status get_none(const struct Instance *instance, const char *call, size_t count)
+{
+    return no_such_type(instance, call, readable_phases(), count);
+}
+
+enum Status set_none(const struct Instance *instance, const char *call, size_t count)
+{
+    return no_such_type(instance, call, WRITABLE, count);
+}

@@ -1,0 +1,39 @@
+"""Versions of FMI that native FMUs are made for: the C files over the block, the headers, the folders of binaries."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from fmi_export.native.compiler import (
+    LINUX_ON_ARM,
+    LINUX_ON_INTEL,
+    MACOS,
+    MACOS_ON_ARM,
+    MACOS_ON_INTEL,
+    WINDOWS_ON_ARM,
+    WINDOWS_ON_INTEL,
+    Platform,
+)
+
+CORE = ("instance.c", "variables.c", "state.c", "messages.c", "instance.h", "model.h")   # the same in all versions
+
+
+class Shell(NamedTuple):
+    """A version of FMI: `layer`, the C files of an FMU beside its block, headers that importers have, platforms."""
+
+    version: str
+    layer: tuple[str, ...]
+    headers: tuple[str, ...]
+    platforms: Mapping[str, Platform]
+
+
+SHELLS = {
+    2: Shell("2.0", (*CORE, "fmi2.c", "fmi2_absent.c"),
+             ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+             {"linux64": LINUX_ON_INTEL,
+              "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
+              "win64": WINDOWS_ON_INTEL, "darwin64": MACOS}),
+    3: Shell("3.0", (*CORE, "fmi3.c", "fmi3_absent.c"),
+             ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+             {"x86_64-linux": LINUX_ON_INTEL, "aarch64-linux": LINUX_ON_ARM, "x86_64-windows": WINDOWS_ON_INTEL,
+              "aarch64-windows": WINDOWS_ON_ARM, "x86_64-darwin": MACOS_ON_INTEL, "aarch64-darwin": MACOS_ON_ARM}),
+}

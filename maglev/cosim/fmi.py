@@ -1,0 +1,160 @@
+"""What differs between FMI 2.0 and 3.0 in a co-simulation: names, types and arguments of the functions."""
+
+import ctypes
+from collections.abc import Callable, Mapping
+from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.fmi3 import FMU3Slave
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription
+
+Listener = Callable[[int, bytes], None]   # told status and text of a message
+
+WARNING = 1   # fmi2Warning, fmi3Warning; a higher status is a failure
+DISCARD = 2   # fmi2Discard, fmi3Discard
+
+LISTENERS: dict[bytes, Listener] = {}   # of FMI 2.0, by instance name
+
+
+class Type(NamedTuple):
+    """How variables are accessed: the end of the functions' names, a value in C and in an array."""
+
+    function: str
+    value: Any
+    item: type
+
+
+class Fmi:
+    """FMI 2.0: `types` are those that can be recorded and connected, by the names that they have here."""
+
+    prefix: ClassVar = "fmi2"
+    types: ClassVar[Mapping[str, Type]] = {
+        "Real": Type("Real", c_double, np.float64), "Integer": Type("Integer", c_int, np.int32),
+        "Boolean": Type("Boolean", c_int, np.int32)}
+
+    def instantiated(self, description: ModelDescription, folder: Path, name: bytes, listener: Listener) -> Any:
+        """Load an unpacked FMU and instantiate it; fmpy's object of it."""
+        instance = FMU2Slave(guid=description.guid, unzipDirectory=str(folder),
+                             modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
+        LISTENERS[name] = listener
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = LOGGER
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(callbacks))
+        # Logging stays on: an FMU says why it refuses only there.
+        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        return instance
+
+    def name(self, verb: str, kind: str) -> str:
+        """Name of a function that gets or sets values of a type."""
+        return f"{self.prefix}{verb}{self.types[kind].function}"
+
+    def functions(self, instance: Any, verb: str) -> dict[str, Any]:
+        """C functions that get or set values, by type."""
+        return {kind: function_of(instance, self.name(verb, kind)) for kind in self.types}
+
+    def do_step(self, instance: Any) -> Any:
+        """The C function that makes a communication step, or what calls it."""
+        return function_of(instance, "fmi2DoStep")
+
+    def initialised(self, instance: Any, start_time: float, stop_time: float,
+                    set_values: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+        """Go through the initialization; what was called, and the status that fmpy has not looked at."""
+        statuses = [("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))]
+        set_values()
+        statuses.append(("fmi2EnterInitializationMode", instance.enterInitializationMode()))
+        statuses.append(("fmi2ExitInitializationMode", instance.exitInitializationMode()))
+        return tuple(statuses)
+
+
+class Exchange3:
+    """A function of FMI 3.0 that gets or sets values, called as one of FMI 2.0: each variable has one value."""
+
+    def __init__(self, function: Any):
+        self.function = function
+
+    def __call__(self, instance: c_void_p, references: Any, count: c_size_t, values: Any) -> int:
+        status: int = self.function(instance, references, count, values, count)
+        return status
+
+
+class Step3:
+    """fmi3DoStep called as fmi2DoStep: an FMU that asks for the end of the simulation says so with its status."""
+
+    def __init__(self, function: Any):
+        self.function = function
+        self.flags = (c_bool(), c_bool(), c_bool())   # event, end, early return: only the second may be set
+        self.places = (c_bool(True), *map(byref, self.flags), byref(c_double()))
+
+    def __call__(self, instance: c_void_p, time: c_double, step: c_double, _no_set_before: c_int) -> int:
+        status: int = self.function(instance, time, step, *self.places)
+        return DISCARD if status <= WARNING and self.flags[1].value else status
+
+
+class Fmi3(Fmi):
+    """FMI 3.0, without event mode, early return and intermediate update."""
+
+    prefix: ClassVar = "fmi3"
+    types: ClassVar[Mapping[str, Type]] = {
+        "Real": Type("Float64", c_double, np.float64), "Integer": Type("Int32", ctypes.c_int32, np.int32),
+        "Boolean": Type("Boolean", c_bool, np.uint8), "Int64": Type("Int64", ctypes.c_int64, np.int64)}
+
+    def instantiated(self, description: ModelDescription, folder: Path, name: bytes, listener: Listener) -> Any:
+        def listen(_environment: object, status: int, _category: bytes, message: bytes) -> None:
+            listener(status, message)
+
+        instance = FMU3Slave(guid=description.guid, unzipDirectory=str(folder),
+                             modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
+        instance.instantiate(loggingOn=True, logMessage=listen)
+        return instance
+
+    def functions(self, instance: Any, verb: str) -> dict[str, Any]:
+        return {kind: Exchange3(function) for kind, function in super().functions(instance, verb).items()}
+
+    def do_step(self, instance: Any) -> Any:
+        return Step3(function_of(instance, "fmi3DoStep"))
+
+    def initialised(self, instance: Any, start_time: float, stop_time: float,
+                    set_values: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+        set_values()
+        instance.enterInitializationMode(startTime=start_time, stopTime=stop_time)
+        instance.exitInitializationMode()
+        return ()
+
+
+def function_of(instance: Any, name: str) -> Any:
+    """A C function, an object of our own without argument types: C objects as arguments need no conversion."""
+    function = instance.dll[name]
+    function.restype = c_uint32   # a status below zero, which FMI does not know, is then beyond a warning
+    return function
+
+
+def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+    """Pass a message on to its listener.
+
+    fmpy's proxy, which formats messages, passes those of all FMUs of FMI 2.0 to one function.
+    """
+    if (listener := LISTENERS.get(instance)) is not None:
+        listener(status, message)
+
+
+LOGGER = fmi2CallbackLoggerTYPE(take_message)
+
+FMI2, FMI3 = Fmi(), Fmi3()
+
+
+def fmi_of(description: ModelDescription) -> Fmi:
+    """Version of FMI of a model description, 2.0 or 3.0."""
+    return FMI2 if description.fmiVersion == "2.0" else FMI3

@@ -1,0 +1,196 @@
+"""FMI 3.0: descriptions as of FMI 2.0, files that its schemas and tools take, platforms, what an importer may do."""
+
+import ctypes
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+from fmpy.fmi1 import FMICallException
+from fmpy.model_description import ModelDescription, ModelVariable, read_build_description
+from fmpy.validation import validate_fmu
+from lxml import etree
+from native_binaries import windows_library
+from native_builds import compiled, unpacked_sources
+
+from fmi_export.model_description import model_description
+from fmi_export.model_description_3 import build_description, model_description_3, terminals_and_icons
+from fmi_export.native.compiler import WINDOWS_ON_ARM, library
+from fmi_export.native.shells import SHELLS
+from maglev.catalogue import DEFINITIONS, definition
+from maglev.cosim.fmu import Fmu, read_description
+from maglev.cosim.master import FmuSetup, Master
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
+ARM64_WINDOWS = 0xAA64   # of PE
+STEP = 2e-4              # s, sample time of the regulator
+
+MEASURED = [(f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz"]
+COMMANDED = [(f"controller.{motor}.i_{phase}_cmd", f"plant.{motor}.i_{phase}_cmd")
+             for motor in ("alpha", "beta") for phase in "abc"]
+
+
+def described(folder: Path, text: bytes) -> ModelDescription:
+    """A model description that fmpy has held to the schema of its version."""
+    path = folder / "modelDescription.xml"
+    path.write_bytes(text)
+    return fmpy.read_model_description(str(path), validate_variable_names=True, validate_model_structure=True)
+
+
+def told(variable: ModelVariable) -> tuple[object, ...]:
+    """What both versions say of a variable."""
+    return (variable.name, variable.valueReference, variable.type.replace("Float64", "Real"), variable.causality,
+            variable.variability, variable.initial, variable.start, variable.unit, variable.displayUnit, variable.min,
+            variable.max, variable.nominal, variable.description)
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -> None:
+    block = definition(name)
+    older = described(tmp_path, model_description(block, "{k}", "1", 0, ["a.c"]))
+    newer = described(tmp_path, model_description_3(block, "{k}", "1", 0))
+    assert [told(v) for v in newer.modelVariables[:-1]] == [told(v) for v in older.modelVariables]
+    time = newer.modelVariables[-1]
+    assert (time.name, time.causality, time.valueReference) == ("time", "independent", len(older.modelVariables))
+    for kind in ("outputs", "initialUnknowns"):
+        one, other = ([(u.variable.name, [v.name for v in u.dependencies], u.dependenciesKind or [])
+                       for u in getattr(each, kind)] for each in (older, newer))
+        assert one == other and one
+    assert (older.coSimulation.canHandleVariableCommunicationStepSize
+            is newer.coSimulation.canHandleVariableCommunicationStepSize)
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_terminals_are_of_inputs_and_outputs(name: str) -> None:
+    block = definition(name)
+    root = etree.fromstring(terminals_and_icons(block))
+    etree.XMLSchema(file=str(SCHEMAS / "fmi3TerminalsAndIcons.xsd")).assertValid(root)
+    members = [element.get("variableName") for element in root.iter("TerminalMemberVariable")]
+    exchanged = [v.name for v in block.variables if v.causality in ("input", "output") and "." in v.name]
+    assert sorted(members) == sorted(exchanged) and members
+    of = {terminal.get("name"): terminal for terminal in root.iter("Terminal")}
+    for terminal in of.values():
+        names = [element.get("memberName") for element in terminal]
+        assert len(set(names)) == len(names)
+
+
+def test_build_description_is_valid() -> None:
+    root = etree.fromstring(build_description("M", ["a.c", "b.c"]).encode())
+    etree.XMLSchema(file=str(SCHEMAS / "fmi3BuildDescription.xsd")).assertValid(root)
+
+
+def test_files_inside(fmi3_fmus: Path, tmp_path: Path) -> None:
+    path = fmi3_fmus / "Plant3DOF.fmu"
+    assert validate_fmu(str(path)) == []
+    with zipfile.ZipFile(path) as archive:
+        files = set(archive.namelist())
+        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+    listed = read_build_description(path)[0].sourceFileSets[0].sourceFiles
+    assert {f"sources/{file}" for file in listed} == {file for file in files if file.endswith(".c")}
+    assert {file.partition("/")[0] for file in files} == {"modelDescription.xml", "binaries", "documentation",
+                                                          "sources", "terminalsAndIcons"}
+    # As the build description has it: a shared library of the sources, under a strict compiler.
+    sources = unpacked_sources(path, tmp_path)
+    made = compiled(sources, tmp_path / "plant.so", "-shared", "-fPIC", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+    assert ctypes.CDLL(str(made)).fmi3DoStep
+
+
+def test_platforms() -> None:
+    """FMI 3.0, section 2.5.1.5.1; that FMI 2.0's compile, test_native_binaries says, and the targets are the same."""
+    assert set(SHELLS[3].platforms) == {f"{processor}-{system}" for processor in ("x86_64", "aarch64")
+                                        for system in ("linux", "windows", "darwin")}
+    of_fmi_2 = {target for each in SHELLS[2].platforms.values() for target in each.targets}
+    assert {target for each in SHELLS[3].platforms.values() for target in each.targets} - of_fmi_2 \
+        == set(WINDOWS_ON_ARM.targets)
+    made = library({"one.c": "__declspec(dllexport) double one(void) { return 1.0; }"}, "one", WINDOWS_ON_ARM)
+    assert windows_library(made).processor == ARM64_WINDOWS
+
+
+def flown(plant: Path, controller: Path) -> dict[str, np.ndarray]:
+    """Columns of 0.1 s with a step of a reference."""
+    with Master([FmuSetup("controller", controller / "Regulator3DOF.fmu"), FmuSetup("plant", plant / "Plant3DOF.fmu")],
+                [*MEASURED, *COMMANDED], STEP) as master:
+        drives = {"controller.y.reference": np.where(np.arange(501) < 50, 0.025, 0.0252)}
+        return dict(master.run(0.1, drives).columns)
+
+
+def test_versions_fly_mixed_with_the_same_bits(native_fmus: Path, fmi3_fmus: Path) -> None:
+    expected = flown(native_fmus, native_fmus)
+    assert np.ptp(expected["plant.y.position"]) > 1e-5
+    for plant, controller in ((fmi3_fmus, fmi3_fmus), (native_fmus, fmi3_fmus), (fmi3_fmus, native_fmus)):
+        columns = flown(plant, controller)
+        assert columns.keys() == expected.keys()
+        for name, column in columns.items():
+            assert column.dtype == expected[name].dtype, name
+            assert column.tobytes() == expected[name].tobytes(), name
+
+
+def started(folder: Path, name: str) -> Fmu:
+    """An instance after its initialization."""
+    path = folder / f"{name}.fmu"
+    fmu = Fmu(name, path, read_description(name, path))
+    fmu.initialise({}, 0.0, 1.0)
+    return fmu
+
+
+def positions(fmu: Fmu) -> list[float]:
+    """All that a plant gives in doubles."""
+    references = [v.valueReference for v in fmu.description.modelVariables if v.causality == "output"
+                  and v.type == "Real"]
+    return list(fmu.instance.getFloat64(references))
+
+
+def test_a_state_goes_through_bytes(fmi3_fmus: Path) -> None:
+    with started(fmi3_fmus, "Plant3DOF") as fmu, started(fmi3_fmus, "Plant3DOF") as other:
+        fmu.instance.doStep(0.0, STEP)
+        state = fmu.instance.getFMUState()
+        data = fmu.instance.serializeFMUState(state)
+        assert fmu.instance.doStep(STEP, STEP) == (False, False, False, 2 * STEP)
+        later = positions(fmu)
+        other.instance.setFMUState(other.instance.deserializeFMUState(data))
+        other.instance.doStep(STEP, STEP)
+        assert positions(other) == later
+        time = other.variable("time").valueReference
+        assert list(other.instance.getFloat64([time])) == [2 * STEP]
+        with pytest.raises(FMICallException):
+            fmu.instance.deserializeFMUState(data[:-1] + bytes([data[-1] ^ 1]))
+        assert "that this FMU has written" in fmu.said()
+
+
+@pytest.mark.parametrize(("call", "reason"), [
+    (lambda i: i.doStep(0.0, -1.0), "communication step = -1.0 s, expected a positive, finite step"),
+    (lambda i: i.enterEventMode(), "fmi3EnterEventMode: the model description says that this FMU does not do that"),
+    (lambda i: i.exitInitializationMode(), "fmi3ExitInitializationMode after the initialization, expected in the"),
+    (lambda i: i.getFloat64([10**6]), "value reference = 1000000, expected 0 to"),
+    (lambda i: i.getFloat64([0], nValues=2), "fmi3GetFloat64 of 1 variables with 2 values, expected one for each"),
+    (lambda i: i.setFloat32([0], [1.0]), "fmi3SetFloat32 of 1 variables, expected Float64 or Boolean variables"),
+    (lambda i: i.setFloat64([next(iter(i.time))], [1.0]), "time is independent, expected an input or a parameter")])
+def test_what_is_refused(fmi3_fmus: Path, call: object, reason: str) -> None:
+    with started(fmi3_fmus, "Plant3DOF") as fmu:
+        fmu.instance.time = [fmu.variable("time").valueReference]
+        with pytest.raises(FMICallException):
+            call(fmu.instance)   # type: ignore[operator]
+        assert reason in fmu.said()
+
+
+def test_event_mode_is_refused(fmi3_fmus: Path) -> None:
+    with started(fmi3_fmus, "Regulator3DOF") as fmu, pytest.raises(Exception, match="Failed to instantiate"):
+        said: list[bytes] = []
+        fmu.instance.instantiate(eventModeUsed=True, logMessage=lambda *message: said.append(message[-1]))
+    assert b"this FMU has no event mode" in said[0]
+
+
+def test_a_run_equals_the_baseline(fmi3_fmus: Path, tmp_path: Path) -> None:
+    (tmp_path / "fmi3").symlink_to(fmi3_fmus)
+    done = maglev("check", "3dof-setpoints", "--native", "--fmi", "3", "--fmus", tmp_path)
+    assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize(("arguments", "reason"), [
+    (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --native with it"),
+    (("run", "2dof-setpoints", "--fmi", "3"), "--fmi 3: expected 2, or 3 and --native with it"),
+    (("build", "--native", "--fmi", "3", "--target", "wasm", "Plant2DOF"), "--fmi 3: expected 2 with --target wasm")])
+def test_where_there_is_no_fmi_3(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
+    assert reason in error_line(maglev(*arguments, "--fmus", tmp_path))
