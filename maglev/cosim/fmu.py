@@ -18,9 +18,9 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import UNITS as BASES
 from maglev.copies import original
-from maglev.cosim.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
 from maglev.units import UNITS

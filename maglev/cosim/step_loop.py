@@ -14,7 +14,7 @@ from typing import Any
 
 from fmpy import sharedLibraryExtension
 
-from maglev.cosim.fmi import Exchange3, Step3
+from maglev.cosim.versions.fmi import Exchange3, Step3
 from maglev.cosim.wiring import Call
 
 SOURCE = Path(__file__).with_name("step_loop.c")

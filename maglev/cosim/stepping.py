@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from maglev.cosim.fmi import WARNING
 from maglev.cosim.step_loop import compiled
+from maglev.cosim.versions.fmi import WARNING
 from maglev.cosim.wiring import Call
 from maglev.errors import FmuError
 

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.fmi import FMI2, FMI3, WARNING
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.fmi import FMI2, FMI3, WARNING
 from maglev.errors import FmuError
 
 KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))

@@ -20,8 +20,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from maglev.cosim.fmi import WARNING
 from maglev.cosim.fmu import Buffer, Fmu, read_description
+from maglev.cosim.versions.fmi import WARNING
 from maglev.errors import FmuError
 from maglev.own_fmus import built_here
 from pmlsm.rig import Rig

@@ -1,0 +1,1 @@
+"""Versions of FMI: what differs between FMUs of one and the other."""
