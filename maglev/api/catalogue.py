@@ -10,7 +10,6 @@ from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder, systems
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.flyable import flyable
 from maglev.rig.modules import definitions
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.user_controllers.source import is_written, load
@@ -120,6 +119,8 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         raise ScenarioError(f"--target {target}: expected all, host or wasm, and --native with it")
     given = [names] if isinstance(names, (str, Path)) else list(names)
     if rig is not None:
+        from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
+
         flyable(rig)
     every = names_of(rig)
     folder = kind_folder(Path(fmus), native, fmi)

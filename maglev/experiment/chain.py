@@ -6,7 +6,7 @@ from typing import Protocol, TypeVar
 
 from maglev.cosim.master import Recording
 from maglev.errors import Interrupted, ScenarioError
-from maglev.processes.side_by_side import Stopped, Task, Watcher, side_by_side
+from maglev.processes.side_by_side import Stopped, Task, Watcher, kept_processes, side_by_side
 from maglev.schema.run_plan import RunPlan, StartValue
 
 Ends = Mapping[str, Mapping[str, float]]   # every output at the end of a run, by name of the run; empty if it failed
@@ -50,15 +50,16 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         After Ctrl-C or SIGTERM.
     """
     results: dict[str, T] = {}
-    for ready in waves(needs):
-        ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
-        try:
-            results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch)
-        except Stopped as stopped:
-            done = len(results) + len(stopped.results)
-            raise Interrupted("; ".join([f"{stopped.what}: {done} of {len(needs)} runs were done",
-                                         *(f"{name} {left}" for name, left in stopped.left.items())]),
-                              stopped.number) from None
+    with kept_processes() as idle:   # a process takes as long to start as some runs to fly
+        for ready in waves(needs):
+            ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
+            try:
+                results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle)
+            except Stopped as stopped:
+                done = len(results) + len(stopped.results)
+                raise Interrupted("; ".join([f"{stopped.what}: {done} of {len(needs)} runs were done",
+                                             *(f"{name} {left}" for name, left in stopped.left.items())]),
+                                  stopped.number) from None
     return {name: results[name] for name in needs}
 
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from maglev.errors import LinearModelError, nearest
 from maglev.linear.text import matrix_text, numbered, poles_text
@@ -150,6 +149,8 @@ class LinearModel:
         held = np.zeros((n + m, n + m))
         held[:n, :n], held[:n, n:] = self.A, self.B
         held *= sample_time
+        from scipy.linalg import expm  # commands that linearise nothing start without it
+
         step = expm(held) if np.all(np.isfinite(held)) else held
         return replace(self, A=step[:n, :n], B=step[:n, n:], sample_time=sample_time)
 

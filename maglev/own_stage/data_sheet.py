@@ -5,7 +5,6 @@ from math import pi, sin, sinh, sqrt, tanh
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from maglev.errors import RigError
 from pmlsm.gap_functions import gap_functions
@@ -153,6 +152,8 @@ def sampled_field(place: str, of: Field, gaps: Any) -> Any:
     if known[0] > of.lower or known[-1] < of.upper:
         raise RigError(f"{place}: gaps from {1e3 * known[0]:g} to {1e3 * known[-1]:g} mm, expected a table from "
                        f"lower = {1e3 * of.lower:g} mm to upper = {1e3 * of.upper:g} mm")
+    from scipy.interpolate import PchipInterpolator  # a third of the start of every command, for what few stages have
+
     return np.exp(PchipInterpolator(known, np.log(values))(gaps))
 
 

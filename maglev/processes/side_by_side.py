@@ -5,8 +5,8 @@ import os
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -48,8 +48,22 @@ class Stopped(KeyboardInterrupt):
         self.left = left
 
 
-def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T],
-                 watch: Watcher) -> dict[str, T]:
+Idle = list[tuple[Connection, BaseProcess]]   # processes that wait for tasks, each with the pipe to it
+
+
+@contextmanager
+def kept_processes() -> Iterator[Idle]:
+    """Processes that one `side_by_side` leaves to the next; they end with the block."""
+    idle: Idle = []
+    try:
+        yield idle
+    finally:
+        for _, process in idle:
+            end(process)
+
+
+def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
+                 idle: Idle) -> dict[str, T]:
     """Do the tasks, at most `jobs` at a time.
 
     Parameters
@@ -62,6 +76,8 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
         From the name of a task and a message to the result of a task whose process ended without one.
     watch : callable
         Told now and then of the steps that a task has done, and at its end that all are.
+    idle : list
+        As of `kept_processes`: those that are taken before others are started, and left there.
 
     Returns
     -------
@@ -75,7 +91,6 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     """
     waiting = deque(tasks)
     running: dict[Connection, tuple[str, BaseProcess]] = {}
-    idle: list[tuple[Connection, BaseProcess]] = []
     results: dict[str, T] = {}
     try:
         while waiting or running:
@@ -106,7 +121,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
         left = asked_to_end(running, results)
         raise Stopped(signal_of(error), name_of(error), results, left) from None
     finally:
-        for process in (*(process for _, process in running.values()), *(process for _, process in idle)):
+        for _, process in running.values():
             end(process)
     return {name: results[name] for name in tasks}
 

@@ -58,7 +58,7 @@ class Batches:
     def __init__(self) -> None:
         self.names: list[list[str]] = []
 
-    def side_by_side(self, tasks, jobs, died, watch):
+    def side_by_side(self, tasks, jobs, died, watch, idle):
         self.names.append(list(tasks))
         return {name: task(lambda *_: None) for name, task in tasks.items()}
 
@@ -131,7 +131,7 @@ def changed(path: Path, old: str, new: str) -> Path:
 
 def ran(runs: list[RunPlan], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
     experiments = prepare_all(runs, fmus, {}, start_values(settings))
-    return {result.plan.name: result for result in execute_all(experiments, out, "csv", 2, lambda *_: None)}
+    return {result.plan.name: result for result in execute_all(experiments, out, "csv", 1, lambda *_: None)}
 
 
 def positions(result: RunResult) -> np.ndarray:
@@ -251,12 +251,12 @@ def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -
 
 def checked(chain: Path, fmus: Path, *settings: str) -> dict[str, CheckResult]:
     experiments = prepare_all(load_plans(chain), fmus, {}, start_values(settings))
-    return {result.name: result for result in check_all(experiments, chain.parent / "baselines", 2, lambda *_: None)}
+    return {result.name: result for result in check_all(experiments, chain.parent / "baselines", 1, lambda *_: None)}
 
 
 def updated(chain: Path, fmus: Path, plans: list[RunPlan], *settings: str) -> list[UpdateResult]:
     experiments = prepare_all(plans, fmus, {}, start_values(settings))
-    return update_all(experiments, chain.parent / "baselines", 2, lambda *_: None)
+    return update_all(experiments, chain.parent / "baselines", 1, lambda *_: None)
 
 
 def test_check_and_update_hand_on_ends(fmus: Path, chain: Path) -> None:

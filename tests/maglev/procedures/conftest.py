@@ -102,19 +102,19 @@ def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunRe
     return result_of(name, time, columns, dict.fromkeys(estimators_of(plan), estimates))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def flown() -> Flown:
     """Function that makes a run of the package; see `result_of`."""
     return result_of
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def staircase() -> Flown:
     """Function that makes a run of equilibria; see `staircase_of`."""
     return staircase_of
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def drive() -> Flown:
     """Function that makes a run of parabolas; see `drive_of`."""
     return drive_of

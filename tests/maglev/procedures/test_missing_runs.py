@@ -44,12 +44,12 @@ def expected(present: set[str], rig: str) -> set[tuple[str, str]]:
     return {value for value, runs in needed(rig).items() if runs <= present}
 
 
-@pytest.fixture(params=["2dof", "3dof"])
+@pytest.fixture(scope="module", params=["2dof", "3dof"])
 def rig(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str, RunResult]:
     """Completed runs of a rig, by their names without it."""
     data = record(rig, 1.2, DT[rig])

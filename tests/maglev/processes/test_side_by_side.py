@@ -2,11 +2,19 @@
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from maglev.processes.side_by_side import side_by_side
+import pytest
+
+from maglev.processes.side_by_side import Idle, kept_processes, side_by_side
+
+
+@pytest.fixture
+def idle() -> Iterator[Idle]:
+    with kept_processes() as processes:
+        yield processes
 
 
 def square(number: int, progress: Callable[[int, int], None]) -> int:
@@ -31,11 +39,11 @@ def meet(folder: Path, name: str, progress: Callable[[int, int], None]) -> int:
     return len(list(folder.iterdir())) - 1
 
 
-def test_results_are_in_order_and_a_dead_process_is_one_of_them() -> None:
+def test_results_are_in_order_and_a_dead_process_is_one_of_them(idle: Idle) -> None:
     watched = []
     tasks = {"two": partial(square, 2), "dead": partial(die, 7), "three": partial(square, 3)}
     results = side_by_side(tasks, 1, lambda name, message: -1 if name == "dead" and "code 7" in message else 0,
-                           lambda *report: watched.append(report))
+                           lambda *report: watched.append(report), idle)
     assert list(results) == ["two", "dead", "three"]
     assert (results["two"], results["three"]) == (4, 9)
     assert results["dead"] == -1
@@ -47,14 +55,25 @@ def own_process(progress: Callable[[int, int], None]) -> int:
     return os.getpid()
 
 
-def test_a_process_does_one_task_after_the_other_until_one_kills_it() -> None:
+def test_a_process_does_one_task_after_the_other_until_one_kills_it(idle: Idle) -> None:
     tasks = {"first": own_process, "second": own_process, "dead": partial(die, 7), "third": own_process}
-    results = side_by_side(tasks, 1, lambda *_: -1, lambda *_: None)
+    results = side_by_side(tasks, 1, lambda *_: -1, lambda *_: None, idle)
     assert results["first"] == results["second"] != results["third"]
     assert results["dead"] == -1
     assert results["first"] != os.getpid() != results["third"]
+    again = side_by_side({"fourth": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
+    assert again["fourth"] == results["third"], "it waits for what comes next"
+    ((_, process),) = idle
+    assert process.is_alive()
 
 
-def test_as_many_at_a_time_as_asked_for(tmp_path: Path) -> None:
+def test_processes_that_are_kept_end_with_the_block() -> None:
+    with kept_processes() as idle:
+        side_by_side({"a": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
+        ((_, process),) = idle
+    assert process.exitcode is not None
+
+
+def test_as_many_at_a_time_as_asked_for(tmp_path: Path, idle: Idle) -> None:
     tasks = {name: partial(meet, tmp_path, name) for name in ("a", "b")}
-    assert side_by_side(tasks, 2, lambda *_: 0, lambda *_: None) == {"a": 1, "b": 1}
+    assert side_by_side(tasks, 2, lambda *_: 0, lambda *_: None, idle) == {"a": 1, "b": 1}
