@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from fmpy.validation import validate_fmu
+from fmpy_validation import validate_fmu
 
 MAP = Path(__file__).parents[2] / "examples" / "pd_controller_c" / "ports.toml"
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from fmpy.validation import validate_fmu
+from fmpy_validation import validate_fmu
 
 from maglev.catalogue import DEFINITIONS, definition
 

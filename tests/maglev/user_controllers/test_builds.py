@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from fmpy.validation import validate_fmu
+from fmpy_validation import validate_fmu
 from native_builds import require_native_tools
 from written_controllers import controller, flight, line_of
 
