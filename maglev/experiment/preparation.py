@@ -220,9 +220,9 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     files = {name: as_it_is(replaced[name].path if name in replaced else fmu_file(fmu, fmus))
              for name, fmu in plan.fmus.items()}
     known = {}
-    # An FMU file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
+    # A file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
     own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
-                 if fmu.inherited or (fmu.file is not None and is_foreign(files[name]))}
+                 if fmu.inherited or (fmu.file is not None and flies_apart(files[name]))}
     put_in = tuple(replaced)
     replaced = {**own_files, **{name: replace(replacement, path=files.get(name, replacement.path))
                                 for name, replacement in replaced.items()}}

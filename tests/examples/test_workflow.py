@@ -1,4 +1,4 @@
-"""The workflow to copy: its commands, run as it would run them, notice a controller that changed."""
+"""The repository to copy: its commands, run as its CI would run them, notice a controller that changed."""
 
 import re
 import shlex
@@ -9,41 +9,43 @@ import pytest
 from command_line import maglev
 from example_builds import EXAMPLES
 
-WORKFLOW = EXAMPLES / "ci" / "check-my-fmu.yml"
+REPOSITORY = EXAMPLES / "ci"
+FILES = (".github/workflows/maglev.yml", ".gitlab-ci.yml", "README.md")
 
 
-def commands() -> list[list[str]]:
-    """Every command of this project in the workflow, without its name."""
-    return [shlex.split(line) for line in re.findall(r"run: maglev (.*)", WORKFLOW.read_text(encoding="utf-8"))]
+def commands(name: str) -> list[list[str]]:
+    """Every command of this project in a file, without its name."""
+    found = re.findall(r"^ +(?:- (?:run: )?)?maglev ((?:build|run|check) [^#|\n]*)",
+                       (REPOSITORY / name).read_text(encoding="utf-8"), re.MULTILINE)
+    return [shlex.split(line) for line in found]
+
+
+def test_github_gitlab_and_the_text_have_the_same_commands() -> None:
+    github, gitlab, text = map(commands, FILES)
+    assert github == gitlab == text
+    assert [command[0] for command in github] == ["build", "run", "check"]
 
 
 @pytest.mark.usefixtures("slow")
-def test_the_commands_of_the_workflow(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    build, check, picture = commands()
-    assert maglev(*build).exit_code == 0
-    shutil.copy(fmus / "PID2DOF.fmu", "mine.fmu")
-    baseline = re.search(r"maglev (check .* --update)", WORKFLOW.read_text(encoding="utf-8"))
-    assert baseline
-    assert maglev(*shlex.split(baseline[1])).exit_code == 0
+def test_the_repository_of_a_user(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(REPOSITORY, tmp_path / "mine")
+    monkeypatch.chdir(tmp_path / "mine")
+    (tmp_path / "mine/fmus").symlink_to(fmus)   # what the first command builds
+    _, run, check = commands(FILES[0])
+    assert maglev(*run).exit_code == 0
+    assert Path("results/hover.png").is_file()
     assert maglev(*check).exit_code == 0
-    assert Path("results/check.xml").is_file()
-    assert maglev(*picture).exit_code == 0
-    assert list(Path("results").glob("*.png"))
-    shutil.copy(fmus / "LinearRegulator2DOF.fmu", "mine.fmu")
-    assert maglev(*check).exit_code == 1
-
-
-@pytest.mark.usefixtures("slow")
-def test_the_commands_of_the_workflow_with_a_controller_of_ones_own(fmus: Path, tmp_path: Path,
-                                                                     monkeypatch: pytest.MonkeyPatch) -> None:
-    """One of `maglev new controller` has no `tripped`, which the scenario watches."""
-    monkeypatch.chdir(tmp_path)
-    assert maglev("new", "controller", "mine.py", "--stage", "2dof").exit_code == 0
-    _, check, _ = commands()
-    baseline = re.search(r"maglev (check .* --update)", WORKFLOW.read_text(encoding="utf-8"))
-    assert baseline
-    for command in (shlex.split(baseline[1]), check):
-        own = [word.replace("mine.fmu", "mine.py") for word in command]
-        done = maglev(*own, "--fmus", str(fmus))
-        assert done.exit_code == 0, done.output
+    assert 'failures="0"' in Path("results/check.xml").read_text()
+    controller = Path("controller.py")
+    controller.write_text(controller.read_text().replace("Axis(0.02, 30.0)", "Axis(0.02, 33.0)"))
+    done = maglev(*check)
+    assert done.exit_code == 1
+    assert "plant.v.position" in done.output
+    assert 'failures="1"' in Path("results/check.xml").read_text()
+    update = next(line for line in re.findall(r"`maglev (check [^`]*--update)`", Path("README.md").read_text()))
+    done = maglev(*shlex.split(update))
+    assert done.exit_code == 0
+    assert "moved by at most" in done.output
+    assert maglev(*check).exit_code == 0
+    controller.write_text(controller.read_text().replace("Axis(0.02, 33.0)", "Axis(0.02, 3.0)"))
+    assert maglev(*run).exit_code == 1   # so slow misses the specification
