@@ -134,7 +134,7 @@ def loop_of(name: str) -> SystemLoop:
 @build_errors()
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched,
                  fmi: int = 2) -> list[Path]:
-    """Build FMUs that need no Python, and systems of them if they are of FMI 2.0, into a folder; returns their paths.
+    """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
     The folder also gets the C loop that steps them on this machine.
 
@@ -153,8 +153,7 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False, wa
         fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
                                                               host_only, fmi), chosen), len(chosen), watch)
         loop.result()
-        of_systems = [name for name in names if name in systems() and fmi == 2]   # SSP 1.0 is older than FMI 3.0
-        made = [*fmus, *build_systems(of_systems, unfinished, unfinished)]
+        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
     return [folder / path.name for path in made]
 
 

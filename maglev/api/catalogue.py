@@ -132,6 +132,11 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
             raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
         return build_wasm(map(str, given or (name for name in every if name not in systems())), Path(fmus) / "wasm",
                           watch)
+    if fmi == 3:
+        for name in given:
+            if name in systems():
+                raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
+        every = [name for name in every if name not in systems()]
     written = [build_written(path, folder, native, target == "host", fmi) for path in files]
     chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)
     ours = (build_native(chosen, folder, target == "host", watch, fmi) if native else

@@ -2,6 +2,8 @@
 
 import ctypes
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import fmpy
@@ -159,6 +161,20 @@ def test_a_state_goes_through_bytes(fmi3_fmus: Path) -> None:
         assert "that this FMU has written" in fmu.said()
 
 
+def test_50_instances_in_four_threads(fmi3_fmus: Path) -> None:
+    """Each does what one does alone; ctypes lets them run at the same time."""
+    def run(fmu: Fmu) -> list[float]:
+        for k in range(40):
+            fmu.instance.doStep(k * STEP, STEP)
+        return positions(fmu)
+
+    with started(fmi3_fmus, "Plant3DOF") as alone, ExitStack() as stack, ThreadPoolExecutor(4) as pool:
+        fmus = [stack.enter_context(started(fmi3_fmus, "Plant3DOF")) for _ in range(50)]
+        expected = run(alone)
+        assert any(expected)
+        assert list(pool.map(run, fmus)) == [expected] * 50
+
+
 @pytest.mark.parametrize(("call", "reason"), [
     (lambda i: i.doStep(0.0, -1.0), "communication step = -1.0 s, expected a positive, finite step"),
     (lambda i: i.enterEventMode(), "fmi3EnterEventMode: the model description says that this FMU does not do that"),
@@ -191,6 +207,7 @@ def test_a_run_equals_the_baseline(fmi3_fmus: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("arguments", "reason"), [
     (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --native with it"),
     (("run", "2dof-setpoints", "--fmi", "3"), "--fmi 3: expected 2, or 3 and --native with it"),
+    (("build", "--native", "--fmi", "3", "Stage2DOF"), "Stage2DOF: expected FMUs with --fmi 3, for systems (SSP 1.0)"),
     (("build", "--native", "--fmi", "3", "--target", "wasm", "Plant2DOF"), "--fmi 3: expected 2 with --target wasm")])
 def test_where_there_is_no_fmi_3(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
     assert reason in error_line(maglev(*arguments, "--fmus", tmp_path))
