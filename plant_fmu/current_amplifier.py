@@ -2,6 +2,7 @@
 
 from math import exp
 
+from plant_fmu.winding import SHORTEST_LAG, Winding
 from pmlsm.saturation import saturate
 
 DERATING_START = 0.9      # of the squared continuous current; assumed, as is the form of the derating
@@ -20,6 +21,8 @@ class AmplifierRating:
         self.continuous = continuous     # A, parameter
         self.thermal_time = 1.0          # s, parameter
         self.lag = 0.3e-3                # s, parameter
+        self.off = False                 # parameter: a fault, the commands count as 0
+        self.stuck = False               # parameter: a fault, the currents stay as they are
         self.prepared_step = 0.0         # s, integration step that the decays below belong to
         self.lag_decay = 0.0             # of the lag over one integration step
         self.lag_decay_middle = 0.0      # in its middle, for Simpson's rule
@@ -66,18 +69,28 @@ class AmplifierRating:
 
 
 class CurrentAmplifier:
-    """Amplifier of one motor phase: the command is clamped, then followed with a first-order lag."""
+    """Amplifier of one motor phase: the command is clamped, then followed with a first-order lag.
+
+    Where the bus has a voltage, `limit` goes after `advance`.
+    """
 
     def __init__(self) -> None:
+        self.open = False          # parameter: a fault, no current can flow
         self.heat = 0.0            # A², state: low-passed square of the clamped command
+        self.target = 0.0          # A, the clamped command
         self.current = 0.0         # A, state and output
         self.current_start = 0.0   # A, at the start of the last integration step
         self.current_middle = 0.0  # A, in its middle, for Simpson's rule
         self.started = False       # state: the lag starts at the first clamped command
         self.saturated = False     # output
+        self.voltage = 0.0         # V, at the end of the last integration step; where the bus has one
 
     def advance(self, command: float, rating: AmplifierRating) -> None:
         """Follow a command (A) over the integration step that the rating is prepared for."""
+        if self.open:
+            self.current = 0.0
+            self.hold(rating)
+            return
         bound = rating.clamp(self.heat)
         clamped = saturate(command, bound)
         if bound < rating.peak:
@@ -89,8 +102,43 @@ class CurrentAmplifier:
         if not self.started:
             self.started = True
             self.current = clamped
+        self.target = clamped
         self.current_start = self.current
         self.current_middle = clamped + (self.current - clamped) * rating.lag_decay_middle
         self.current = clamped + (self.current - clamped) * rating.lag_decay
         square = clamped * clamped
         self.heat = square + (self.heat - square) * rating.heat_decay
+
+    def hold(self, rating: AmplifierRating) -> None:
+        """Keep the current over an integration step, whatever is commanded."""
+        self.started = True
+        self.saturated = False
+        self.voltage = 0.0
+        self.target = self.current
+        self.current_start = self.current
+        self.current_middle = self.current
+        square = self.current * self.current
+        self.heat = square + (self.heat - square) * rating.heat_decay
+
+    def limit(self, rating: AmplifierRating, winding: Winding, induced: float, bus: float) -> None:
+        """Take back what the voltage of the bus (V) does not drive against an induced one (V) in the last step."""
+        if self.open or rating.stuck:
+            return
+        lag = rating.lag
+        if lag < SHORTEST_LAG:
+            lag = SHORTEST_LAG
+        first = winding.demanded(self.current_start, self.target, lag, induced)
+        last = winding.demanded(self.current, self.target, lag, induced)
+        if not (-bus <= first <= bus and -bus <= last <= bus):
+            self.saturated = True
+            dt = rating.prepared_step
+            self.current, charge = winding.follow(self.current_start, self.target, lag, induced, bus, dt)
+            # Simpson's rule gives the exact mean current, as with the lag.
+            self.current_middle = (6.0 * charge / dt - self.current_start - self.current) / 4.0
+            last = saturate(winding.demanded(self.current, self.target, lag, induced), bus)
+        self.voltage = last
+
+    def mean_square(self) -> float:
+        """Mean square of the current (A²) over the last integration step."""
+        return (self.current_start * self.current_start + 4.0 * self.current_middle * self.current_middle
+                + self.current * self.current) / 6.0

@@ -39,8 +39,11 @@ class MotorMount:
 
     def time_to_stop(self, y: Axis, roll: Axis, pitch: Axis, dt: float) -> float:
         """Time (s) in which the gap meets an end stop; dt if not within dt."""
-        acceleration = y.acceleration - self.z * roll.acceleration + self.x * pitch.acceleration
-        return self.stop.time_to_meet(self.gap, self.gap_rate, acceleration, dt)
+        return self.stop.time_to_meet(self.gap, self.gap_rate, self.gap_change(y, roll, pitch), dt)
+
+    def gap_change(self, y: Axis, roll: Axis, pitch: Axis) -> float:
+        """Second derivative of the gap, m/s², at the last integration point."""
+        return y.acceleration - self.z * roll.acceleration + self.x * pitch.acceleration
 
     def begin(self) -> None:
         """Begin an integration step."""

@@ -4,6 +4,7 @@ from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
+from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
@@ -28,11 +29,13 @@ class Stage2DOF:
         self.C3 = 30.9                      # m/(s² A T), parameter: normal force between magnets and coils
         self.C4 = 0.12                      # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.027  # parameter
+        self.magnet_rise = 0.0              # K, parameter: how warm the magnets are, above the constants' temperature
+        self.bus_voltage = 0.0              # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.geometry = MotorGeometry()
         self.v = Axis(4.35, 0.2, 2.0, 0.0003, 2.0, 0.008, 0.028, 0.02)
         self.h = Axis(1.594, 0.1, 0.25, 0.0003, 1.0, -0.07, 0.07, 0.0)
         self.h.ripple.period = 0.01905
-        self.motor = MotorSupply(9.0, 7.0)
+        self.motor = MotorSupply(9.0, 7.0, 7.0, 0.07)
         self.encoder = Encoder(1e-05)
         self.at_stop = False   # output
 
@@ -72,7 +75,10 @@ class Stage2DOF:
         v = self.v
         h = self.h
         motor = self.motor
-        motor.advance(dt)
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.5 * dt)
+        motor.advance(dt, bus)
         v.begin()
         h.begin()
         motor.at_start(geometry.electrical_angle(h.position))
@@ -95,6 +101,11 @@ class Stage2DOF:
         motor = self.motor
         f1, f2, f3, f4 = gap_functions(self.geometry, v.position)
         f2 *= attraction_factor(self.attraction_modulation, h.position, self.geometry.slot_pitch)
+        if self.magnet_rise != 0.0:
+            strength = magnet_strength(self.magnet_rise)
+            f1 *= strength
+            f2 *= strength * strength
+            f3 *= strength
         share = v.mass_ratio
         v_motors = normal_acceleration(
             share * self.C2, share * self.C3, share * self.C4, f2, f3, f4,
@@ -103,6 +114,20 @@ class Stage2DOF:
         h_motors = thrust_acceleration(h.mass_ratio * self.C1, f1, motor.i_q)
         v.add_slope(v_motors, weight, ahead)
         h.add_slope(h_motors, weight, ahead)
+
+    def induce(self, ahead: float) -> None:
+        """Compute the voltages that the motion induces in the windings a time ahead (s)."""
+        geometry = self.geometry
+        v = self.v
+        h = self.h
+        f1, f2, f3, f4 = gap_functions(geometry, v.position + ahead * v.velocity)
+        strength = magnet_strength(self.magnet_rise)
+        gap_rate = v.velocity + ahead * v.acceleration
+        coils = v.nominal_mass * self.C3 * strength * f3
+        iron = v.nominal_mass * self.C4 * f4
+        self.motor.induce(
+            geometry.electrical_angle(h.position + ahead * h.velocity), gap_rate,
+            h.velocity + ahead * h.acceleration, h.nominal_mass * self.C1 * strength * f1, coils, iron)
 
     def time_to_stop(self, dt: float) -> float:
         """Time (s) in which the first axis meets an end stop; dt if none does within dt."""

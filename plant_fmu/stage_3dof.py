@@ -4,6 +4,7 @@ from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
+from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
@@ -30,6 +31,8 @@ class Stage3DOF:
         self.C4 = 8.71                       # m/(s² A T), parameter: normal force between magnets and coils
         self.C5 = 0.0045                     # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.0135  # parameter
+        self.magnet_rise = 0.0               # K, parameter: how warm the magnets are, above the constants' temperature
+        self.bus_voltage = 0.0               # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.geometry = MotorGeometry()
         self.y = Axis(6.9, 0.1, 1.0, 0.0005, 2.0, 0.0185, 0.032, 0.025)
         self.y.ripple.amplitude = 0.15
@@ -37,8 +40,8 @@ class Stage3DOF:
         self.x.ripple.period = 0.01905
         self.z = Axis(8.6, 0.05, 1.1, 0.0005, 2.0, -0.062, 0.062, 0.0)
         self.z.ripple.period = 0.01905
-        self.alpha = MotorSupply(5.0, 4.0)
-        self.beta = MotorSupply(5.0, 4.0)
+        self.alpha = MotorSupply(5.0, 4.0, 3.5, 0.035)
+        self.beta = MotorSupply(5.0, 4.0, 3.5, 0.035)
         self.encoder = Encoder(1e-05)
         self.at_stop = False   # output
 
@@ -83,8 +86,11 @@ class Stage3DOF:
         z = self.z
         alpha = self.alpha
         beta = self.beta
-        alpha.advance(dt)
-        beta.advance(dt)
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.5 * dt)
+        alpha.advance(dt, bus)
+        beta.advance(dt, bus)
         y.begin()
         x.begin()
         z.begin()
@@ -114,6 +120,11 @@ class Stage3DOF:
         beta = self.beta
         f1, f2, f3, f4 = gap_functions(self.geometry, y.position)
         f2 *= attraction_factor(self.attraction_modulation, x.position, self.geometry.slot_pitch)
+        if self.magnet_rise != 0.0:
+            strength = magnet_strength(self.magnet_rise)
+            f1 *= strength
+            f2 *= strength * strength
+            f3 *= strength
         share = y.mass_ratio
         y_motors = normal_acceleration(
             4.0 * share * self.C3, 2.0 * share * self.C4, 2.0 * share * self.C5, f2, f3, f4,
@@ -124,6 +135,24 @@ class Stage3DOF:
         y.add_slope(y_motors, weight, ahead)
         x.add_slope(x_motors, weight, ahead)
         z.add_slope(z_motors, weight, ahead)
+
+    def induce(self, ahead: float) -> None:
+        """Compute the voltages that the motion induces in the windings a time ahead (s)."""
+        geometry = self.geometry
+        y = self.y
+        x = self.x
+        z = self.z
+        f1, f2, f3, f4 = gap_functions(geometry, y.position + ahead * y.velocity)
+        strength = magnet_strength(self.magnet_rise)
+        gap_rate = y.velocity + ahead * y.acceleration
+        coils = 2.0 * y.nominal_mass * self.C4 * strength * f3
+        iron = 2.0 * y.nominal_mass * self.C5 * f4
+        self.alpha.induce(
+            geometry.electrical_angle(x.position + ahead * x.velocity), gap_rate,
+            x.velocity + ahead * x.acceleration, 2.0 * x.nominal_mass * self.C1 * strength * f1, coils, iron)
+        self.beta.induce(
+            geometry.electrical_angle(z.position + ahead * z.velocity), gap_rate,
+            z.velocity + ahead * z.acceleration, 2.0 * z.nominal_mass * self.C2 * strength * f1, coils, iron)
 
     def time_to_stop(self, dt: float) -> float:
         """Time (s) in which the first axis meets an end stop; dt if none does within dt."""

@@ -3,10 +3,12 @@
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
+from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_mount import MotorMount
 from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.payload import Payload
 from plant_fmu.tilt_guide import TiltGuide
+from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import GRAVITY
 
@@ -38,6 +40,8 @@ class Stage5DOF:
         self.C4 = 8.71                       # m/(s² A T), parameter: normal force between magnets and coils
         self.C5 = 0.0045                     # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.0135  # parameter
+        self.magnet_rise = 0.0               # K, parameter: how warm the magnets are, above the constants' temperature
+        self.bus_voltage = 0.0               # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.height = -0.03                  # m, parameter: of the magnets' faces against the centre of mass, downwards
         self.geometry = MotorGeometry()
         self.y = Axis(6.9, 0.1, 1.0, 0.0005, 2.0, -10.0, 10.0, 0.025)
@@ -57,10 +61,10 @@ class Stage5DOF:
         self.roll_guide = TiltGuide()
         self.pitch_guide = TiltGuide()
         self.payload = Payload()
-        self.alpha1 = MotorSupply(5.0, 4.0)
-        self.alpha2 = MotorSupply(5.0, 4.0)
-        self.beta1 = MotorSupply(5.0, 4.0)
-        self.beta2 = MotorSupply(5.0, 4.0)
+        self.alpha1 = MotorSupply(5.0, 4.0, 7.0, 0.07)
+        self.alpha2 = MotorSupply(5.0, 4.0, 7.0, 0.07)
+        self.beta1 = MotorSupply(5.0, 4.0, 7.0, 0.07)
+        self.beta2 = MotorSupply(5.0, 4.0, 7.0, 0.07)
         self.alpha1_mount = MotorMount(0.0, 0.2, 0.0185, 0.032, 100000.0, 375.0)
         self.alpha2_mount = MotorMount(0.0, -0.2, 0.0185, 0.032, 100000.0, 375.0)
         self.beta1_mount = MotorMount(0.2, 0.0, 0.0185, 0.032, 100000.0, 375.0)
@@ -132,10 +136,13 @@ class Stage5DOF:
         beta1_mount = self.beta1_mount
         beta2_mount = self.beta2_mount
         payload = self.payload
-        alpha1.advance(dt)
-        alpha2.advance(dt)
-        beta1.advance(dt)
-        beta2.advance(dt)
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.5 * dt)
+        alpha1.advance(dt, bus)
+        alpha2.advance(dt, bus)
+        beta1.advance(dt, bus)
+        beta2.advance(dt, bus)
         y.payload = payload.mass
         x.payload = payload.mass
         z.payload = payload.mass
@@ -210,11 +217,12 @@ class Stage5DOF:
         """Compute the forces of all motors at the present point; the constants are accelerations at nominal masses."""
         geometry = self.geometry
         modulation = self.attraction_modulation
-        x_thrust = self.x.nominal_mass * self.C1    # N/A
-        z_thrust = self.z.nominal_mass * self.C2    # N/A
-        attraction = self.y.nominal_mass * self.C3  # N/T²
-        coils = self.y.nominal_mass * self.C4       # N/(A T)
-        iron = self.y.nominal_mass * self.C5        # N/A²
+        strength = magnet_strength(self.magnet_rise)
+        x_thrust = self.x.nominal_mass * self.C1 * strength               # N/A
+        z_thrust = self.z.nominal_mass * self.C2 * strength               # N/A
+        attraction = self.y.nominal_mass * self.C3 * strength * strength  # N/T²
+        coils = self.y.nominal_mass * self.C4 * strength                  # N/(A T)
+        iron = self.y.nominal_mass * self.C5                              # N/A²
         alpha1 = self.alpha1
         alpha2 = self.alpha2
         beta1 = self.beta1
@@ -223,6 +231,49 @@ class Stage5DOF:
         self.alpha2_mount.push(geometry, alpha2.i_d, alpha2.i_q, x_thrust, attraction, coils, iron, modulation)
         self.beta1_mount.push(geometry, beta1.i_d, beta1.i_q, z_thrust, attraction, coils, iron, modulation)
         self.beta2_mount.push(geometry, beta2.i_d, beta2.i_q, z_thrust, attraction, coils, iron, modulation)
+
+    def induce(self, ahead: float) -> None:
+        """Compute the voltages that the motion induces in the windings a time ahead (s)."""
+        geometry = self.geometry
+        y = self.y
+        x = self.x
+        z = self.z
+        roll = self.roll
+        pitch = self.pitch
+        height = self.height
+        strength = magnet_strength(self.magnet_rise)
+        x_thrust = x.nominal_mass * self.C1 * strength  # N/A
+        z_thrust = z.nominal_mass * self.C2 * strength  # N/A
+        coils = y.nominal_mass * self.C4 * strength     # N/(A T)
+        iron = y.nominal_mass * self.C5                 # N/A²
+        rate_x = x.velocity - height * pitch.velocity
+        rate_z = z.velocity + height * roll.velocity
+        change_x = x.acceleration - height * pitch.acceleration
+        change_z = z.acceleration + height * roll.acceleration
+        mount = self.alpha1_mount
+        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
+        self.alpha1.induce(
+            geometry.electrical_angle(mount.displacement + ahead * rate_x),
+            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
+            rate_x + ahead * change_x, x_thrust * f1, coils * f3, iron * f4)
+        mount = self.alpha2_mount
+        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
+        self.alpha2.induce(
+            geometry.electrical_angle(mount.displacement + ahead * rate_x),
+            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
+            rate_x + ahead * change_x, x_thrust * f1, coils * f3, iron * f4)
+        mount = self.beta1_mount
+        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
+        self.beta1.induce(
+            geometry.electrical_angle(mount.displacement + ahead * rate_z),
+            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
+            rate_z + ahead * change_z, z_thrust * f1, coils * f3, iron * f4)
+        mount = self.beta2_mount
+        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
+        self.beta2.induce(
+            geometry.electrical_angle(mount.displacement + ahead * rate_z),
+            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
+            rate_z + ahead * change_z, z_thrust * f1, coils * f3, iron * f4)
 
     def place_motors(self) -> None:
         """Put the motors where the platform has them."""

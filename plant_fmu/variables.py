@@ -7,10 +7,12 @@ from pmlsm.rig import Rig, RigAxis, RigConstant
 from pmlsm.variables import BAD_GEOMETRY, motor_geometry
 
 NONE = "assumed: none"   # of payload and guides
+NO_FAULT = "off"
 
 
-def motor_variables(motor: str, source: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def motor_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
     """Inputs, outputs and parameters of one motor's supply."""
+    source = rig.source(f"motors.{motor}.amplifier")
     phases = ("a", "b", "c")
     inputs = tuple(real_input(f"{motor}.i_{phase}_cmd", "A", f"commanded current of phase {phase}", 1000.0, 1.0)
                    for phase in phases)
@@ -18,8 +20,10 @@ def motor_variables(motor: str, source: str) -> tuple[tuple[Variable, ...], tupl
                  for phase in phases),
                real_output(f"{motor}.i_d", "A", "delivered direct current", 1.0),
                real_output(f"{motor}.i_q", "A", "delivered quadrature current", 1.0),
-               flag(f"{motor}.saturated", "a phase of the motor is at its amplifier's clamp"))
-    rating = f"{motor}.amplifier"
+               real_output(f"{motor}.voltage", "V", "largest voltage of a phase; 0 where bus_voltage is", 10.0),
+               real_output(f"{motor}.winding.rise", "K", "how much warmer the windings are than at the start", 10.0),
+               flag(f"{motor}.saturated", "a phase of the motor is at its amplifier's clamp, or at bus_voltage"))
+    rating, winding = f"{motor}.amplifier", f"{motor}.winding"
     parameters = (
         parameter(f"{rating}.peak", "A", "peak current of each phase; 1000 A, the largest command, clamps nothing",
                   source, 1e-3, 1000.0, 1.0, hint="1000 A clamps nothing"),
@@ -28,7 +32,19 @@ def motor_variables(motor: str, source: str) -> tuple[tuple[Variable, ...], tupl
         parameter(f"{rating}.thermal_time", "s", "time constant of the continuous limit; 0 = no continuous limit",
                   "assumed", 0.0, 1000.0, 1.0, fixed=True),
         parameter(f"{rating}.lag", "s", "first-order lag after the clamp; 0 = none",
-                  "assumed", 0.0, 1.0, 1e-3, fixed=True))
+                  "assumed", 0.0, 1.0, 1e-3, fixed=True),
+        switch(f"{rating}.off", "fault: the commands count as 0", NO_FAULT),
+        switch(f"{rating}.stuck", "fault: the currents stay as they are", NO_FAULT),
+        *(switch(f"{motor}.phase_{phase}.open", f"fault: phase {phase} carries no current", NO_FAULT)
+          for phase in phases),
+        parameter(f"{winding}.resistance", "Ohm", "resistance of a phase, cold, as its amplifier sees it; counts where "
+                  "bus_voltage does", rig.source(f"motors.{winding}"), 1e-3, 1e4, 1.0),
+        parameter(f"{winding}.inductance", "H", "inductance of a phase, as its amplifier sees it; counts where "
+                  "bus_voltage does", rig.source(f"motors.{winding}"), 1e-6, 10.0, 1e-2),
+        parameter(f"{winding}.thermal_resistance", "K/W", "by which the loss in the windings warms them; 0 = not",
+                  "assumed: off", 0.0, 1e3, 1.0),
+        parameter(f"{winding}.thermal_time", "s", "time constant by which the windings get warm", "assumed", 0.0, 1e5,
+                  100.0))
     return inputs, outputs, parameters
 
 
@@ -127,7 +143,7 @@ def constant(of: RigConstant, source: str) -> Variable:
 
 def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a stage: inputs, outputs, then parameters."""
-    parts = [motor_variables(motor, rig.source(f"motors.{motor}.amplifier")) for motor in rig.motor_names]
+    parts = [motor_variables(rig, motor) for motor in rig.motor_names]
     parts += [axis_variables(rig, axis) for axis in rig.axes]
     tilted = platform_variables(rig) if rig.rotations else ()
     parts += [((), *mount_variables(rig, motor)) for motor in rig.motor_names if rig.rotations]
@@ -141,6 +157,10 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     return (*inputs, *outputs, at_stop, *constants,
             parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
                       rig.source("modulation"), 0.0, 1.0, 0.01),
+            parameter("magnet_rise", "K", "temperature of the magnets above that at which the constants hold",
+                      "assumed: none", -100.0, 200.0, 10.0),
+            parameter("bus_voltage", "V", "voltage of the amplifiers' supply, which limits that of each phase; 0 = no "
+                      "limit", "assumed: no limit", 0.0, 1e5, 10.0),
             parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
                       rig.source("resolution"), 0.0, 1.0, 1e-5),
             *parameters, *motor_geometry(rig))

@@ -126,6 +126,14 @@ class Amplifier:
 
 
 @dataclass(frozen=True)
+class Winding:
+    """A phase of a motor as its amplifier sees it, see `plant_fmu.winding`: of two in parallel half of one motor's."""
+
+    resistance: float = quantity("Ohm", 1e-3, 1e4, 7.0)
+    inductance: float = quantity("H", 1e-6, 10.0, 0.07)
+
+
+@dataclass(frozen=True)
 class RigMotor:
     """Motor, or motors with one current, and the horizontal axis that it drives; all carry the vertical axis.
 
@@ -138,6 +146,7 @@ class RigMotor:
     amplifier: Amplifier
     x: float = quantity("m", -10.0, 10.0, 0.0)
     z: float = quantity("m", -10.0, 10.0, 0.0)
+    winding: Winding = Winding()
 
 
 @dataclass(frozen=True)

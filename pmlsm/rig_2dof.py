@@ -12,6 +12,7 @@ from pmlsm.rig import (
     RigMotor,
     Ripple,
     Stop,
+    Winding,
 )
 
 RIG = Rig(
@@ -56,7 +57,8 @@ RIG = Rig(
             drives='h',
             amplifier=Amplifier(peak=9.0, continuous=7.0),
             x=0.0,
-            z=0.0),
+            z=0.0,
+            winding=Winding(resistance=7.0, inductance=0.07)),
     ),
     stage=Constants(thrust={'h': 14.2}, attraction=791.0, coils=30.9, iron=0.12),
     model=Constants(thrust={'h': 14.2}, attraction=796.99, coils=31.04, iron=0.07),
@@ -92,6 +94,7 @@ RIG = Rig(
         'axes.v.friction.coulomb': 'estimated: half of what was assumed, docs/estimation.md',
         'axes.h.friction.coulomb': 'estimated: half of what was assumed, docs/estimation.md',
         'motors.motor.amplifier': 'stated, section 4.1.3',
+        'motors.motor.winding': 'estimated, docs/model.md',
         'design.current_limit': 'assumed, from the axes of Fig. 4.20',
         'design.pid_current_limit': 'assumed, as for the other controllers of this stage',
         'design.antiwindup': 'assumed: the thesis uses none on this stage',

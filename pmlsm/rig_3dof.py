@@ -13,6 +13,7 @@ from pmlsm.rig import (
     Ripple,
     Schedule,
     Stop,
+    Winding,
 )
 
 RIG = Rig(
@@ -72,13 +73,15 @@ RIG = Rig(
             drives='x',
             amplifier=Amplifier(peak=5.0, continuous=4.0),
             x=0.0,
-            z=0.0),
+            z=0.0,
+            winding=Winding(resistance=3.5, inductance=0.035)),
         RigMotor(
             name='beta',
             drives='z',
             amplifier=Amplifier(peak=5.0, continuous=4.0),
             x=0.0,
-            z=0.0),
+            z=0.0,
+            winding=Winding(resistance=3.5, inductance=0.035)),
     ),
     stage=Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=334.52, coils=8.71, iron=0.0045),
     model=Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=327.5, coils=8.48, iron=0.007),
@@ -125,6 +128,8 @@ RIG = Rig(
         'axes.z.friction.coulomb': 'estimated: half of what was assumed, docs/estimation.md',
         'motors.alpha.amplifier': 'stated, section 5.1.3',
         'motors.beta.amplifier': 'stated, section 5.1.3',
+        'motors.alpha.winding': 'estimated, docs/model.md',
+        'motors.beta.winding': 'estimated, docs/model.md',
         'design.current_limit': 'stated, section 5.6.2',
         'design.pid_current_limit': 'assumed: the thesis limits commands with the antiwindup only',
         'design.antiwindup': 'stated, section 5.6.2',

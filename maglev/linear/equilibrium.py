@@ -195,10 +195,19 @@ def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
     """Refuse currents that amplifiers do not hold for good.
 
     At rest the I²t limit has followed the current, and the clamp is at the continuous rating where that is the lower
-    one. Any phase has to carry the whole current at some displacement.
+    one. Any phase has to carry the whole current at some displacement, by the voltage of the bus.
     """
     for motor, d, q in zip(found.motors, found.i_d, found.i_q, strict=True):
-        rating = getattr(block, motor).amplifier
+        supply = getattr(block, motor)
+        rating, phases = supply.amplifier, (supply.phase_a, supply.phase_b, supply.phase_c)
+        faults = {"amplifier.off": rating.off, "amplifier.stuck": rating.stuck,
+                  **{f"phase_{letter}.open": phase.open for letter, phase in zip("abc", phases, strict=True)}}
+        for fault in (name for name, there in faults.items() if there):
+            raise LinearModelError(f"{place}: {motor}.{fault} = true, expected false: a linear model has no faults")
+        needed = supply.winding.resistance * hypot(d, q)
+        if 0.0 < block.bus_voltage < needed:
+            raise LinearModelError(f"{place}: {motor} needs {needed:.3g} V for i_d = {d:.3g} A, i_q = {q:.3g} A, "
+                                   f"expected at most bus_voltage = {block.bus_voltage:g} V")
         bound, which = rating.peak, "peak"
         if 0.0 < rating.continuous < rating.peak and rating.thermal_time > 0.0:
             bound, which = rating.continuous, "continuous"

@@ -62,6 +62,8 @@ class Catalogue:
         Normal force per direct current, N/A, and attraction per current squared, N/A², at the gap `at`.
     peak, continuous : float
         Currents of its amplifiers, A.
+    resistance, inductance : float
+        Of a phase, ohm and H: half of what is measured from one phase to another.
     winding : Winding
         For the formulas, where something above is missing.
     """
@@ -75,6 +77,8 @@ class Catalogue:
     iron_attraction: float | None = optional("1", 1e-9, 1e6)
     peak: float | None = optional("A", 1e-3, 700.0)
     continuous: float | None = optional("A", 0.0, 700.0)
+    resistance: float | None = optional("Ohm", 1e-3, 1e4)
+    inductance: float | None = optional("H", 1e-6, 10.0)
     winding: Winding | None = None
 
     @property

@@ -63,6 +63,11 @@ def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, se
         rating = {"peak": sheet.amplitude * sheet.peak, "continuous": sheet.amplitude * (sheet.continuous or 0.0)}
         for motor in motors.values():
             motor.setdefault("amplifier", rating)
+    if sheet is not None and isinstance(sharing := table.get("sharing", 1), int | float) and sharing >= 1:
+        printed = {"resistance": sheet.resistance, "inductance": sheet.inductance}
+        seen = {key: value / sharing for key, value in printed.items() if value is not None}   # motors in parallel
+        for motor in motors.values():
+            motor.setdefault("winding", seen)
     missing = {}
     for axis, entries in axes.items():
         design = entries.setdefault("design", {})

@@ -10,6 +10,7 @@ CONTROLLED = {**STAGES, "5DOF": (("y", "x", "z", "roll", "pitch"), ("alpha1", "a
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
               "stop.upper", "stop.stiffness", "stop.damping", "ripple.amplitude", "ripple.period",
               "position_start", "locked")
+SUPPLIED = ("i_a", "i_b", "i_c", "i_d", "i_q", "voltage", "winding.rise", "saturated")
 
 
 def each(owners: tuple[str, ...], *names: str) -> set[str]:
@@ -38,17 +39,25 @@ def model(stage: str, inertias: bool) -> set[str]:
     return of_axes | each(motors, "x", "z") | {"height"}
 
 
+def supplies(motors: tuple[str, ...]) -> set[str]:
+    """Parameters of amplifiers, windings and magnets."""
+    return ({"bus_voltage", "magnet_rise"} | each(motors, "phase_a.open", "phase_b.open", "phase_c.open")
+            | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag", "off", "stuck")
+            | each(tuple(f"{m}.winding" for m in motors), "resistance", "inductance", "thermal_resistance",
+                   "thermal_time"))
+
+
 @pytest.mark.parametrize("stage", STAGES)
 def test_plant_ports(stage: str) -> None:
     axes, motors, constants = STAGES[stage]
     name = f"Plant{stage}"
     assert ports(name, "input") == each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes, "force")
     assert ports(name, "output") == (each(axes, "encoder", "position", "velocity") | {"at_stop"}
-                                     | each(motors, "i_a", "i_b", "i_c", "i_d", "i_q", "saturated"))
+                                     | each(motors, *SUPPLIED))
     assert ports(name, "parameter") == (
         {f"C{i}" for i in range(1, constants + 1)} | {"attraction_modulation", "encoder.resolution"}
         | each(axes, *PLANT_AXIS)
-        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag"))
+        | supplies(motors))
 
 
 def test_ports_of_a_stage_that_tilts() -> None:
@@ -57,14 +66,14 @@ def test_ports_of_a_stage_that_tilts() -> None:
                                     | each(axes[3:], "torque"))
     assert ports(name, "output") == (
         each(axes, "position", "velocity") | {"x.encoder", "z.encoder", "yaw_moment", "at_stop"}
-        | each(motors, "gap", "gap_encoder", "i_a", "i_b", "i_c", "i_d", "i_q", "saturated"))
+        | each(motors, "gap", "gap_encoder", *SUPPLIED))
     of_stops = ("stop.lower", "stop.upper", "stop.stiffness", "stop.damping")
     assert ports(name, "parameter") == (
         {f"C{i}" for i in range(1, 6)} | {"attraction_modulation", "encoder.resolution", "height"}
         | each(("payload",), "mass", "x", "z") | each(axes[3:], "inertia", "guide.stiffness", "guide.play")
         | each(axes[:3], "mass") | each(axes, *(set(PLANT_AXIS) - {"mass", *of_stops})) | each(("x", "z"), *of_stops)
         | each(motors, "x", "z", *of_stops)
-        | each(tuple(f"{m}.amplifier" for m in motors), "peak", "continuous", "thermal_time", "lag"))
+        | supplies(motors))
 
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS

@@ -76,6 +76,9 @@ class ReferenceStage:
     modulation: float
     axes: list[ReferenceAxis]
     peak: float
+    masses: tuple[float, ...]       # of the axes, at which the constants hold
+    winding: tuple[float, float]    # ohm, H
+    bus: float = np.inf             # V
     motors: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -100,8 +103,19 @@ class ReferenceStage:
             rates[3 * i] = v[i]
             rates[3 * i + 1] = motors[i] + axis.acceleration(x[i], v[i], w[i])
             rates[3 * i + 2] = axis.deflection_rate(v[i], w[i])
-        rates[3 * n:] = ((np.clip(commands, -self.peak, self.peak) - currents) / LAG).ravel()
+        wanted = (np.clip(commands, -self.peak, self.peak) - currents) / LAG
+        resistance, inductance = self.winding
+        drop = resistance * currents + self.induced(x, v, dq, f1, f3, f4)
+        rates[3 * n:] = np.clip(wanted, (-self.bus - drop) / inductance, (self.bus - drop) / inductance).ravel()
         return rates
+
+    def induced(self, x: np.ndarray, v: np.ndarray, dq: np.ndarray, f1: float, f3: float, f4: float) -> np.ndarray:
+        """Voltages of the phases, shape (motors, 3): by each current, two thirds of its force times the speed."""
+        m, c, n, sharing = self.masses, self.constants, self.motors, 1 if self.motors == 1 else 2
+        normal = sharing * m[0] * (c[-2] * f3 * np.eye(2)[0] - c[-1] * f4 * dq) * v[0]
+        thrust = np.array([-sharing * m[k + 1] * c[k] * f1 * v[k + 1] for k in range(n)])
+        e = 2 / 3 * (normal + np.outer(thrust, [0, 1]))
+        return np.array([1.5 * park_matrix(x[k + 1]).T @ e[k] for k in range(n)])
 
     def solve(self, start: Sequence[float], commands: Callable[[int, np.ndarray], np.ndarray], dt: float, steps: int,
               rtol: float = 1e-11) -> np.ndarray:
@@ -149,7 +163,8 @@ def reference_2dof() -> ReferenceStage:
     """The 2-DOF stage: axes v, h."""
     return ReferenceStage((14.20, 791.00, 30.90, 0.12), 0.027,
                           [ReferenceAxis(4.350, 0.2, 2.0, 0.3e-3, 2.0, 8e-3, 28e-3),
-                           ReferenceAxis(1.594, 0.1, 0.25, 0.3e-3, 1.0, -70e-3, 70e-3)], 9.0)
+                           ReferenceAxis(1.594, 0.1, 0.25, 0.3e-3, 1.0, -70e-3, 70e-3)], 9.0, (4.350, 1.594),
+                          (7.0, 70e-3))
 
 
 def reference_3dof() -> ReferenceStage:
@@ -157,4 +172,5 @@ def reference_3dof() -> ReferenceStage:
     return ReferenceStage((0.6135, 0.8224, 334.52, 8.71, 0.0045), 0.0135,
                           [ReferenceAxis(6.9, 0.1, 1.0, 0.5e-3, 2.0, 18.5e-3, 32e-3, 0.15, 5e-3),
                            ReferenceAxis(10.6, 0.05, 1.2, 0.5e-3, 2.0, -62e-3, 62e-3),
-                           ReferenceAxis(8.6, 0.05, 1.1, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0)
+                           ReferenceAxis(8.6, 0.05, 1.1, 0.5e-3, 2.0, -62e-3, 62e-3)], 5.0, (6.9, 10.6, 8.6),
+                          (3.5, 35e-3))

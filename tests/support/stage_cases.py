@@ -90,9 +90,11 @@ SMOOTH = [*(near_equilibrium(2, gap) for gap in (15e-3, 18e-3, 21e-3, 24e-3)), p
 IMPACTS = [falling(2, 26e-3), falling(2, 26.017e-3), side_impact(), falling(3, 30.5e-3), falling(3, 31.5e-3)]
 
 
-def run_block(rig: int, start: Sequence[float], commands: Commands, dt: float, steps: int) -> tuple[np.ndarray, list]:
+def run_block(rig: int, start: Sequence[float], commands: Commands, dt: float, steps: int,
+              bus_voltage: float = 0.0) -> tuple[np.ndarray, list]:
     """Positions and velocities of the block, shape (steps + 1, axes, 2), and the commands that it was given."""
     stage = Stage2DOF() if rig == 2 else Stage3DOF()
+    stage.bus_voltage = bus_voltage
     axes = [getattr(stage, name) for name in RIGS[rig][0]]
     motors = [getattr(stage, name) for name in RIGS[rig][1]]
     for axis, position in zip(axes, start, strict=True):

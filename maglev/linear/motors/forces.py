@@ -9,6 +9,7 @@ import numpy as np
 
 from maglev.linear.motors.places import Matrix, MotorPlaces
 from plant_fmu.attraction import attraction_factor
+from plant_fmu.magnets import magnet_strength
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
 from pmlsm.gap_slopes import carter_slope, gap_slopes, slot_permeance_slope
 from pmlsm.motor_geometry import MotorGeometry
@@ -42,7 +43,9 @@ class MotorForces:
             return [rig.sharing * getattr(block, name) for name in rig.constants_of(axis)]
 
         attraction, coils, iron = values(rig.vertical.name)
-        return cls(attraction, coils, iron, tuple(thrust for motor in rig.motors for thrust in values(motor.drives)),
+        strength = magnet_strength(getattr(block, "magnet_rise", 0.0))   # a controller's model has none
+        return cls(attraction * strength**2, coils * strength, iron,
+                   tuple(thrust * strength for motor in rig.motors for thrust in values(motor.drives)),
                    block.geometry, MotorPlaces.of(rig, block), getattr(block, "attraction_modulation", 0.0))
 
     def accelerations(self, positions: Sequence[float], currents: Matrix) -> Matrix:
