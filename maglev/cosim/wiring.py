@@ -7,6 +7,7 @@ its own, and calls that convert between these and the rows.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
+from itertools import product
 from math import lcm
 from typing import Any, NamedTuple
 
@@ -131,10 +132,11 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         for track, variables in output_tracks(name, fmu, sources, rows, allocate):
             places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
             gets[-1] += value_calls(fmu, "Get", variables, track, 0, 1)
-    for name in fmus:
-        driven = [target for target in drives if target.partition(".")[0] == name]
+    for (name, fmu), kind in product(fmus.items(), ("Real", "Boolean")):
+        driven = [target for target in drives if target.partition(".")[0] == name
+                  and kind_of(fmu.variable(target.partition(".")[2])) == kind]
         if driven:
-            track = Track(driven, np.float64, rows, allocate)
+            track = Track(driven, fmu.fmi.types[kind].item, rows, allocate)
             track.array[:] = np.array([drives[target] for target in driven]).T
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
@@ -171,8 +173,8 @@ def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         kind = kind_of(endpoint(fmus, target, *(("input", "parameter") if source == target else ("input",))))
         if source != target and kind_of(endpoint(fmus, source, "output")) != kind:
             raise FmuError(f"{source} and {target} differ in type, expected {kind} at both ends")
-        if source == target and kind != "Real":
-            raise FmuError(f"{target} is of type {kind}, expected a Real input for a signal")
+        if source == target and kind not in ("Real", "Boolean"):
+            raise FmuError(f"{target} is of type {kind}, expected a Real or Boolean input for a signal")
     return sources
 
 

@@ -96,19 +96,20 @@ class Constant(SignalTable):
 
 
 class Steps(SignalTable):
-    """Piecewise constant: values[i] from times[i] on, values[0] before."""
+    """Piecewise constant: values[i] from times[i] on, values[0] before; true and false for what is Boolean."""
 
     kind: Literal["steps"]
     times: list[Seconds] = Field(min_length=1)
-    values: list[float]
+    values: list[bool | float]
 
     @field_validator("values", mode="before")
     @classmethod
-    def to_si(cls, values: Any, info: ValidationInfo) -> list[float]:
+    def to_si(cls, values: Any, info: ValidationInfo) -> list[bool | float]:
         """Convert to SI."""
         if not isinstance(values, list):
             raise ValueError("expected a list of values")
-        return [entry_to_si(values[i], info.data.get("unit"), i) for i in range(len(values))]
+        return [value if isinstance(value, bool) else entry_to_si(value, info.data.get("unit"), i)
+                for i, value in enumerate(values)]
 
     @model_validator(mode="after")
     def match_times(self) -> "Steps":

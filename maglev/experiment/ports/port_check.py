@@ -5,6 +5,7 @@ from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.schema.run_plan import RunPlan, StartValue
+from maglev.schema.signals import Steps
 from maglev.units import UNITS, si_unit
 
 REAL = ("Real", "Float64", "Float32")
@@ -81,11 +82,18 @@ class PortCheck:
                                   f"connects {output.unit} to {target.unit}, expected the same unit")
 
     def signals(self) -> None:
-        """Check that signals feed Real inputs of their dimension."""
+        """Check that signals feed inputs of their type and dimension."""
         for i, signal in enumerate(self.plan.signals):
             key = f"signals[{i}].to"
             target = self.feed(key, signal.to, "parameter")
-            self.real(key, signal.to, target)
+            values = signal.values if isinstance(signal, Steps) else []
+            if target.type == "Boolean" and signal.rate_to is None and signal.unit is None:
+                if not values or not {*values} <= {False, True}:
+                    raise self.refuse(key, signal.to, f"{target.name!r} is Boolean, expected steps of true and false")
+            elif any(isinstance(value, bool) for value in values):
+                raise self.refuse(key, signal.to, f"{target.name!r} is {target.type}, expected numbers as values")
+            else:
+                self.real(key, signal.to, target)
             if target.causality == "parameter" and target.variability != "tunable":
                 raise self.refuse(key, signal.to, f"{target.name!r} is a {target.variability} parameter, expected an "
                                                   "input or a tunable parameter")

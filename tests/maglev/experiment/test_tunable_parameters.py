@@ -74,11 +74,29 @@ def test_mass_of_an_axis_with_its_unit(either_kind: Path, tmp_path: Path) -> Non
     assert light[0] == pytest.approx(1000.0 * heavy[0], rel=1e-6)
 
 
+def test_faults_come_and_go(either_kind: Path, tmp_path: Path) -> None:
+    """Booleans: a phase is open, then the amplifiers are off, then stuck, and then it is as it was."""
+    faults = [("phase_b.open", "[0, 0.004, 0.008]", "[false, true, false]"),
+              ("amplifier.off", "[0, 0.008, 0.012]", "[0, 1, 0]"), ("amplifier.stuck", "[0, 0.012]", "[false, true]")]
+    plan = drive(tmp_path, *(STEP.format(name=f"motor.{name}", times=times, values=values)
+                             for name, times, values in faults))
+    columns = prepare(plan, either_kind, {}, {}).run().columns
+    a, b, c = (columns[f"plant.motor.i_{phase}"][1:] for phase in "abc")
+    wanted = [columns[f"controller.motor.i_{phase}_cmd"][1:] for phase in "abc"]
+    assert (b[8:24] == 0.0).all() and (b[:8] == wanted[1][:8]).all() and abs(b[:8]).min() > 0.5
+    assert (a[:16] == wanted[0][:16]).all(), "amplifiers are independent"
+    assert (a[16:] == 0.0).all() and (c[16:] == 0.0).all(), "off, then stuck at that"
+    assert abs(wanted[0][16:]).min() > 0.1
+    assert set(columns["plant.motor.amplifier.off"]) == {0, 1}, "what drives a parameter is recorded, as of an input"
+
+
 @pytest.mark.parametrize(("name", "values", "expected"), [
     ("v.stop.lower", "[0.01, 0.02]", "signals[0].to = 'plant.v.stop.lower': 'v.stop.lower' is a fixed parameter, "
                                      "expected an input or a tunable parameter"),
     ("h.position_start", "[0.01, 0.02]", "'h.position_start' is a fixed parameter"),
-    ("v.locked", "[0, 1]", "'v.locked' is Boolean, expected Real"),
+    ("v.locked", "[0, 1]", "'v.locked' is a fixed parameter"),
+    ("motor.amplifier.off", "[0, 2]", "'motor.amplifier.off' is Boolean, expected steps of true and false"),
+    ("C1", "[true, false]", "'C1' is Real, expected numbers as values"),
     ("C9", "[1, 2]", "plant has no input or parameter 'C9'"),
     ("h.position", "[1, 2]", "'h.position' is of causality output, expected input or parameter"),
     ("h.mass", '["1 m", "2 m"]', "m given, expected a quantity in kg"),
