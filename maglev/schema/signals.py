@@ -124,8 +124,8 @@ class Steps(SignalTable):
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
-        latest = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right") - 1
-        return np.array(self.values, dtype=np.float64)[np.maximum(latest, 0)]
+        after = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right")
+        return np.array(self.values, dtype=np.float64)[np.maximum(after - 1, 0)]
 
 
 class Term(Table):
@@ -227,14 +227,12 @@ class Csv(SignalTable):
         known, values = np.array(self._times), np.array(self._values)
         row = self.rows_at(times)
         inside = values[row] + self.rates_at(times) * (times - known[row])
-        found: Array = np.where(times <= known[0], values[0], np.where(times >= known[-1], values[-1], inside))
-        return found
+        return np.asarray(np.where(times <= known[0], values[0], np.where(times >= known[-1], values[-1], inside)))
 
     def rates_at(self, times: Array) -> Array:
         """Return the slopes at times (s), shape (n,), SI; at a row that of the segment after it."""
         slopes = np.append(np.diff(self._values) / np.diff(self._times), 0.0)
-        found: Array = np.where(times < self._times[0], 0.0, slopes[self.rows_at(times)])
-        return found
+        return np.asarray(np.where(times < self._times[0], 0.0, slopes[self.rows_at(times)]))
 
     def rows_at(self, times: Array) -> NDArray[np.intp]:
         """Return the latest row at each time (s), shape (n,); the first before it."""
