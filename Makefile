@@ -53,7 +53,7 @@ test: .venv/.test
 
 # They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start.
 tests: .venv/.test
-	$(BIN)/python -m pytest -n 3 --dist loadfile --fmus=.venv/fmus
+	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 --fmus=.venv/fmus
 
 # The tests that need no FMU, compiler or browser: to be run after every change.
 quick: .venv/.test

@@ -2,17 +2,24 @@
 
 import os
 import signal
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from native_builds import built_once, missing_native_tools, require_native_tools
+from native_builds import built_once, missing_native_tools, require_native_tools, translates_once
 
 from maglev.catalogue import DEFINITIONS, build, build_native, build_wasm
 from maglev.cosim.fmu import Fmu, read_description
 
 NAMES = tuple(DEFINITIONS)
+# Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
+# builds the native FMUs, which those after it do not ask for at once.
+LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "tests/test_wheel.py", "cli/test_signals.py",
+           "studies/test_other_process.py", "linear/test_flown_margins.py", "examples/test_worked_examples.py",
+           "own_stage/test_flight.py", "linear/test_tilting.py", "tuning/test_search.py")
+
 FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled")))
 
 # No deadline: a loaded machine is no failure. In CI always the same examples, so that a failure is the change's.
@@ -40,10 +47,29 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick what does not ask for `slow`, not even through another fixture."""
+    """Mark as quick what does not ask for `slow`, not even through another fixture; quick files go last."""
+    slow_files = set()
     for item in items:
-        if "slow" not in getattr(item, "fixturenames", ()):
+        if "slow" in getattr(item, "fixturenames", ()):
+            slow_files.add(item.path)
+        else:
             item.add_marker("quick")
+
+    def place(item: pytest.Item) -> int:
+        last = 2 * len(LONGEST) if item.path not in slow_files else len(LONGEST)
+        return next((k for k, name in enumerate(LONGEST) if item.path.as_posix().endswith(f"/{name}")), last)
+
+    items.sort(key=place)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Count what was skipped by what it wants, a package or a program."""
+    wanted = Counter(str(report.longrepr[2]).removeprefix("Skipped: ")
+                     for report in terminalreporter.stats.get("skipped", []) if isinstance(report.longrepr, tuple))
+    if wanted:
+        terminalreporter.section("left out")
+        for reason, number in wanted.most_common():
+            terminalreporter.write_line(f"{number} {'test' if number == 1 else 'tests'}: {reason}")
 
 
 @pytest.fixture(scope="session")
@@ -61,6 +87,15 @@ def fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.Te
     """Folder with every FMU."""
     asked: Path | None = request.config.option.fmus
     return built_once(tmp_path_factory, "fmus", lambda folder: build(NAMES, folder), asked and asked / "python")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def translated_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Each module becomes C once, whatever is built of it; builds in other processes translate all of theirs."""
+    folder = built_once(tmp_path_factory, "translated", lambda _: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fmi_export.native.translation.run_pyccel", translates_once(folder))
+        yield
 
 
 @pytest.fixture(scope="session")

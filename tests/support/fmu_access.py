@@ -1,8 +1,9 @@
 """Short forms of FMI calls for the tests: single values by name, steps, and refusals with their message."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -31,9 +32,29 @@ def read(fmu: Fmu, name: str) -> float:
     return getter([v.valueReference])[0]
 
 
+def put_reals(fmu: Fmu, values: Mapping[str, float]) -> None:
+    """Set Real variables by name, in one call."""
+    fmu.instance.setReal([fmu.variable(name).valueReference for name in values], list(values.values()))
+
+
+def read_reals(fmu: Fmu, names: Iterable[str]) -> list[float]:
+    """Values of Real variables, in one call."""
+    return fmu.instance.getReal([fmu.variable(name).valueReference for name in names])
+
+
+OUTPUTS: WeakKeyDictionary[Fmu, dict[str, ScalarVariable]] = WeakKeyDictionary()   # to look for them takes longer
+
+
 def outputs(fmu: Fmu) -> dict[str, float]:
     """Values of all outputs."""
-    return {v.name: read(fmu, v.name) for v in variables(fmu, "output")}
+    if fmu not in OUTPUTS:
+        OUTPUTS[fmu] = {v.name: v for v in variables(fmu, "output")}
+    found = dict.fromkeys(OUTPUTS[fmu], 0.0)
+    for boolean, getter in ((False, fmu.instance.getReal), (True, fmu.instance.getBoolean)):
+        of_type = {name: v.valueReference for name, v in OUTPUTS[fmu].items() if (v.type == "Boolean") is boolean}
+        if of_type:
+            found.update(zip(of_type, getter([*of_type.values()]), strict=True))
+    return found
 
 
 def step(fmu: Fmu, first: int, count: int, size: float,

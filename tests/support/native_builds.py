@@ -1,10 +1,13 @@
 """Native FMUs for the tests: built once, however many processes the tests run in, and their C sources."""
 
+import hashlib
 import os
 import shutil
 import subprocess
+import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +16,9 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+
+from fmi_export.native.translation import run_pyccel
+from fmi_export.sources import imported_modules
 
 HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
 
@@ -80,6 +86,38 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
             make(folder)
             complete.touch()
     return folder
+
+
+def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
+    """What `run_pyccel` does, but for modules that are in the folder already, which it fills: they take a second each.
+
+    A module is known by its text and those of all that it imports.
+    """
+    def run(root: Path, paths: Iterable[str]) -> None:
+        keys: dict[str, str] = {}   # by module
+        new: dict[Path, Path] = {}  # files of a module in the folder, by its own file
+        for path in map(Path, paths):   # each after those that it imports
+            name = ".".join(path.with_suffix("").parts)
+            text = (root / path).read_text(encoding="utf-8")
+            below = [keys[module] for module in imported_modules(name, text) if module in keys]
+            keys[name] = hashlib.sha256(repr((name, text, below)).encode()).hexdigest()
+            kept = folder / keys[name]
+            if kept.exists():
+                shutil.copytree(kept, root / path.parent / "__pyccel__", copy_function=shutil.copyfile,   # as of now
+                                dirs_exist_ok=True)
+            else:
+                new[path] = kept
+        if new:
+            run_pyccel(root, map(str, new))
+        for path, kept in new.items():
+            with tempfile.TemporaryDirectory(dir=folder) as unfinished:
+                for file in (root / path.parent / "__pyccel__").glob(f"{path.stem}.*"):
+                    shutil.copy2(file, unfinished)
+                if not kept.exists():   # another process may have been as quick
+                    shutil.copytree(unfinished, kept.with_suffix(f".{os.getpid()}"))
+                    with suppress(OSError):
+                        kept.with_suffix(f".{os.getpid()}").rename(kept)
+    return run
 
 
 def unpacked_sources(fmu: Path, folder: Path) -> Path:

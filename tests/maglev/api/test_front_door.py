@@ -62,8 +62,8 @@ def test_there_are_examples() -> None:
 
 
 @pytest.fixture(scope="module")
-def run(fmus: Path) -> maglev.Run:
-    return maglev.run("2dof-smooth-nonlinear", fmus=fmus)
+def run(fastest_fmus: Path) -> maglev.Run:
+    return maglev.run("2dof-smooth-nonlinear", fmus=fastest_fmus)
 
 
 def test_a_run_as_data(run: maglev.Run) -> None:
@@ -104,34 +104,34 @@ def test_a_picture(run: maglev.Run) -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, "0 N", "0"])
-def test_settings(fmus: Path, run: maglev.Run, value: float | str) -> None:
+def test_settings(fastest_fmus: Path, run: maglev.Run, value: float | str) -> None:
     """Numbers and text are one; and they do something."""
-    changed = maglev.run("2dof-smooth-nonlinear", fmus=fmus, set={"plant.h.friction.coulomb": value})
+    changed = maglev.run("2dof-smooth-nonlinear", fmus=fastest_fmus, set={"plant.h.friction.coulomb": value})
     assert changed.parameters["plant.h.friction.coulomb"] == 0.0
     assert not np.array_equal(changed["plant.h.position"], run["plant.h.position"])
 
 
-def test_boolean_settings(fmus: Path) -> None:
-    plain = maglev.run("2dof-smooth-nonlinear", fmus=fmus, set={"controller.antiwindup": False})
+def test_boolean_settings(fastest_fmus: Path) -> None:
+    plain = maglev.run("2dof-smooth-nonlinear", fmus=fastest_fmus, set={"controller.antiwindup": False})
     assert plain.time[-1] > 0.0
 
 
-def test_what_cannot_be_run_alone(fmus: Path) -> None:
+def test_what_cannot_be_run_alone(fastest_fmus: Path) -> None:
     with pytest.raises(maglev.ScenarioError, match="2dof-step-4 has variants, expected one of 2dof-step-4-nonlinear"):
-        maglev.run("2dof-step-4", fmus=fmus)
+        maglev.run("2dof-step-4", fmus=fastest_fmus)
     with pytest.raises(maglev.ScenarioError, match="results of 2dof-identification-rig, expected run_all"):
-        maglev.run("2dof-identification-model", fmus=fmus)
+        maglev.run("2dof-identification-model", fmus=fastest_fmus)
     with pytest.raises(maglev.FmuError, match="there is no file .*expected an FMU"):
-        maglev.run("2dof-setpoints", fmus=fmus / "nowhere")
+        maglev.run("2dof-setpoints", fmus=fastest_fmus / "nowhere")
     with pytest.raises(maglev.ScenarioError, match="--set plant.v.mas=7: missing port"):
-        maglev.run("2dof-setpoints", fmus=fmus, set={"plant.v.mas": 7})
+        maglev.run("2dof-setpoints", fmus=fastest_fmus, set={"plant.v.mas": 7})
 
 
-def test_what_is_put_in_is_warned_about(fmus: Path) -> None:
+def test_what_is_put_in_is_warned_about(fastest_fmus: Path) -> None:
     """A plan's start values that another controller does not have are said once, as a warning."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        flown = maglev.run("2dof-setpoints", fmus=fmus, controller=fmus / "PID2DOF.fmu")
+        flown = maglev.run("2dof-setpoints", fmus=fastest_fmus, controller=fastest_fmus / "PID2DOF.fmu")
     assert any("the FMU that was put in has no controller." in str(warning.message) for warning in caught)
     assert flown.time[-1] > 0.0
 
@@ -142,14 +142,14 @@ def test_scenarios_and_fmus() -> None:
     assert all(entry.description for entry in maglev.fmus())
 
 
-def test_many_runs(fmus: Path, tmp_path: Path) -> None:
+def test_many_runs(fastest_fmus: Path, tmp_path: Path) -> None:
     told: list[str] = []
-    results = maglev.run_all(["2dof-smooth"], out=tmp_path, fmus=fmus, jobs=2, say=told.append)
+    results = maglev.run_all(["2dof-smooth"], out=tmp_path, fmus=fastest_fmus, jobs=2, say=told.append)
     assert [each.plan.name for each in results.runs] == list(results.asked)
     assert {path.name for path in results.files} == {path.name for path in tmp_path.iterdir()}
     assert told == []
 
 
-def test_baselines_have_a_step_of_their_own(fmus: Path) -> None:
+def test_baselines_have_a_step_of_their_own(fastest_fmus: Path) -> None:
     with pytest.raises(maglev.ScenarioError, match="step = 0.001: expected none, for a baseline has its own"):
-        maglev.check(["2dof-smooth"], fmus=fmus, step=1e-3)
+        maglev.check(["2dof-smooth"], fmus=fastest_fmus, step=1e-3)

@@ -20,8 +20,10 @@ from pmlsm.rigs import RIG_3DOF
                                   "3dof-tracking-nonlinear", "3dof-smooth-linear", "3dof-smooth-scheduled",
                                   "3dof-tracking-pid"])
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
-def test_run_equals_direct_calls_bit_for_bit(fmus: Path, name: str, order: Order) -> None:
-    """1.5 s under every controller, the first step of the set-points included."""
+@pytest.mark.usefixtures("slow")
+def test_run_equals_direct_calls_bit_for_bit(request: pytest.FixtureRequest, name: str, order: Order) -> None:
+    """1.5 s under every controller, the first step of the set-points included; one order with each kind of FMU."""
+    fmus: Path = request.getfixturevalue("fmus" if order == "sequential" else "fastest_fmus")
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
     experiment = prepare(plan, fmus, {}, {}, order=order)
     recording = experiment.run()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from complex_stage import complex_step, shape_functions
-from fmu_access import put, read
+from fmu_access import put, put_reals, read_reals
 from reference_5dof import ARM, ATTRACTION, COILS, DISPLACEMENTS, GAPS, IRON, NOMINAL, THRUST, Reference5DOF
 from reference_stage import LAG, T1, TAU, G
 
@@ -181,19 +181,21 @@ def growth(load: Callable[[str], Fmu], axis: str, factor: float, rest: dict[str,
     plant.initialise({**SMOOTH, **{f"{each}.position_start": rest[each] for each in AXES}}, 0.0, SECONDS)
     controller.initialise({"current_limit": 0.0}, 0.0, SECONDS)   # limits would keep what grows
     put(controller, {f"{each}.reference": rest[each] for each in AXES})
+    outputs = [f"{axis}.position", *(f"{motor}.gap_encoder" for motor in MOTORS), "x.encoder", "z.encoder"]
+    inputs = [*(f"{motor}.gap_measured" for motor in MOTORS), "x.measured", "z.measured"]
+    commands = [f"{motor}.i_{phase}_cmd" for motor in MOTORS for phase in "abc"]
     errors: list[float] = []
     while len(errors) < round(SECONDS / dt):
         t = len(errors) * dt
-        errors.append(read(plant, f"{axis}.position") - rest[axis])
+        position, *measured = read_reals(plant, outputs)
+        errors.append(position - rest[axis])
         if abs(errors[-1]) > LOST:
             return float("inf")
-        for motor, moved in zip(MOTORS, row.tolist(), strict=True):
-            gap = read(plant, f"{motor}.gap_encoder") + moved * (factor - 1.0) * errors[-1]
-            put(controller, {f"{motor}.gap_measured": gap})
-        put(controller, {f"{each}.measured": read(plant, f"{each}.encoder") for each in "xz"})
+        for k, moved in enumerate(row.tolist()):
+            measured[k] += moved * (factor - 1.0) * errors[-1]
+        put_reals(controller, dict(zip(inputs, measured, strict=True)))
         controller.instance.doStep(t, dt)
-        put(plant, {f"{motor}.i_{phase}_cmd": read(controller, f"{motor}.i_{phase}_cmd")
-                    for motor in MOTORS for phase in "abc"})
+        put_reals(plant, dict(zip(commands, read_reals(controller, commands), strict=True)))
         plant.instance.doStep(t, dt)
     return float(np.abs(errors[-round(WINDOW / dt):]).max() / np.abs(errors[:round(BEGINNING / dt)]).max())
 

@@ -112,13 +112,21 @@ def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) ->
         assert response.overshoot == pytest.approx(each.response.overshoot, abs=1e-3)
 
 
-def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
+                                                       monkeypatch: pytest.MonkeyPatch) -> None:
     """At 25 mm the stage holds more, at 29 mm, where it falls first, less than is certified of its linear loop."""
     flown = region("3dof", "x", "25 mm", fly=True, fmus=fastest_fmus)
     for each in flown.candidates:
         assert each.flown is not None and each.flown.held and each.flown.largest_locked is not None
         assert each.certificate.step < each.flown.largest < each.flown.largest_locked
     assert "gap locked (mm)" in str(flown)
+    shown = []
+
+    def kept(*arguments: Any, **options: Any) -> Region:
+        shown.append(region(*arguments, **options))
+        return shown[-1]
+
+    monkeypatch.setattr("maglev.stability.analysis.region", kept)
     done = maglev("region", "3dof", "x", "--gap", "29mm", "--json", tmp_path / "x.json", "--fmus", fastest_fmus)
     assert done.exit_code == 0, done.output
     titles, cells = (next(line for line in done.stdout.splitlines() if line.startswith(begin))
@@ -129,8 +137,7 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
     found = json.loads((tmp_path / "x.json").read_text())["candidates"]["as set"]
     assert (found["certified_step"], found["flown"]["largest_step"]) == pytest.approx((1e-3 * certified, 1e-3 * held),
                                                                                      abs=0.05e-3)
-    assert region("3dof", "x", "29 mm", fmus=fastest_fmus)["as set"].title == (
-        f"as set: {certified} mm certified, {held} mm flown")
+    assert shown[0]["as set"].title == f"as set: {certified} mm certified, {held} mm flown"
 
 
 def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:

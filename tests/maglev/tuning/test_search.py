@@ -1,8 +1,9 @@
 """Searches on a scenario of a fifth of a second: what is found, and what is refused before the first flight."""
 
+import shutil
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -43,6 +44,31 @@ percent = "20 %"
 kind = "latin hypercube"
 samples = 2
 """
+
+
+class Searched(NamedTuple):
+    """A tuning file, what it finds in one process, and the folder of parts that an interrupted search leaves."""
+
+    file: Path
+    whole: maglev.Tuned
+    parts: Path
+
+
+@pytest.fixture(scope="module")
+def searched(fastest_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Searched:
+    folder = tmp_path_factory.mktemp("searched")
+    tiny_scenario(folder)
+    file = folder / "tuning.toml"
+    file.write_text(FILE, encoding="utf-8")
+
+    def interrupted(_name: str, done: int, _all: int) -> None:
+        if done >= 40:   # of 8 candidates on 2 plants, in the third generation
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*--resume"):
+        maglev.tune(file, out=folder / "parts", fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
+    return Searched(file, maglev.tune(file, out=folder / "whole", fmus=fastest_fmus, jobs=1),
+                    folder / "parts" / "tuned.parts")
 
 
 def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
@@ -89,10 +115,9 @@ def test_a_candidate_is_flown_with_its_gains_on_every_plant(fastest_fmus: Path, 
     assert len(set(found.tolist())) == 4
 
 
-def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     tiny_scenario(tmp_path)
-    (tmp_path / "tuning.toml").write_text(FILE, encoding="utf-8")
-    tuned = maglev.tune(tmp_path / "tuning.toml", fmus=fastest_fmus, out=tmp_path, jobs=2)
+    tuned = maglev.tune(searched.file, fmus=fastest_fmus, out=tmp_path, jobs=2)
     plan, found = tuned.planned, tuned.found
     grid = np.linspace(-1e-3, 1e-3, 41)[:, None]
     flown = fly_samples(plan.job, 0, plan.values(grid, plan.plants)).values.reshape(len(grid), len(plan.plants), -1)
@@ -102,41 +127,27 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, tmp_path: Pa
     assert abs(found.parameters["plant.h.position_start"] - grid[np.argmin(costs), 0]) < 1e-4
     assert found.fresh_after.shape == (3, len(plan.job.columns))
     assert not set(plan.fresh[:, 0]) & set(plan.plants[:, 0])
-    again = maglev.tune(tmp_path / "tuning.toml", fmus=fastest_fmus, out=tmp_path / "again", jobs=1)
-    assert again.found.parameters == found.parameters
-    assert again.path.read_text() == tuned.path.read_text()
+    assert searched.whole.found.parameters == found.parameters
+    assert searched.whole.path.read_text() == tuned.path.read_text()
     # What was found, as a file that a scenario extends.
     extending = tmp_path / "extending.toml"
     extending.write_text('extends = ["tiny.toml", "tuned.toml"]\nname = "extending"\n', encoding="utf-8")
     assert maglev.run(extending, fmus=fastest_fmus)["plant.h.position"][0] == found.parameters["plant.h.position_start"]
 
 
-def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     """It flies nothing again; and it goes on with more generations."""
-    tiny_scenario(tmp_path)
-    path = tmp_path / "tuning.toml"
-    path.write_text(FILE, encoding="utf-8")
-    options: Any = {"fmus": fastest_fmus, "jobs": 1}
-    whole = maglev.tune(path, out=tmp_path / "whole", **options)
-
-    def interrupted(done: int, _all: int) -> None:
-        if done >= 40:   # of 8 candidates on 2 plants, in the third generation
-            raise KeyboardInterrupt
-
-    out = tmp_path / "parts"
-    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*--resume"):
-        maglev.tune(path, out=out, watch=lambda _: nullcontext(lambda _name, *steps: interrupted(*steps)), **options)
-    kept = sorted((out / "tuned.parts").glob("flights-*.npy"))
-    assert len(kept) == 3   # the scenario's own, and two generations
+    shutil.copytree(searched.parts, tmp_path / "tuned.parts")
+    assert len(list(searched.parts.glob("flights-*.npy"))) == 3   # the scenario's own, and two generations
     with pytest.raises(ScenarioError, match="a part is done, expected --resume"):
-        maglev.tune(path, out=out, **options)
+        maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1)
     shown: list[int] = []
-    resumed = maglev.tune(path, out=out, resume=True,
-                          watch=lambda _: nullcontext(lambda _name, done, _all: shown.append(done)), **options)
-    assert resumed.path.read_bytes() == whole.path.read_bytes()
-    assert np.array_equal(resumed.found.fresh_after, whole.found.fresh_after)
+    resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True,
+                          watch=lambda _: nullcontext(lambda _name, done, _all: shown.append(done)))
+    assert resumed.path.read_bytes() == searched.whole.path.read_bytes()
+    assert np.array_equal(resumed.found.fresh_after, searched.whole.found.fresh_after)
     assert min(shown) > 2 * (1 + 2 * 8)   # what is kept is not flown
-    assert not (out / "tuned.parts").exists()
+    assert not (tmp_path / "tuned.parts").exists()
 
 
 def test_the_command_says_what_it_found_or_what_is_wrong(fastest_fmus: Path, tmp_path: Path) -> None:
@@ -159,26 +170,15 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
     plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name)
 
 
-def test_a_broken_generation_is_flown_again(fastest_fmus: Path, tmp_path: Path) -> None:
-    tiny_scenario(tmp_path)
-    path = tmp_path / "tuning.toml"
-    path.write_text(FILE.replace("generations = 8", "generations = 2"), encoding="utf-8")
-    options: Any = {"fmus": fastest_fmus, "jobs": 1}
-    whole = maglev.tune(path, out=tmp_path / "whole", **options)
-
-    def interrupted(done: int, _all: int) -> None:
-        if done >= 40:
-            raise KeyboardInterrupt
-
-    out = tmp_path / "parts"
-    with pytest.raises(Interrupted):
-        maglev.tune(path, out=out, watch=lambda _: nullcontext(lambda _name, *steps: interrupted(*steps)), **options)
-    _, first, second = sorted((out / "tuned.parts").glob("flights-*.npy"), key=lambda path: path.stat().st_mtime_ns)
+def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
+    parts = tmp_path / "tuned.parts"
+    shutil.copytree(searched.parts, parts)   # with the times of the files
+    _, first, second = sorted(parts.glob("flights-*.npy"), key=lambda path: path.stat().st_mtime_ns)
     first.write_bytes(second.read_bytes())   # of the right shape
     said: list[str] = []
-    resumed = maglev.tune(path, out=out, resume=True, say=said.append, **options)
-    assert resumed.path.read_bytes() == whole.path.read_bytes()
-    assert said == [f"{out / 'tuned.parts'}: not as it was written: 1 of the parts, flown again"]
+    resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True, say=said.append)
+    assert resumed.path.read_bytes() == searched.whole.path.read_bytes()
+    assert said == [f"{parts}: not as it was written: 1 of the parts, flown again"]
 
 
 def test_a_tuning_whose_flights_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:
