@@ -51,7 +51,8 @@ test: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py --gate
 	$(BIN)/python benchmarks/whole_run.py --gate
 
-# They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start.
+# They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start. Files go in
+# the order of tests/conftest.py, the longest first.
 tests: .venv/.test
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 --fmus=.venv/fmus
 

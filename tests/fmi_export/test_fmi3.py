@@ -12,7 +12,7 @@ import pytest
 from command_line import error_line, maglev
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ModelVariable, read_build_description
-from fmpy.validation import validate_fmu
+from fmpy_validation import names_parsed_once, validate_fmu
 from lxml import etree
 from native_binaries import windows_library
 from native_builds import compiled, unpacked_sources
@@ -38,7 +38,8 @@ def described(folder: Path, text: bytes) -> ModelDescription:
     """A model description that fmpy has held to the schema of its version."""
     path = folder / "modelDescription.xml"
     path.write_bytes(text)
-    return fmpy.read_model_description(str(path), validate_variable_names=True, validate_model_structure=True)
+    with names_parsed_once():
+        return fmpy.read_model_description(str(path), validate_variable_names=True, validate_model_structure=True)
 
 
 def told(variable: ModelVariable) -> tuple[object, ...]:

@@ -1,5 +1,7 @@
 """fmpy's validation of an FMU, in a tenth of its time where FMUs have variables of the same names."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 from unittest.mock import patch
@@ -26,8 +28,15 @@ class Parser:
         return parsed(self.grammar, self.start, text)
 
 
+@contextmanager
+def names_parsed_once() -> Iterator[None]:
+    """In the block fmpy parses no name of a variable again."""
+    with patch("lark.Lark", Parser):
+        yield
+
+
 def validate_fmu(path: str) -> list[str]:
     """Problems that fmpy finds in an FMU."""
-    with patch("lark.Lark", Parser):
+    with names_parsed_once():
         problems: list[str] = fmpy.validation.validate_fmu(path)
     return problems
