@@ -4,7 +4,6 @@ import hashlib
 import os
 import shutil
 import subprocess
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -110,13 +109,12 @@ def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
         if new:
             run_pyccel(root, map(str, new))
         for path, kept in new.items():
-            with tempfile.TemporaryDirectory(dir=folder) as unfinished:
-                for file in (root / path.parent / "__pyccel__").glob(f"{path.stem}.*"):
-                    shutil.copy2(file, unfinished)
-                if not kept.exists():   # another process may have been as quick
-                    shutil.copytree(unfinished, kept.with_suffix(f".{os.getpid()}"))
-                    with suppress(OSError):
-                        kept.with_suffix(f".{os.getpid()}").rename(kept)
+            unfinished = kept.with_suffix(f".{os.getpid()}")
+            unfinished.mkdir()
+            for file in (root / path.parent / "__pyccel__").glob(f"{path.stem}.*"):
+                shutil.copyfile(file, unfinished / file.name)
+            with suppress(OSError):   # another process was as quick
+                unfinished.rename(kept)
     return run
 
 
