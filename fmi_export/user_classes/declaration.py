@@ -21,9 +21,10 @@ from fmi_export.user_classes.trouble import RAISED, described
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
 SAMPLE_TIME = "sample_time"
 
-REFUSED_STEP = ("communication step = {step} s, expected one that divides the controller's "
-                "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
+DEFAULT_STEP = 0.5e-3   # s, of the default experiment of a class without samples
 
+REFUSED_STEP = ("communication step = {step} s, expected one that divides its sample_time = {sample_time} s into a "
+                "whole number of steps and does not step over a sample")
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,9 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
     Parameters
     ----------
     written : type
-        The class: tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none; an
-        attribute `sample_time` (s); `step(self, t)`; perhaps `start(self)`, called when the parameters are set.
+        The class: tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
+        `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
+        perhaps `start(self)`, called when the parameters are set.
     clock : type
         Clock of the samples, with `fits` and `due`.
     icon, sketch : Drawing, optional
@@ -64,7 +66,9 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
     if not tables["outputs"]:
         raise ExportError(f"class {name}: it has no outputs, expected a table such as "
                           "outputs = {\"alpha.i_a_cmd\": \"A\", ...}")
-    tables["parameters"].setdefault(SAMPLE_TIME, "s")
+    sampled = not takes(written.step, 3)   # type: ignore[attr-defined]  # it has one
+    if sampled:
+        tables["parameters"].setdefault(SAMPLE_TIME, "s")
     inputs = tuple(tables["inputs"])
     known = (*inputs, *tables["parameters"])
     variables = []
@@ -82,22 +86,23 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
                 port, causality, variability(causality, port, written), f"{causality} of the class {name}",
                 "" if boolean else unit, depends_on=inputs if causality == "output" else (),
                 starts_from=known if causality == "output" else (), boolean=boolean, path=f"law.{path}"))
-    if not starts[SAMPLE_TIME] > 0.0:
-        raise ExportError(f"class {name}: sample_time = {starts[SAMPLE_TIME]} s, expected a time above 0 s")
+    step = float(starts[SAMPLE_TIME]) if sampled else DEFAULT_STEP
+    if not step > 0.0:
+        raise ExportError(f"class {name}: sample_time = {step} s, expected a time above 0 s")
     ports = tuple(v for v in variables if v.causality == "output" and not v.boolean)
     return WrittenDefinition(
         name=name,
         block=SampledBlock,
         description=(inspect.getdoc(written) or f"class {name}").split("\n\n")[0].replace("\n", " "),
         variables=tuple(variables),
-        refusals={STEP_MISFIT: REFUSED_STEP, **{
+        refusals={**({STEP_MISFIT: REFUSED_STEP} if sampled else {}), **{
             number: f"{v.name} = {{{v.name}}}{f' {v.unit}' if v.unit else ''} at t = {{time}} s, expected a finite "
                     f"number from {name}" for number, v in enumerate(ports, FIRST_PORT)}},
-        experiment=Experiment(stop_time=500 * float(starts[SAMPLE_TIME]), step=float(starts[SAMPLE_TIME])),
-        variable_step=False,
+        experiment=Experiment(stop_time=500 * step, step=step),
+        variable_step=not sampled,
         icon=icon,
         sketch=sketch,
-        arguments=(written, clock, tuple(v.place for v in ports)),
+        arguments=(written, clock, tuple(v.place for v in ports), sampled),
         slave=("fmi_export.user_classes.slave", "WrittenSlave"),
         author="",
         requires=requires,
@@ -105,7 +110,7 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
 
 
 def require_steps(written: type) -> None:
-    """Refuse a class without `step(self, t)`, or with a `start` that wants something."""
+    """Refuse a class without `step(self, t)` or `step(self, t, dt)`, or with a `start` that wants something."""
     name = written.__name__
     if not name.isascii():
         raise ExportError(f"class {name}: expected a name of ASCII letters, digits and underscores")
@@ -115,13 +120,14 @@ def require_steps(written: type) -> None:
             continue
         if not callable(function):
             raise ExportError(f"class {name}: it has no step, expected a method step(self, t), which is called every "
-                              "sample_time")
+                              "sample_time, or step(self, t, dt)")
         if iscoroutinefunction(function) or isgeneratorfunction(function) or isasyncgenfunction(function):
             raise ExportError(f"class {name}: {method} has async or yield, so that a call of it computes nothing, "
                               "expected a plain def without them")
-        if not takes(function, 1 + len(expected)):
+        if not takes(function, 1 + len(expected)) and not (method == "step" and takes(function, 3)):
             raise ExportError(f"class {name}: {method}{inspect.signature(function)}, expected "
-                              f"{method}({', '.join(('self', *expected))})")
+                              f"{method}({', '.join(('self', *expected))})"
+                              + (" or step(self, t, dt)" if method == "step" else ""))
 
 
 def takes(function: Callable[..., Any], number: int) -> bool:

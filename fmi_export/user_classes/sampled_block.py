@@ -1,4 +1,4 @@
-"""Block that steps a user's object at its samples, and looks at what it gives."""
+"""Block that steps a user's object at its samples, or at each communication step, and looks at what it gives."""
 
 from math import isfinite
 from numbers import Real
@@ -13,8 +13,9 @@ FIRST_PORT = 2    # this and the following: which output is no finite number
 class SampledBlock:
     """A user's object as a block: in Python what `native_block` writes for C."""
 
-    def __init__(self, written: type, clock: type, ports: tuple[str, ...]):
+    def __init__(self, written: type, clock: type, ports: tuple[str, ...], sampled: bool):
         self.law = written()
+        self.sampled = sampled
         self.clock = clock()
         self.ports = [attrgetter(port) for port in ports]   # Real outputs
         self.starts = hasattr(written, "start")
@@ -26,7 +27,13 @@ class SampledBlock:
         return self.check()
 
     def step(self, t: float, dt: float) -> int:
-        """Step the object if the sampling grid has a point at t; its outputs hold over t to t + dt (s)."""
+        """Step the object if the sampling grid has a point at t; its outputs hold over t to t + dt (s).
+
+        One without samples is stepped from t to t + dt.
+        """
+        if not self.sampled:
+            self.law.step(t, dt)
+            return self.check()
         if not self.clock.fits(dt, self.law.sample_time):
             return STEP_MISFIT
         if self.clock.due(dt, self.law.sample_time):

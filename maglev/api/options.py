@@ -27,7 +27,7 @@ class FlightOptions(TypedDict, total=False):
 
     set: Settings
     model: str | Path | None
-    plant: str | Path | None
+    plant: str | Path | type | None
     controller: str | Path | type | None
     ports: str | Path | None
     step: float | str | None
@@ -55,8 +55,6 @@ def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Exp
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
     """FMUs that take the place of a plan's, by name in the run, with their maps."""
     plant, controller = options.get("plant"), options.get("controller")
-    if plant is not None and is_written(Path(plant)):
-        raise ScenarioError(f"--plant {plant}: expected an FMU; what flies as a Python file is the controller")
     given = {name: path_of(path) for name, path in (("plant", plant), ("controller", controller)) if path is not None}
     ports = options.get("ports")
     maps = {} if ports is None else read_port_maps(Path(ports))

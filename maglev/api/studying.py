@@ -160,10 +160,10 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions
                say: Say) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning, for as long as the block lasts, and what flies it with `maglev run`, as JSON.
 
-    `everywhere` is whether a controller that is built for it has binaries for all platforms.
+    `everywhere` is whether what is built for it, of Python files, has binaries for all platforms.
     """
-    from maglev.studies.controllers import controller_built
     from maglev.studies.page.again import FLAGS
+    from maglev.studies.python_files import built
     from maglev.studies.targets import require_free
 
     settings = start_values(found.set) | start_values(options.get("set"))
@@ -179,8 +179,9 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions
     run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
            "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
                        if value is not None and usual.get(key) not in (value, str(value))}}
-    with controller_built(options.get("controller"), options.get("native", False), everywhere, say) as built:
-        experiment, = experiments_of([load_plan(scenario)], {**options, "controller": built})
+    put_in = {"plant": options.get("plant"), "controller": options.get("controller")}
+    with built(load_plan(scenario), put_in, options.get("native", False), everywhere, say) as (plan, fmus):
+        experiment, = experiments_of([plan], {**options, **fmus})   # type: ignore[typeddict-item]  # names as above
         say_notes([experiment], say)
         yield experiment, run
 

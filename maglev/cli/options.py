@@ -39,7 +39,7 @@ Settings = Annotated[list[str] | None, typer.Option(
 Model = Annotated[Path | None, typer.Option(
     "--model", metavar="TOML", help="Constants of plant and controller, as `maglev identify` writes them; or `plant`: "
     "the controller's model follows the masses of the plant. --set goes before them.", show_default=False)]
-Plant = Annotated[Path | None, typer.Option(help="Another plant FMU, with the same ports or a map.",
+Plant = Annotated[Path | None, typer.Option(help="Another plant: an FMU or a Python file, likewise.",
                                             show_default=False)]
 Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU with the same ports or a map, or a "
                                                  "Python file with a class (docs/controllers.md).",

@@ -5,7 +5,7 @@ import os
 import re
 import tempfile
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from ctypes import c_int, c_size_t, c_uint32, c_void_p
 from functools import lru_cache
@@ -218,8 +218,9 @@ class Fmu:
         assert self.instance is not None
         self.instance.reset()
 
-    def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float) -> None:
-        """Set start values and go through the initialization."""
+    def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float,
+                   give_inputs: Callable[[], None] = lambda: None) -> None:
+        """Set start values and go through the initialization, in which it is given inputs."""
         instance = self.instance
         assert instance is not None
         buffers = self.buffers([self.variable(name) for name in start])
@@ -232,7 +233,7 @@ class Fmu:
                 for buffer in buffers:
                     self.set(buffer)
 
-            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values):
+            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs):
                 if status < 0:   # fmpy refuses those beyond a warning
                     raise self.failed(call, status)
         except FmuError:

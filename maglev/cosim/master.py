@@ -8,6 +8,7 @@ import signal
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter
-from maglev.cosim.wiring import Drives, Rate, Track, Wiring, wire
+from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress as Progress
@@ -209,14 +210,16 @@ class Master:
             Its columns are those of `wire`: the next flight writes over them.
         """
         assert self.wiring is not None
-        initial, phases, tracks = self.wiring
+        initial, phases, tracks, begin = self.wiring
         done = 0
         with held_interrupts() as let_through:
-            for setup in self.setups:
+            own = {setup.name: setup.start for setup in self.setups}
+            for name, calls in begin.items():
                 if self.flown:
-                    self.fmus[setup.name].reset()
-                self.observer.stage(setup.name, "its initialization")
-                self.fmus[setup.name].initialise({**setup.start, **start.get(setup.name, {})}, 0.0, self.stop_time)
+                    self.fmus[name].reset()
+                self.observer.stage(name, "its initialization")
+                self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
+                                           partial(call_all, calls))
             self.flown = True
             try:
                 for call in initial:
@@ -250,6 +253,12 @@ class Master:
             raise FmuError(f"{steps} steps of {self.step} s with {outputs} outputs would take "
                            f"{8e-9 * outputs * steps:.3g} GB of memory, expected at most {1e-9 * MOST_MEMORY:.3g} "
                            "GB: a shorter run or a longer step")
+
+
+def call_all(calls: Sequence[Call]) -> None:
+    """Make calls at the first communication point."""
+    for call in calls:
+        call.at(0)
 
 
 def whole_steps(stop_time: float, step: float) -> int:

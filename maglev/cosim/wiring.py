@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
+from maglev.cosim.beginning import beginning, owner
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
@@ -69,11 +70,13 @@ class Wiring(NamedTuple):
     """A co-simulation made ready: the calls before the first step, those of each step, and what they record.
 
     Communication step k makes the calls of phase k modulo the number of phases: one, unless an FMU has longer steps.
+    `begin` has, by FMU in the order of their initialization, the calls by which it gets there what others begin with.
     """
 
     initial: list[Call]
     phases: list[list[Call]]
     tracks: list[Track]
+    begin: dict[str, list[Call]]
 
 
 class Rate(NamedTuple):
@@ -151,7 +154,13 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         phases.append(ordered(setting, steps, gets, order))
     # A step reads the outputs at its end, the initial calls those of the first point: one row before.
     initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
-    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()))
+    begin = {}
+    for name, feeding in beginning(fmus, sources).items():
+        known = {target: source for target, source in sources.items()
+                 if owner(source) in feeding and (owner(source) != name or source == target)}
+        begin[name] = [*(call for call in initial if call.what[0].name in feeding - {name}),
+                       *input_calls(0, name, fmus[name], known, places, "jacobi")]
+    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()), begin)
 
 
 def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Sequence[list[Call]],

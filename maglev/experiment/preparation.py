@@ -18,6 +18,7 @@ from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
+from maglev.experiment.ports.inserted import needless_delays, with_generated_references
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.experiment.provenance import Provenance, departures_of, provenance
@@ -118,11 +119,16 @@ class Experiment:
             drives[signal.to] = signal.values_at(times)
             if signal.rate_to is not None:
                 drives[signal.rate_to] = signal.rates_at(times)
-        fed = {target for _, target in self.plan.wires.values()} | set(drives)
+        given = {source for source, _ in self.plan.wires.values()} | set(drives)
         for axis in self.plan.axes.values():
-            if axis.reference not in fed:
+            if axis.reference not in given and self.causality(axis.reference, descriptions) != "output":
                 drives[axis.reference] = np.full(len(times), self.start_value(axis.reference, descriptions))
         return drives
+
+    def causality(self, full: str, descriptions: Mapping[str, ModelDescription]) -> str | None:
+        """Causality of a variable `fmu.variable`; None where there is none."""
+        fmu, _, own = full.partition(".")
+        return next((v.causality for v in descriptions[fmu].modelVariables if v.name == own), None)
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
         """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's."""
@@ -256,10 +262,11 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
                                             "inherited": {}})
                      for name, fmu in plan.fmus.items()}
     changed = plan.model_copy(update={"fmus": scenario_fmus})
-    fitted = fit(changed, replaced, known)
+    fitted = fit(with_generated_references(changed), replaced, known)
+    late = needless_delays(plan, order, lambda name: samples(name, files[name]))
     experiment = Experiment(fitted.plan, files, plan.step if step is None else step, left_out, order,
                             {name: replacement.ports for name, replacement in replaced.items()},
-                            (*fitted.notes, *overruled))
+                            (*fitted.notes, *overruled, *late))
     changes = (*other_references, *changes_of(experiment, plan, asked))
     departures = tuple(departures_of(plan, files, put_in))
     if changes or put_in or departures:
@@ -322,6 +329,12 @@ def known_start(name: str, file: Path, variable: str) -> float | None:
         return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
     except ValueError:
         return None
+
+
+def samples(name: str, file: Path) -> bool:
+    """Whether an FMU computes at samples, and holds in between: it then wants a fixed step. One not there does not."""
+    return ((file.is_file() or is_written(file))
+            and not read_description(name, file).coSimulation.canHandleVariableCommunicationStepSize)
 
 
 def flies_apart(file: Path) -> bool:

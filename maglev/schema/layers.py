@@ -72,8 +72,56 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
     """Merge layers, later ones over earlier ones."""
     table: dict[str, Any] = {}
     for layer in layers:
-        table = merge(table, layer.table)
+        table = merge(without_fed(table, layer.table), layer.table)
     return table
+
+
+def without_fed(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Table without what feeds the inputs that `over` feeds: its wires and signals take the place of those below them.
+
+    Nothing is looked for in what is not as expected; that is refused later.
+    """
+    fed = {f"{name}.{port}" for name, fmu in entries(over.get("fmus")).items()
+           for port in entries(entries(fmu).get("inputs"))}
+    fed |= {target_of(pair) for pair in items(over.get("connections"))}
+    fed |= {text(signal, key) for signal in items(over.get("signals")) for key in ("to", "rate_to")}
+    fed.discard("")
+    if not fed or not base:
+        return base
+    found = dict(base)
+    if isinstance(base.get("connections"), list):
+        found["connections"] = [pair for pair in base["connections"] if target_of(pair) not in fed]
+    if isinstance(base.get("signals"), list):
+        found["signals"] = [{key: value for key, value in signal.items() if key != "rate_to"}
+                            if text(signal, "rate_to") in fed else signal for signal in base["signals"]
+                            if text(signal, "to") not in fed]
+    if isinstance(base.get("fmus"), Mapping):
+        found["fmus"] = {name: {**fmu, "inputs": {port: source for port, source in fmu["inputs"].items()
+                                                  if f"{name}.{port}" not in fed}}
+                         if isinstance(entries(fmu).get("inputs"), Mapping) else fmu
+                         for name, fmu in base["fmus"].items()}
+    return found
+
+
+def target_of(pair: Any) -> str:
+    """Input of a connection; empty text of what is none."""
+    return pair[1] if isinstance(pair, list) and len(pair) == 2 and isinstance(pair[1], str) else ""
+
+
+def text(table: Any, key: str) -> str:
+    """Text at a key of a table; an empty one if there is none."""
+    found = entries(table).get(key)
+    return found if isinstance(found, str) else ""
+
+
+def entries(value: Any) -> Mapping[str, Any]:
+    """The value if it is a table, or else an empty one."""
+    return value if isinstance(value, Mapping) else {}
+
+
+def items(value: Any) -> list[Any]:
+    """The value if it is a list, or else an empty one."""
+    return value if isinstance(value, list) else []
 
 
 def placed(path: Path) -> dict[str, Any]:

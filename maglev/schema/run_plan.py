@@ -61,6 +61,7 @@ class FmuTable(Table):
     inherited: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
     start_from: dict[str, RunOutput] = {}
     inputs: dict[str, str] = {}
+    before: str | None = None
 
     @model_validator(mode="after")
     def one_source(self) -> "FmuTable":
@@ -181,6 +182,30 @@ class RunPlan(Table):
             return {**table, "output_interval": table["step"]}
         return table
 
+    @model_validator(mode="before")
+    @classmethod
+    def in_order(cls, table: Any) -> Any:
+        """Put FMUs that are to be stepped `before` others in front of these; without it the order is the table's."""
+        fmus = table.get("fmus") if isinstance(table, dict) else None
+        if not isinstance(fmus, dict):
+            return table
+        order = list(fmus)
+        later = {name: fmu["before"] for name, fmu in fmus.items() if isinstance(fmu, dict) and "before" in fmu}
+        for name, other in later.items():
+            if other not in fmus or other == name:
+                raise key_refused("before", other, "expected another FMU of this scenario, nearest is "
+                                  f"{nearest(str(other), [each for each in fmus if each != name])}", "fmus", name)
+        for _ in fmus:
+            for name, other in later.items():
+                if order.index(name) > order.index(other):
+                    order.remove(name)
+                    order.insert(order.index(other), name)
+        for name, other in later.items():
+            if order.index(name) > order.index(other):
+                raise key_refused("before", other, "expected no FMUs that are to be stepped before each other",
+                                  "fmus", name)
+        return {**table, "fmus": {name: fmus[name] for name in order}}
+
     @model_validator(mode="after")
     def whole_steps(self) -> "RunPlan":
         """Refuse times that are not whole numbers of communication steps."""
@@ -244,7 +269,7 @@ class RunPlan(Table):
     def wires(self) -> dict[str, tuple[str, str]]:
         """Connections from an output to an input, by their keys in the file: those in `connections` come first."""
         own = {key_path(["fmus", name, "inputs", variable]): (source, f"{name}.{variable}")
-               for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items()}
+               for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items() if source}
         return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
 
     @property

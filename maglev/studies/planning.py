@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.copies import original
 from maglev.cosim.master import whole_steps
 from maglev.errors import FmuError, ScenarioError, nearest
 from maglev.experiment.preparation import Experiment, is_foreign
@@ -24,7 +23,6 @@ from maglev.studies.flying.batches import Batch, batches_of
 from maglev.studies.flying.samples import Job
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
-from maglev.user_controllers.source import is_written
 
 Array = NDArray[np.float64]
 
@@ -84,10 +82,6 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     if plan.needs:
         raise ScenarioError(f"{origin}: scenario = {study.scenario!r}: starts from the results of "
                             f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
-    for name, path in experiment.files.items():
-        if is_written(path):
-            raise ScenarioError(f"{origin}: the scenario's {name} is {original(path)}, which workers do not have: "
-                                f"expected it as --{name}, for which an FMU is built")
     targets = targets_of(study, experiment, origin)
     count = number_of_samples(study)
     descriptions = experiment.check()

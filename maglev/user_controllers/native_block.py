@@ -7,7 +7,7 @@ from typing import Any
 from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, STEPPED
 
-BLOCK = '''"""{name} as a block that is stepped at its samples."""
+BLOCK = '''"""{name} as a block that is stepped {when}."""
 
 from math import isfinite
 
@@ -28,19 +28,25 @@ class {name}Block:
         return self.check()
 
     def step(self, t: float, dt: float) -> int:
-        """Step the law if the sampling grid has a point at t."""
-        if not self.clock.fits(dt, self.law.sample_time):
-            return {misfit}
-        if self.clock.due(dt, self.law.sample_time):
-            self.law.step(t)
-            return self.check()
-        return {stepped}
+        """Step the law{if_due}."""
+{step}
 
     def check(self) -> int:
         """Status of the first output that is no finite number."""
 {checks}
         return {stepped}
 '''
+
+AT_SAMPLES = f"""\
+        if not self.clock.fits(dt, self.law.sample_time):
+            return {STEP_MISFIT}
+        if self.clock.due(dt, self.law.sample_time):
+            self.law.step(t)
+            return self.check()
+        return {STEPPED}"""
+EACH_STEP = """\
+        self.law.step(t, dt)
+        return self.check()"""
 
 
 def native_block(definition: WrittenDefinition, law: Any) -> str:
@@ -55,7 +61,10 @@ def native_block(definition: WrittenDefinition, law: Any) -> str:
     ports = [v.place.removeprefix("law.") for v in definition.variables if v.causality == "output" and not v.boolean]
     written = type(law)
     return BLOCK.format(
-        name=definition.name, misfit=STEP_MISFIT, stepped=STEPPED, imports="\n".join(imports(law, ports)),
+        name=definition.name, stepped=STEPPED, step=EACH_STEP if definition.variable_step else AT_SAMPLES,
+        when="at each communication step" if definition.variable_step else "at its samples",
+        if_due="" if definition.variable_step else " if the sampling grid has a point at t",
+        imports="\n".join(imports(law, ports)),
         start="        self.law.start()" if hasattr(written, "start") else "        # it computes nothing",
         checks="\n".join(f"        if not isfinite(self.law.{port}):\n            return {number}"
                          for number, port in enumerate(ports, FIRST_PORT)))

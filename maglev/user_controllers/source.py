@@ -1,4 +1,4 @@
-"""A user's controller: a class of a Python file, or a class that was given as such."""
+"""A block of the user's, such as a controller: a class of a Python file, or a class that was given as such."""
 
 import hashlib
 import inspect
@@ -60,7 +60,7 @@ def is_class(path: Path) -> bool:
 
 
 def path_of(given: str | Path | type) -> Path:
-    """Path of a controller; one that stands for it if a class is given."""
+    """Path of a block; one that stands for it if a class is given."""
     if not isinstance(given, type):
         return Path(given)
     path = Path(f"{GIVEN}{given.__name__}")
@@ -200,19 +200,19 @@ def in_file(error: BaseException, file: Path) -> str:
 
 def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
     """Class of that name; the only one with outputs if there is no name."""
-    controllers = [each for each, found in classes.items() if hasattr(found, "outputs") or hasattr(found, "inputs")]
+    blocks = [each for each, found in classes.items() if hasattr(found, "outputs") or hasattr(found, "inputs")]
     if name is not None:
         if name not in classes:
             raise ControllerError(f"{file}:{name}: there is no class {name} in it, nearest is "
-                                  f"{nearest(name, controllers or classes)}")
+                                  f"{nearest(name, blocks or classes)}")
         return classes[name]
-    if not controllers:
-        raise ControllerError(f"{file}: there is no controller in it, expected a class with sample_time, inputs, "
-                              f"outputs and step; {HELP}")
-    if len(controllers) > 1:
-        raise ControllerError(f"{file}: there are {len(controllers)} controllers in it, {', '.join(controllers)}; "
-                              f"expected one of them to be named: {file}:{controllers[0]}")
-    return classes[controllers[0]]
+    if not blocks:
+        raise ControllerError(f"{file}: there is no class with ports in it, expected one with inputs, outputs and "
+                              f"step; {HELP}")
+    if len(blocks) > 1:
+        raise ControllerError(f"{file}: there are {len(blocks)} classes with ports in it, {', '.join(blocks)}; "
+                              f"expected one of them to be named: {file}:{blocks[0]}")
+    return classes[blocks[0]]
 
 
 def load_class(path: Path) -> Written:

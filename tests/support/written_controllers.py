@@ -123,3 +123,119 @@ def line_of(path: Path, part: str) -> int:
     """Number of the only line of a file that has a text in it."""
     line, = (number for number, text in enumerate(path.read_text().splitlines(), 1) if part in text)
     return line
+
+
+# The plant of this project as a class of the user's: of parts that the FMU has, without the FMU around them.
+PLANT = '''"""The 2-DOF stage as a Python file."""
+
+from plant_fmu.stage_2dof import Stage2DOF
+
+
+class Stage:
+    """Steps the blocks of the plant."""
+
+    inputs = {"motor.i_a_cmd": "A", "motor.i_b_cmd": "A", "motor.i_c_cmd": "A"}
+    outputs = {"v.encoder": "m", "v.position": "m", "v.velocity": "m/s", "h.encoder": "m", "h.position": "m",
+               "h.velocity": "m/s", "motor.i_a": "A", "motor.i_b": "A", "motor.i_c": "A", "at_stop": ""}
+    parameters = {"v.position_start": "m", "h.position_start": "m", "v.mass": "kg", "C3": "m/(s2.A.T)"}
+
+    def __init__(self) -> None:
+        self.stage = Stage2DOF()
+        self.v = self.stage.v
+        self.h = self.stage.h
+        self.motor = self.stage.motor
+        self.C3 = 30.9
+        self.at_stop = False
+
+    def start(self) -> None:
+        """Place the mover."""
+        self.stage.C3 = self.C3
+        self.stage.start()
+
+    def step(self, t: float, dt: float) -> None:
+        """Move."""
+        self.stage.step(t, dt)
+        self.at_stop = self.stage.at_stop
+'''
+
+SENSOR = '''"""A sensor between plant and controller."""
+
+
+class Sensor:
+    """Rounds to a resolution of its own."""
+
+    inputs = {"v.encoder": "m", "h.encoder": "m"}
+    outputs = {"v.measured": "m", "h.measured": "m"}
+    parameters = {"resolution": "m"}
+
+    def __init__(self) -> None:
+        self.resolution = 0.0
+        self.v_encoder = 0.0
+        self.h_encoder = 0.0
+        self.v_measured = 0.0
+        self.h_measured = 0.0
+
+    def rounded(self, value: float) -> float:
+        """Nearest multiple of the resolution."""
+        if self.resolution <= 0.0:
+            return value
+        return self.resolution * int(value / self.resolution + (0.5 if value >= 0.0 else -0.5))
+
+    def start(self) -> None:
+        """Measure what the plant begins with."""
+        self.step(0.0, 0.0)
+
+    def step(self, t: float, dt: float) -> None:
+        """Measure."""
+        self.v_measured = self.rounded(self.v_encoder)
+        self.h_measured = self.rounded(self.h_encoder)
+'''
+
+GENERATOR = '''"""A reference from a class."""
+
+
+class Steps:
+    """The steps of the short flight."""
+
+    outputs = {"v.reference": "m", "h.reference": "m"}
+    parameters = {"height": "m"}
+
+    def __init__(self) -> None:
+        self.height = 1e-3
+        self.v_reference = 0.02
+        self.h_reference = 0.0
+
+    def step(self, t: float, dt: float) -> None:
+        """Give the references at the end of the step."""
+        self.v_reference = 0.021 if t + dt > 0.1 - 1e-9 else 0.02
+        self.h_reference = self.height if t + dt > 0.2 - 1e-9 else 0.0
+'''
+
+# What extends the short flight: the three blocks take the places of connections, of signals, and of a model.
+WIRED = {"sensor": """
+[fmus.sensor]
+file = "sensor.py"
+inputs = { "v.encoder" = "plant.v.encoder", "h.encoder" = "plant.h.encoder" }
+[fmus.controller.inputs]
+"v.measured" = "sensor.v.measured"
+"h.measured" = "sensor.h.measured"
+""", "generator": """
+[fmus.generator]
+file = "generator.py"
+[fmus.controller.inputs]
+"v.reference" = "generator.v.reference"
+"h.reference" = "generator.h.reference"
+""", "plant": """
+[fmus.plant]
+file = "plant.py"
+start = { "v.position_start" = "20 mm", "h.position_start" = 0 }
+"""}
+
+
+def blocks(folder: Path) -> Path:
+    """Write the plant, the sensor and the generator, and a scenario for each, `sensor.toml`; returns the folder."""
+    for name, text in {"plant": PLANT, "sensor": SENSOR, "generator": GENERATOR}.items():
+        (folder / f"{name}.py").write_text(text)
+        (folder / f"{name}.toml").write_text(f'extends = "flight.toml"\nname = "{name}"\n{WIRED[name]}')
+    flight(folder)
+    return folder

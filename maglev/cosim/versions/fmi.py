@@ -70,11 +70,13 @@ class Fmi:
         return function_of(instance, "fmi2DoStep")
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
-                    set_values: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+                    set_values: Callable[[], None],
+                    give_inputs: Callable[[], None]) -> tuple[tuple[str, int], ...]:
         """Go through the initialization; what was called, and the status that fmpy has not looked at."""
         statuses = [("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))]
         set_values()
         statuses.append(("fmi2EnterInitializationMode", instance.enterInitializationMode()))
+        give_inputs()
         statuses.append(("fmi2ExitInitializationMode", instance.exitInitializationMode()))
         return tuple(statuses)
 
@@ -127,9 +129,11 @@ class Fmi3(Fmi):
         return Step3(function_of(instance, "fmi3DoStep"))
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
-                    set_values: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+                    set_values: Callable[[], None],
+                    give_inputs: Callable[[], None]) -> tuple[tuple[str, int], ...]:
         set_values()
         instance.enterInitializationMode(startTime=start_time, stopTime=stop_time)
+        give_inputs()
         instance.exitInitializationMode()
         return ()
 

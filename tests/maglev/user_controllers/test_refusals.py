@@ -27,8 +27,8 @@ DECLARED = {
     "no sample time": (("self.sample_time = 0.5e-3", "self.time_of_sample = 0.5e-3"),
                        "expected an attribute self.sample_time"),
     "no step": (("def step(", "def stp("), "it has no step, expected a method step(self, t)"),
-    "a step of other arguments": (("def step(self, t: float)", "def step(self, t, dt)"),
-                                  "step(self, t, dt) -> None, expected step(self, t)"),
+    "a step of other arguments": (("def step(self, t: float)", "def step(self, t, dt, u)"),
+                                  "step(self, t, dt, u) -> None, expected step(self, t) or step(self, t, dt)"),
     "a start with arguments": (("    def step(", "    def start(self, t):\n        pass\n\n    def step("),
                                "start(self, t), expected start(self)"),
     "an async step": (("    def step(", "    async def step("), "step has async or yield, so that a call of it comp"),
@@ -110,13 +110,13 @@ def test_an_object_that_cannot_be_made(tmp_path: Path) -> None:
 def test_which_class_is_meant(tmp_path: Path) -> None:
     path = controller(tmp_path)
     path.write_text(path.read_text() + "\n\nclass Other(PD):\n    pass\n")
-    with pytest.raises(tool.ControllerError, match=r"there are 2 controllers in it, PD, Other; .*pd.py:PD$"):
+    with pytest.raises(tool.ControllerError, match=r"there are 2 classes with ports in it, PD, Other; .*pd.py:PD$"):
         load(path)
     assert load(Path(f"{path}:Other")).definition.name == "Other"
     with pytest.raises(tool.ControllerError, match="there is no class Othr in it, nearest is 'Other'"):
         load(Path(f"{path}:Othr"))
     path.write_text("class Rate:\n    pass\n")
-    with pytest.raises(tool.ControllerError, match="there is no controller in it, expected a class with sample_time"):
+    with pytest.raises(tool.ControllerError, match="there is no class with ports in it, expected one with inputs, out"):
         load(path)
 
 
@@ -124,11 +124,6 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     controller(tmp_path)
     line = error_line(maglev("run", flight(tmp_path), "--controller", tmp_path / "dp.py", "--fmus", tmp_path))
     assert "dp.py, nearest is 'pd.py'; `maglev new controller" in line
-
-
-def test_a_python_file_is_no_plant(tmp_path: Path) -> None:
-    line = error_line(maglev("run", flight(tmp_path), "--plant", controller(tmp_path), "--fmus", tmp_path))
-    assert "expected an FMU; what flies as a Python file is the controller" in line
 
 
 def test_a_port_that_is_missing(fastest_fmus: Path, tmp_path: Path) -> None:
