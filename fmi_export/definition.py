@@ -18,7 +18,7 @@ class Variable:
     causality: str                         # input, output or parameter
     variability: str                       # continuous, discrete, tunable or fixed
     description: str
-    unit: str = ""                         # a name in `units.UNITS`; "" for Booleans and ratios
+    unit: str = ""                         # made of `units.SYMBOLS`; "" for Booleans and ratios
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None

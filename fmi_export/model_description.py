@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmi_export.definition import FmuDefinition, Variable
-from fmi_export.units import DISPLAY_UNITS, UNITS
+from fmi_export.units import DISPLAY_UNITS, exponents
 
 LICENCE = "MIT"
 
@@ -114,7 +114,7 @@ def add_units(root: Element, definition: FmuDefinition) -> None:
     units = SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in definition.variables if v.unit}):
         unit = SubElement(units, "Unit", {"name": name})
-        SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
+        SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})
         if name in DISPLAY_UNITS:
             display, factor = DISPLAY_UNITS[name]
             SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 from fmi_export.build import write_archive
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.units import UNITS
+from fmi_export.units import exponents
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -120,4 +120,4 @@ def add_units(root: Element, names: set[str]) -> None:
     units = SubElement(root, f"{{{SSD}}}Units")
     for name in sorted(names):
         unit = SubElement(units, f"{{{SSC}}}Unit", {"name": name})
-        SubElement(unit, f"{{{SSC}}}BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
+        SubElement(unit, f"{{{SSC}}}BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})

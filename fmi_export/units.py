@@ -1,56 +1,90 @@
-"""Units of the variables as FMI defines them: exponents of the SI base units."""
+"""Units of the variables as FMI defines them: exponents of the SI base units, of what they are made of."""
 
 import re
+from collections.abc import Mapping
 
-UNITS: dict[str, dict[str, int]] = {
-    "m": {"m": 1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "s": {"s": 1},
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "rad/s2": {"rad": 1, "s": -2},
-    "A": {"A": 1},
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+# Exponents of the SI base units by the symbols that a unit can be made of.
+SYMBOLS: dict[str, dict[str, int]] = {
+    **{base: {base: 1} for base in BASE_UNITS},
     "N": {"kg": 1, "m": 1, "s": -2},
-    "kg": {"kg": 1},
-    "kg.m2": {"kg": 1, "m": 2},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "N.m.s": {"kg": 1, "m": 2, "s": -1},
-    "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
-    "N/m": {"kg": 1, "s": -2},
-    "N.s/m": {"kg": 1, "s": -1},
-    "m/(s2.A)": {"m": 1, "s": -2, "A": -1},
-    "m/(s2.A2)": {"m": 1, "s": -2, "A": -2},
-    "m/(s2.T2)": {"kg": -2, "m": 1, "s": 2, "A": 2},
-    "m/(s2.A.T)": {"kg": -1, "m": 1},
-    "1/s": {"s": -1},
-    "1/s2": {"s": -2},
-    "1/s3": {"s": -3},
-    "1/s4": {"s": -4},
-    "1/s5": {"s": -5},
-    "m.s2/A": {"m": 1, "s": 2, "A": -1},
-    "m.s/A": {"m": 1, "s": 1, "A": -1},
-    "m/A": {"m": 1, "A": -1},
-    "rad.m.s2/A": {"m": 1, "s": 2, "A": -1, "rad": 1},
-    "rad.m.s/A": {"m": 1, "s": 1, "A": -1, "rad": 1},
-    "rad.m/A": {"m": 1, "A": -1, "rad": 1},
-    "A/m": {"m": -1, "A": 1},
-    "A/(m.s)": {"m": -1, "s": -1, "A": 1},
-    "A.s/m": {"m": -1, "s": 1, "A": 1},
-    "A/(m.rad)": {"m": -1, "A": 1, "rad": -1},
-    "A/(m.rad.s)": {"m": -1, "s": -1, "A": 1, "rad": -1},
-    "A.s/(m.rad)": {"m": -1, "s": 1, "A": 1, "rad": -1},
-    "A2.s": {"s": 1, "A": 2},
-    "A4.s": {"s": 1, "A": 4},
-    "A2.T2.s": {"kg": 2, "s": -3},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "C": {"s": 1, "A": 1},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
     "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "S": {"kg": -1, "m": -2, "s": 3, "A": 2},
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
-    "K": {"K": 1},
-    "K/W": {"kg": -1, "m": -2, "s": 3, "K": 1},
+    "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
+    "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1},
     "T": {"kg": 1, "s": -2, "A": -1},
-    "T4.s": {"kg": 4, "s": -7, "A": -4},
+    "Hz": {"s": -1},
 }
+
+WORD = re.compile(r"\s*(?:([./()])|([^\W\d_]+|1)(-?\d+)?)")
+
+
+class UnknownUnit(ValueError):
+    """A unit that is not made of `SYMBOLS`."""
+
+
+def factors(unit: str) -> list[tuple[str, int]]:
+    """Symbols of a unit and their powers: m and 1, s and -2, A and -1 of "m/(s2.A)"; a slash divides by what is next.
+
+    Raises
+    ------
+    UnknownUnit
+        If it is not written like that.
+    """
+    found: list[tuple[str, int]] = []
+    signs, next_sign, place, expects_symbol = [1], 1, 0, True
+    while place < len(unit.rstrip()):
+        match = WORD.match(unit, place)
+        if match is None or (match[1] not in ("(",) and match[2] is None) == expects_symbol:
+            raise UnknownUnit(unit)
+        place = match.end()
+        if match[1] == "(":
+            signs.append(signs[-1] * next_sign)
+            next_sign = 1
+        elif match[1] == ")":
+            signs.pop()
+            if not signs:
+                raise UnknownUnit(unit)
+        elif match[1] is not None:
+            next_sign, expects_symbol = -1 if match[1] == "/" else 1, True
+        else:
+            if match[2] != "1":
+                found.append((match[2], signs[-1] * next_sign * int(match[3] or 1)))
+            next_sign, expects_symbol = 1, False
+    if expects_symbol or len(signs) > 1:
+        raise UnknownUnit(unit)
+    return found
+
+
+def exponents(unit: str) -> dict[str, int]:
+    """Exponents of the SI base units, in the order of FMI, of a unit made of `SYMBOLS`; UnknownUnit of another."""
+    total = dict.fromkeys(BASE_UNITS, 0)
+    for symbol, power in factors(unit):
+        if symbol not in SYMBOLS:
+            raise UnknownUnit(unit)
+        for base, exponent in SYMBOLS[symbol].items():
+            total[base] += power * exponent
+    return {base: exponent for base, exponent in total.items() if exponent}
+
+
+def written(powers: Mapping[str, int]) -> str:
+    """Unit of exponents of the SI base units: a symbol that has them, or what they make, such as "kg/(m.s2)"."""
+    found = {base: power for base, power in powers.items() if power}
+    for symbol, made_of in SYMBOLS.items():
+        if made_of == found and symbol not in ("Hz", "J"):   # 1/s need not be cycles, nor N.m an energy
+            return symbol
+    above, below = ([f"{base}{abs(power)}".removesuffix("1") for base, power in found.items() if sign * power > 0]
+                    for sign in (1, -1))
+    divided = f"/({'.'.join(below)})" if len(below) > 1 else f"/{below[0]}" if below else ""
+    return f"{'.'.join(above) or '1'}{divided}"
+
 
 # A second unit for the eye of the importing tool: name and factor from the SI unit.
 DISPLAY_UNITS: dict[str, tuple[str, float]] = {"m": ("mm", 1000.0), "rad": ("mrad", 1000.0)}

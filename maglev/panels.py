@@ -3,7 +3,7 @@
 from typing import Any, Literal, NamedTuple
 
 from maglev.quantities import PRINTED_UNITS
-from maglev.units import UNITS
+from maglev.units import factor
 
 
 class PanelKind(NamedTuple):
@@ -24,7 +24,7 @@ class PanelKind(NamedTuple):
     @property
     def scale(self) -> float:
         """How many of the unit in which it is drawn are one SI unit."""
-        return 1.0 / UNITS[self.printed_unit() or "1"][1]
+        return 1.0 / factor(self.printed_unit() or "1")
 
     @property
     def drawn_floor(self) -> float | None:

@@ -1,38 +1,44 @@
-"""Quantities with units: numbers are SI, text such as "25 mm" or "-4 A" is converted to SI."""
+"""Quantities with units: numbers are SI, text such as "25 mm", "-4 A" or "3 V/s" is converted to SI.
+
+A unit is one of `UNITS`, or is made of these: "mV.s/rad", "kg.m2", "1/s3", "m/(s2.A)", with a point, a blank or ·
+between factors, a slash before each that divides, and powers as "m2", "m²", "m^2" or "s-1".
+"""
 
 import math
 import re
 import sys
+from collections.abc import Mapping
 from decimal import Decimal
+from functools import lru_cache
 from typing import NamedTuple
 
+from fmi_export.units import UnknownUnit, exponents, factors, written
 from maglev.errors import QuantityError, nearest
+
+PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 
 # Unit: the SI unit it converts to, and the factor.
 UNITS = {
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
-    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "min": ("s", 60.0),
+    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "min": ("s", 60.0), "h": ("s", 3600.0),
     "kg": ("kg", 1.0), "g": ("kg", 1e-3),
-    "A": ("A", 1.0), "mA": ("A", 1e-3), "uA": ("A", 1e-6), "µA": ("A", 1e-6),
-    "N": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3),
-    "V": ("V", 1.0), "mV": ("V", 1e-3), "Ohm": ("Ohm", 1.0), "Ω": ("Ohm", 1.0), "H": ("H", 1.0), "mH": ("H", 1e-3),
-    "K": ("K", 1.0), "K/W": ("K/W", 1.0), "W": ("W", 1.0),
-    "T": ("T", 1.0), "mT": ("T", 1e-3),
-    "N/A": ("N/A", 1.0), "A/m": ("A/m", 1.0), "kA/m": ("A/m", 1e3),
-    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3),
-    "m/s2": ("m/s2", 1.0), "m/s²": ("m/s2", 1.0), "mm/s2": ("m/s2", 1e-3), "mm/s²": ("m/s2", 1e-3),
-    "N/m": ("N/m", 1.0), "kN/m": ("N/m", 1e3), "N/mm": ("N/m", 1e3),
-    "N.s/m": ("N.s/m", 1.0), "N s/m": ("N.s/m", 1.0),
-    "kg.m2": ("kg.m2", 1.0), "N.m": ("N.m", 1.0), "mN.m": ("N.m", 1e-3), "N.m.s": ("N.m.s", 1.0),
-    "N.m/rad": ("N.m/rad", 1.0), "rad/s2": ("rad/s2", 1.0), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6),
-    "µrad": ("rad", 1e-6), "mrad/s": ("rad/s", 1e-3),
-    "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0), "°": ("rad", math.pi / 180.0),
-    "rad/s": ("rad/s", 1.0), "Hz": ("Hz", 1.0), "kHz": ("Hz", 1e3),
-    "m.s": ("m.s", 1.0), "m s": ("m.s", 1.0), "mm s": ("m.s", 1e-3), "um s": ("m.s", 1e-6), "µm s": ("m.s", 1e-6),
-    "rad.s": ("rad.s", 1.0), "mrad s": ("rad.s", 1e-3), "urad s": ("rad.s", 1e-6), "µrad s": ("rad.s", 1e-6),
-    "A2.s": ("A2.s", 1.0), "A² s": ("A2.s", 1.0),
+    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "µrad": ("rad", 1e-6),
+    "deg": ("rad", math.pi / 180.0), "°": ("rad", math.pi / 180.0), "rpm": ("rad/s", math.pi / 30.0),
+    "Hz": ("Hz", 1.0), "kHz": ("Hz", 1e3), "MHz": ("Hz", 1e6),
+    **{f"{prefix}{symbol}": (symbol, by) for symbol in ("A", "V", "N", "T", "W", "J", "Wb", "H", "F", "Ohm", "C", "Pa")
+       for prefix, by in {"": 1.0, **PREFIXES}.items()},
+    **{f"{prefix}{symbol}": ("Ohm", by) for symbol in ("ohm", "Ω") for prefix, by in {"": 1.0, **PREFIXES}.items()},
+    "K": ("K", 1.0), "bar": ("Pa", 1e5), "Wh": ("J", 3600.0), "Nm": ("N.m", 1.0), "mNm": ("N.m", 1e-3),
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
+
+# The same by what they measure, for the documentation; the letters before a symbol are PREFIXES.
+MEASURED = {
+    "length": "m, cm, mm, um, nm", "time": "s, ms, us, min, h", "mass": "kg, g", "angle": "rad, mrad, urad, deg (°)",
+    "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)", "inductance": "H", "capacitance": "F", "charge": "C",
+    "magnetic flux": "Wb", "flux density": "T", "force": "N", "torque": "N.m, mN.m, Nm, mNm", "energy": "J, Wh",
+    "power": "W", "pressure": "Pa, bar", "speed of rotation": "rad/s, rpm", "frequency": "Hz, kHz, MHz",
+    "temperature": "K", "share": "1, %"}
 
 LARGEST = sys.float_info.max
 
@@ -47,6 +53,86 @@ class Quantity(NamedTuple):
     unit: str | None
 
 
+class Unit(NamedTuple):
+    """The SI unit that a unit converts to, the factor, and the dimension: exponents of SI base units, and cycles."""
+
+    si: str
+    factor: float
+    dimension: tuple[tuple[str, int], ...]
+
+
+@lru_cache(maxsize=512)
+def unit_of(unit: str) -> Unit:
+    """A unit; QuantityError, with the nearest one of the table, if there is none of that name."""
+    spelled = spelling(unit)
+    if spelled in UNITS:
+        si, by = UNITS[spelled]
+        return Unit(si, by, dimension_of(si))
+    try:
+        parts = [(UNITS.get(symbol, (symbol, 1.0)), power) for symbol, power in factors(spelled)]
+        si = re.sub(r"[^\W\d_]+", lambda match: in_parentheses(UNITS.get(match[0], (match[0],))[0]), spelled)
+        dimension = dimension_of(si)
+    except (UnknownUnit, KeyError):
+        raise QuantityError(f"unknown unit {unit!r}; nearest is {nearest(spelled, UNITS)}") from None
+    total = Decimal(1)
+    for (_, by), power in parts:
+        total *= Decimal(repr(by)) ** power
+    return Unit(si, float(total), dimension)
+
+
+def in_parentheses(si: str) -> str:
+    """An SI unit such that it can be divided by, too."""
+    return f"({si})" if re.search(r"[./]", si) else si
+
+
+def measures(unit: str, expected: str) -> bool:
+    """Whether a unit is of the dimension of another; an unknown one only of that of its own name."""
+    one, other = known_unit(unit), known_unit(expected)
+    return unit == expected or (one is not None and other is not None and one.dimension == other.dimension)
+
+
+def known_unit(unit: str | None) -> Unit | None:
+    """The same; None of no unit, and of an unknown one."""
+    try:
+        return None if unit is None else unit_of(unit)
+    except QuantityError:
+        return None
+
+
+def spelling(unit: str) -> str:
+    """A unit with points between factors, plain powers, and the micro sign of the table, of two that look like it."""
+    spelled = unit.strip().replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}").translate(POWERS)
+    spelled = re.sub(r"\^|\*\*(?=[-\d])", "", spelled)
+    return re.sub(r"\s*[·*⋅]\s*|(?<=[\w)])\s+(?=[\w(])", ".", spelled)
+
+
+POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def unit_of_powers(powers: Mapping[str, int], by: float) -> Unit:
+    """Unit by its exponents of the SI base units, and how many of what these make it is."""
+    si = written(powers)
+    return Unit(si, by, dimension_of(si))
+
+
+def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
+    """Dimension of an SI unit. A frequency in Hz counts cycles: it is no rate in 1/s or rad/s, which differ by 2 π."""
+    cycles = sum(power for symbol, power in factors(si) if symbol == "Hz")
+    return (*exponents(si).items(), *([("cycle", cycles)] if cycles else []))
+
+
+def markdown() -> str:
+    """The units by what they measure, for docs/scenarios.md."""
+    prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
+    return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
+                      f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
+
+
+def same_dimension(one: str, other: str) -> bool:
+    """Whether two units measure the same; QuantityError if one is unknown."""
+    return unit_of(one).dimension == unit_of(other).dimension
+
+
 def si_unit(unit: str) -> str:
     """Return the SI unit that `unit` converts to.
 
@@ -55,17 +141,12 @@ def si_unit(unit: str) -> str:
     QuantityError
         If the unit is unknown; the message names the nearest known one.
     """
-    # Two code points look like µ: the micro sign of the table and the Greek letter.
-    spelled = unit.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")
-    if spelled not in UNITS:
-        raise QuantityError(f"unknown unit {unit!r}; nearest is {nearest(spelled, UNITS)}")
-    return UNITS[spelled][0]
+    return unit_of(unit).si
 
 
 def factor(unit: str) -> float:
     """Return how many SI units one `unit` is."""
-    si_unit(unit)
-    return UNITS[unit.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")][1]
+    return unit_of(unit).factor
 
 
 def read_quantity(value: object, unit: str | None = None) -> Quantity:
@@ -91,7 +172,7 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
     """
     if isinstance(value, str):
         quantity = read_text(value)
-        if unit is not None and si_unit(str(quantity.unit)) != si_unit(unit):
+        if unit is not None and not same_dimension(str(quantity.unit), unit):
             raise QuantityError(f"{value!r} is in {quantity.unit}, expected a quantity in {unit}")
         return quantity
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -103,13 +184,7 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
 
 def read_text(text: str) -> Quantity:
     """Read a number with its unit."""
-    match = NUMBER_AND_UNIT.fullmatch(text)
-    if match is None:
-        raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'")
-    digits, pi, unit = match.groups()
-    number = float(digits) * math.pi if pi else float(digits)
-    if not unit:
-        raise QuantityError(f"{text!r} has no unit, expected a number without quotes or a unit such as '25 mm'")
+    number, unit = split_text(text)
     try:
         value = scaled(number, factor(unit))
     except QuantityError as error:
@@ -117,6 +192,17 @@ def read_text(text: str) -> Quantity:
     if not math.isfinite(value):
         raise QuantityError(f"{text!r} is not a quantity, expected a finite number")
     return Quantity(value, unit)
+
+
+def split_text(text: str) -> tuple[float, str]:
+    """Number of a text, and its unit, known or not; QuantityError if it has none."""
+    match = NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'")
+    digits, pi, unit = match.groups()
+    if not unit:
+        raise QuantityError(f"{text!r} has no unit, expected a number without quotes or a unit such as '25 mm'")
+    return float(digits) * math.pi if pi else float(digits), unit
 
 
 def scaled(number: float, by: float) -> float:

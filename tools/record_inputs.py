@@ -21,7 +21,7 @@ from maglev.experiment.results import write_csv
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
-from maglev.schema.signals import Sinusoids, Steps
+from maglev.schema.signals.kinds import Sinusoids, Steps
 
 SCRIPTS = PACKAGED / "scripts"
 STOP_TIME = 0.3    # s

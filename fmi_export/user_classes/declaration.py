@@ -14,7 +14,7 @@ from typing import Any
 
 from fmi_export.definition import Drawing, Experiment, FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.units import UNITS
+from fmi_export.units import SYMBOLS, UnknownUnit, exponents
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
 from fmi_export.user_classes.trouble import RAISED, described
 
@@ -83,7 +83,8 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
             boolean = isinstance(value, bool)
             starts[port] = value if boolean else float(value)
             variables.append(Variable(
-                port, causality, variability(causality, port, written), f"{causality} of the class {name}",
+                port, causality, variability(causality, port, written, boolean),
+                f"{causality} of the class {name}",
                 "" if boolean else unit, depends_on=inputs if causality == "output" else (),
                 starts_from=known if causality == "output" else (), boolean=boolean, path=f"law.{path}"))
     step = float(starts[SAMPLE_TIME]) if sampled else DEFAULT_STEP
@@ -160,8 +161,12 @@ def read_table(written: type, table: str) -> dict[str, str]:
     for port, unit in found.items():
         if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
             raise ExportError(f"{place} has {port!r}, expected a name such as \"y.measured\"")
-        if unit not in ("", *UNITS):
-            raise ExportError(f"{place} has {port!r} in {unit!r}, expected one of {', '.join(UNITS)}, or \"\"")
+        try:
+            exponents(unit or "1")
+        except (UnknownUnit, TypeError):
+            raise ExportError(f"{place} has {port!r} in {unit!r}, expected one that is made of SI units without "
+                              f"prefixes, such as \"m/s2\" or \"V.s/rad\", or \"\"; symbols are {', '.join(SYMBOLS)}"
+                              ) from None
     return dict(found)
 
 
@@ -184,8 +189,8 @@ def require_number(value: object, place: str) -> None:
         raise ExportError(f"{place}, expected a finite number, or True or False")
 
 
-def variability(causality: str, port: str, written: type) -> str:
+def variability(causality: str, port: str, written: type, boolean: bool) -> str:
     """Variability of a variable; what `start` may compute from is fixed."""
     if causality != "parameter":
-        return "discrete" if causality == "output" else "continuous"
+        return "discrete" if causality == "output" or boolean else "continuous"
     return "fixed" if port == SAMPLE_TIME or hasattr(written, "start") else "tunable"

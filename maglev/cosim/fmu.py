@@ -16,14 +16,14 @@ from typing import Any
 import fmpy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.units import UNITS as BASES
+from fmi_export.units import exponents
 from maglev.copies import original
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
-from maglev.units import UNITS
+from maglev.units import known_unit
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
@@ -117,11 +117,11 @@ def other_kind(path: Path) -> str:
 def require_known_units(place: str, description: ModelDescription) -> None:
     """Refuse an FMU that defines a unit otherwise than its name says."""
     for unit in description.unitDefinitions:
-        if unit.baseUnit is None or unit.name not in UNITS:
+        known = known_unit(unit.name) if unit.baseUnit is not None else None
+        if known is None:
             continue
-        si, by = UNITS[unit.name]
-        powers = dict.fromkeys(BASE_UNITS, 0) | BASES[si] if si in BASES else {}
-        for key, expected in {"factor": by, "offset": 0.0, **powers}.items():
+        powers = dict.fromkeys(BASE_UNITS, 0) | exponents(known.si)
+        for key, expected in {"factor": known.factor, "offset": 0.0, **powers}.items():
             given = getattr(unit.baseUnit, key)
             if key != "rad" and not abs(given - expected) <= UNIT_TOLERANCE * abs(expected):
                 raise FmuError(f"{place} defines the unit {unit.name!r} with {key} = {given:g}, expected {expected:g}")

@@ -9,7 +9,7 @@ from maglev.cosim import fmu
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.other_process.helper import read_apart
 from maglev.cosim.port_map import Scale
-from maglev.cosim.user_controller import WrittenController, description_text, written_description
+from maglev.cosim.user_classes.fmu import WrittenController, description_text, written_description
 from maglev.user_controllers.source import is_class, is_written
 
 

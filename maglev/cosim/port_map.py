@@ -11,14 +11,16 @@ With such a map, and with units that the FMU declares itself, it is seen as if i
 from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from fmi_export.units import BASE_UNITS
 from maglev.errors import QuantityError, ScenarioError, key_path, nearest, shortened
 from maglev.toml_file import read_toml
-from maglev.units import factor, parse_quantity, si_unit
+from maglev.units import Unit, known_unit, measures, parse_quantity, si_unit, unit_of_powers
 
 FMUS = ("controller", "plant")
 
@@ -87,7 +89,7 @@ class PortMap:
             if ours not in known:
                 raise self.refuse(ours, f"unknown port, nearest is {nearest(ours, known)}")
             unit = known[ours]
-            if port.unit is not None and unit is not None and si_unit(port.unit) != si_unit(unit):
+            if port.unit is not None and unit is not None and not measures(port.unit, unit):
                 raise self.refuse(ours, f"expected a unit that converts to {unit}")
 
 
@@ -141,6 +143,16 @@ def read_port(key: str, value: object) -> Port:
     return Port(entries["port"], entries.get("unit"))
 
 
+def declared_units(description: ModelDescription) -> dict[str, Unit]:
+    """Units that an FMU declares by their SI base units, and that are not known here, by name; none with an offset."""
+    found = {}
+    for unit in description.unitDefinitions:
+        base = unit.baseUnit
+        if base is not None and known_unit(unit.name) is None and base.offset == 0.0 and 0.0 < base.factor < inf:
+            found[unit.name] = unit_of_powers({each: getattr(base, each) for each in BASE_UNITS}, base.factor)
+    return found
+
+
 def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
     """Give the variables of a model description our names and SI units; returns the conversions, by our names.
 
@@ -165,8 +177,8 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
         if port.unit is not None and variable.type != "Real":
             raise ports.refuse(ours, f"{port.name!r} is {variable.type}, expected a unit only of a Real")
         own = declared_unit(variable)
-        if port.unit is not None and (declared := known_si_unit(own)) not in (None, si_unit(port.unit)):
-            raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared}")
+        if port.unit is not None and (declared := known_unit(own)) is not None and not measures(port.unit, declared.si):
+            raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared.si}")
         variable.name, variable.unit = ours, port.unit or own
         seen.append(variable)
     seen += others(theirs, first, ports.ports)
@@ -174,7 +186,8 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
     for variable in seen:
         if variable.type == "Real":
             variable.unit = variable.unit or ports.units.get(variable.name)
-    return {variable.name: scale for variable in seen if (scale := to_si_units(variable)) is not None}
+    declared_here = declared_units(description)
+    return {variable.name: scale for variable in seen if (scale := to_si_units(variable, declared_here)) is not None}
 
 
 def others(theirs: Mapping[str, ScalarVariable], mapped: Iterable[str], ours: Iterable[str]) -> list[ScalarVariable]:
@@ -192,21 +205,16 @@ def declared_unit(variable: ScalarVariable) -> str | None:
     return None if unit is None else str(unit)
 
 
-def known_si_unit(unit: str | None) -> str | None:
-    """SI unit that a unit converts to; None if there is no unit, or it is not known here."""
-    try:
-        return None if unit is None else si_unit(unit)
-    except QuantityError:
-        return None
+def to_si_units(variable: ScalarVariable, declared: Mapping[str, Unit]) -> Scale | None:
+    """Give a variable the SI unit and its start value in it; returns the conversion, None if there is none.
 
-
-def to_si_units(variable: ScalarVariable) -> Scale | None:
-    """Give a variable the SI unit and its start value in it; returns the conversion, None if there is none."""
-    si = known_si_unit(variable.unit)
-    if variable.type != "Real" or si is None:
+    Units that are not known here are `declared` by the FMU.
+    """
+    unit = known_unit(variable.unit) or declared.get(variable.unit or "")
+    if variable.type != "Real" or unit is None:
         return None
-    by = factor(variable.unit)
-    variable.unit = si
+    by = unit.factor
+    variable.unit = unit.si
     if by == 1.0:
         return None
     inverse = round(1.0 / by)

@@ -14,11 +14,12 @@ from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_ste
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.run import TIMEOUT, run_apart
-from maglev.cosim.port_map import PortMap, apply
+from maglev.cosim.port_map import PortMap, apply, declared_units
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
 from maglev.experiment.ports.inserted import needless_delays, with_generated_references
+from maglev.experiment.ports.own_units import known_signal, known_start_values
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
 from maglev.experiment.provenance import Provenance, departures_of, provenance
@@ -26,6 +27,7 @@ from maglev.own_fmus import built_here
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
 from maglev.schema.settings import with_references
+from maglev.units import Unit
 from maglev.user_controllers.source import copy_of, is_class, is_written
 
 
@@ -255,6 +257,13 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         source = start_from[name].pop(variable, None)
         if source is not None:
             overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
+    def declared(name: str) -> dict[str, Unit]:
+        """Units that an FMU declares; none of one that is not there, which is refused later."""
+        return declared_units(read_description(name, files[name])) if files[name].is_file() else {}
+
+    start = known_start_values(start, str(plan.path), declared)
+    plan = plan.model_copy(update={"signals": [known_signal(signal, i, str(plan.path), declared)
+                                               for i, signal in enumerate(plan.signals)]})
     asked = set(settings)
     model = followed(plan, files, start, start_from, asked) if follow else None
     left_out = {full: reason for full, reason in left_out.items() if full not in asked}

@@ -9,7 +9,7 @@ import numpy as np
 from fmpy.model_description import ScalarVariable
 
 from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
-from maglev.units import UNITS, parse_quantity
+from maglev.units import known_unit, parse_quantity
 
 Value = float | str | bool                # SI, or text with a unit such as "25 mm"
 Setting = Value | Sequence[Value]         # a pair: drawn between the two, in every episode
@@ -57,10 +57,10 @@ class PlantParameters:
             return bool(value)
         unit = variable.unit or "1"
         try:
-            if isinstance(value, str) and unit not in UNITS:
+            if isinstance(value, str) and known_unit(unit) is None:
                 raise QuantityError(f"{value!r}: expected a plain number, in {unit}")
             found = parse_quantity(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value,
-                                   unit if unit in UNITS else None)
+                                   unit if known_unit(unit) else None)
         except QuantityError as error:
             raise ScenarioError(f"{name} = {error}") from None
         low, high = float(variable.min), float(variable.max)

@@ -3,14 +3,14 @@
 import re
 from collections.abc import Mapping
 from importlib import import_module
-from math import inf, isfinite
+from math import inf
 from operator import attrgetter
 from typing import Any
 
 from fmi_export.definition import FmuDefinition
 from maglev.errors import LinearModelError, QuantityError, nearest
 from maglev.rig.modules import definitions
-from maglev.units import UNITS, parse_quantity
+from maglev.units import parse_quantity
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 
@@ -98,13 +98,9 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
 
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:
-    """SI value of a quantity; where the unit is a composed one that no text can have, of a plain number."""
+    """SI value of a quantity."""
     try:
-        if unit in UNITS or not unit:
-            return parse_quantity(given, unit or "1")
-        if isinstance(given, str) or not isfinite(given):
-            raise QuantityError(f"{given!r}: expected a plain number, in {unit}")
-        return float(given)
+        return parse_quantity(given, unit or "1")
     except QuantityError as error:
         raise LinearModelError(f"{name}: {key}: {error}") from None
 

@@ -19,7 +19,7 @@ from maglev.quantities import (
     place,
     printed,
 )
-from maglev.schema.toml_table import Metres, Seconds, Table, key_refused
+from maglev.schema.toml_table import Metres, Seconds, Table, ValueKind, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 from pmlsm.rigs import RIGS
 
@@ -60,24 +60,32 @@ class Claim(Table):
     KNOWN: ClassVar[Mapping[str, MeasuredQuantity]]   # the quantities that there are, by name
     PICKS: ClassVar[tuple[str, ...]]                  # keys that say which values of a quantity count
 
-    text: str
-    source: str
-    figure: str | None = None
+    text: str = Field(description="the sentence")
+    source: str = Field(description="where it stands")
+    figure: str | None = Field(default=None, description="number of a figure: the claim is the range of its axis, and "
+                               "has no text and no source")
     quantity: str | None = None
-    unit: str | None = None           # of plain numbers as targets, where the quantity has none of its own
-    relation: Literal["<", ">", "is", "about", "in"] | None = None
-    target: StrictBool | float | tuple[float, float] | None = None
-    digits: int | None = Field(default=None, ge=1)
-    factor: float = Field(default=1.0, gt=0.0)
-    over: Literal["all", "any", "mean"] = "all"
-    axes: list[str] | None = None
+    unit: str | None = Field(default=None, description="unit of plain numbers as targets, where what is measured has "
+                             "none of its own")
+    relation: Literal["<", ">", "is", "about", "in"] | None = Field(
+        default=None, description="what the measured value is to the target; about: within 5 %")
+    target: StrictBool | Annotated[float, ValueKind("quantity")] | tuple[float, float] | None = Field(
+        default=None, description="what it is compared with; of a figure its first or last two ticks")
+    digits: int | None = Field(default=None, ge=1, description="significant digits that the source prints, which weigh "
+                               "it where parameters are estimated")
+    factor: float = Field(default=1.0, gt=0.0, description="times what `than` names")
+    over: Literal["all", "any", "mean"] = Field(
+        default="all", description="of several values, the one that meets the claim worst (all), best (any), or the "
+                                   "mean decides")
+    axes: list[str] | None = Field(default=None, description="axes that it is about, or `axis` for one; without it all")
     own: StrictBool = False           # of a file that is not the package's: it is no claim of the thesis
-    assumed: StrictBool = False       # the target or the factor, for the source prints none
-    chose: str | None = None          # of a bound: what was chosen by its figure, which is no evidence for it then
-    reason: str | None = None         # why it is not reproduced
-    because: Literal["friction"] | None = None   # what, assumed of the plant, the reason or the remark blames
-    remark: str | None = None         # what a reader should know whatever the verdict
-    not_testable: str | None = None   # why
+    assumed: StrictBool = Field(default=False, description="the source prints no such target or factor")
+    chose: str | None = Field(default=None, description="of a figure: what was chosen by it, and so is no evidence")
+    reason: str | None = Field(default=None, description="why it is not reproduced")
+    because: Literal["friction"] | None = Field(default=None, description="what, assumed of the plant, the reason or "
+                                                "the remark blames: the report flies again without it")
+    remark: str | None = Field(default=None, description="what a reader should know whatever the verdict")
+    not_testable: str | None = Field(default=None, description="why it cannot be judged")
 
     @model_validator(mode="before")
     @classmethod
@@ -258,14 +266,19 @@ class RunClaim(Claim):
     KNOWN = METRICS
     PICKS = ("band", "axes", "motors", "columns", "together_with", "event")
 
-    quantity: str | None = Field(default=None, alias="metric")
-    motors: list[str] | None = None
-    event: str | None = None
-    band: float | None = None
-    columns: list[str] | None = Field(default=None, min_length=1)
-    together_with: list[str] | None = None
-    than: str | None = None
-    than_axis: str | None = None
+    PLACE = "[[claims]]"
+
+    quantity: str | None = Field(default=None, alias="metric", description="what is measured")
+    motors: list[str] | None = Field(default=None, description="motors that it is about, or `motor` for one; without "
+                                     "it all")
+    event: str | None = Field(default=None, description="name of the event that it is about; without it all")
+    band: Annotated[float, ValueKind("length or angle")] | None = Field(
+        default=None, description="of a settling time: one of `metrics.bands` or `metrics.tilt_bands`")
+    columns: list[str] | None = Field(default=None, min_length=1, description="of lowest, highest, largest: recorded "
+                                      "`fmu.variable`, or `column` for one")
+    together_with: list[str] | None = Field(default=None, description="other runs over the same axis of a figure")
+    than: str | None = Field(default=None, description="another run, whose value takes the place of the target")
+    than_axis: str | None = Field(default=None, description="another axis, likewise")
 
     @model_validator(mode="before")
     @classmethod
@@ -323,8 +336,10 @@ class RunClaim(Claim):
 class Elsewhere(Table):
     """What is different where a comparative claim about a procedure looks for the same value."""
 
-    epsilon: Seconds | None = None
-    gaps: GapRange | None = None
+    PLACE = "than of [[procedure.claims]]"
+
+    epsilon: Seconds | None = Field(default=None, description="another ε of the estimator")
+    gaps: GapRange | None = Field(default=None, description="other air gaps")
 
     @model_validator(mode="after")
     def different(self) -> "Elsewhere":
@@ -346,11 +361,14 @@ class ProcedureClaim(Claim):
     KNOWN = PROCEDURE_VALUES
     PICKS = ("constant", "epsilon", "axes", "gaps")
 
-    quantity: str | None = Field(default=None, alias="value")
-    constant: ConstantName | None = None
-    epsilon: Seconds | None = None
-    gaps: GapRange | None = None
-    than: Elsewhere | None = None
+    PLACE = "[[procedure.claims]]"
+
+    quantity: str | None = Field(default=None, alias="value", description="what the procedure found")
+    constant: ConstantName | None = Field(default=None, description="name of the constant that it is about")
+    epsilon: Seconds | None = Field(default=None, description="ε of the estimator that it is about")
+    gaps: GapRange | None = Field(default=None, description="air gaps that it is about, the smaller one first")
+    than: Elsewhere | None = Field(default=None, description="what is different where the mean takes the place of the "
+                                   "target")
 
     @property
     def subject(self) -> str:

@@ -77,14 +77,13 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
 
 
 def without_fed(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Table without what feeds the inputs that `over` feeds: its wires and signals take the place of those below them.
+    """Table without what feeds the inputs that `over` wires: its wires take the place of wires and signals below them.
 
     Nothing is looked for in what is not as expected; that is refused later.
     """
     fed = {f"{name}.{port}" for name, fmu in entries(over.get("fmus")).items()
            for port in entries(entries(fmu).get("inputs"))}
     fed |= {target_of(pair) for pair in items(over.get("connections"))}
-    fed |= {text(signal, key) for signal in items(over.get("signals")) for key in ("to", "rate_to")}
     fed.discard("")
     if not fed or not base:
         return base

@@ -54,15 +54,19 @@ class ProcedureSettings(Table):
     claims : list of ProcedureClaim
     """
 
-    kind: Kind
-    name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it
-    title: str
-    runs: dict[str, str] = {}
-    figures: dict[str, str] = {}
-    table: str = ""
-    printed: dict[ConstantName, Annotated[list[float], Field(min_length=1, max_length=3)]] = {}
-    gaps: GapRange | None = None
-    claims: list[ProcedureClaim] = []
+    PLACE = "[procedure]"
+
+    kind: Kind = Field(description="how its runs are evaluated")
+    name: str = Field(pattern=r"^\w[\w.+-]*$", description="after which its results are named")
+    title: str = Field(description="what it is, in a few words")
+    runs: dict[str, str] = Field(default={}, description="names of runs by the parts that they play")
+    figures: dict[str, str] = Field(default={}, description="numbers of the figures of the thesis by what they show")
+    table: str = Field(default="", description="number of the thesis's table with the constants")
+    printed: dict[ConstantName, Annotated[list[float], Field(min_length=1, max_length=3)]] = Field(
+        default={}, description="constants of the thesis at ε = 1 ms, 10 ms and 50 ms; a single value is at 10 ms")
+    gaps: GapRange | None = Field(default=None, description="air gaps that the thesis's figures cover, the smaller one "
+                                  "first")
+    claims: list[ProcedureClaim] = Field(default=[], description="what is claimed of it")
 
     @model_validator(mode="after")
     def complete(self) -> "ProcedureSettings":

@@ -5,13 +5,13 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
 
-from maglev.errors import key_path, nearest
+from maglev.errors import QuantityError, key_path, nearest
 from maglev.own_stage.reading import read_own
 from maglev.schema.claims import RunClaim
 from maglev.schema.procedure import ProcedureSettings
-from maglev.schema.signals import Signal
-from maglev.schema.toml_table import Metres, Radians, Seconds, Table, key_refused
-from maglev.units import parse_quantity, read_quantity
+from maglev.schema.signals.kinds import Signal
+from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
+from maglev.units import known_unit, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
 from pmlsm.rigs import rig_of
 
@@ -40,11 +40,25 @@ def read_start_value(value: Any) -> StartValue:
     return StartValue(*read_quantity(value), value)
 
 
+def read_open_value(value: Any) -> StartValue:
+    """The same; a text in a unit that is not known here is left as it is, for an FMU may declare that unit."""
+    if isinstance(value, str):
+        number, unit = split_text(value)
+        if known_unit(unit) is None:
+            return StartValue(number, unit, value)
+    return read_start_value(value)
+
+
+Start = Annotated[StartValue, PlainValidator(read_open_value), ValueKind("quantity")]
+
+
 class RunOutput(Table):
     """What an output, `fmu.variable`, of another run is at the end of that run."""
 
-    run: str
-    output: str
+    PLACE = "[fmus.NAME.start_from]"
+
+    run: str = Field(description="name of the other run, of this file or of the package")
+    output: str = Field(description="output of that run, `fmu.variable`")
 
 
 class FmuTable(Table):
@@ -55,29 +69,42 @@ class FmuTable(Table):
     file that extends another.
     """
 
-    model: str | None = None
-    file: str | None = None
-    start: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
-    inherited: dict[str, Annotated[StartValue, PlainValidator(read_start_value)]] = {}
-    start_from: dict[str, RunOutput] = {}
-    inputs: dict[str, str] = {}
-    before: str | None = None
+    PLACE = "[fmus.NAME]"
+
+    model: str | None = Field(default=None, description="an FMU that `maglev build` makes, by its name; or `file`")
+    file: str | None = Field(default=None, description="path of another FMU, or of a Python file with a class, from "
+                             "the folder of the scenario; it takes the place of the model of a file below")
+    start: dict[str, Start] = Field(default={}, description="start values of parameters and inputs, by variable")
+    inherited: dict[str, Start] = {}
+    start_from: dict[str, RunOutput] = Field(default={}, description="start values that are results of other runs, by "
+                                             "variable")
+    inputs: dict[str, str] = Field(default={}, description="what feeds inputs: an output `fmu.variable` by the name of "
+                                   "the input, empty for nothing; goes before what feeds it in a file below")
+    before: str | None = Field(default=None, description="name of an FMU that is stepped after this one; without it "
+                               "the order is that of the table")
 
     @model_validator(mode="after")
     def one_source(self) -> "FmuTable":
         """Refuse an FMU that is neither or both."""
         if (self.model is None) == (self.file is None):
             raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
+        for name, start in self.start.items() if self.model is not None else ():
+            try:
+                parse_quantity(start.written) if isinstance(start.written, str) else None
+            except QuantityError as error:
+                raise key_refused(name, start.written, str(error), "start") from None
         return self
 
 
 class Axis(Table):
     """Names of the recorded variables of an axis, and whether it points along gravity or is a rotation."""
 
-    position: str
-    reference: str
-    vertical: StrictBool = False
-    rotation: StrictBool = False
+    PLACE = "[axes.NAME]"
+
+    position: str = Field(description="output `fmu.variable` that is measured")
+    reference: str = Field(description="input or output `fmu.variable` that it is measured against")
+    vertical: StrictBool = Field(default=False, description="it points along gravity: the report draws it so")
+    rotation: StrictBool = Field(default=False, description="it is a rotation, in rad")
 
     @property
     def unit(self) -> str:
@@ -88,8 +115,12 @@ class Axis(Table):
 class Motor(Table):
     """Names of the recorded currents of a motor."""
 
-    currents: list[str] = []
-    commands: list[str] = []
+    PLACE = "[motors.NAME]"
+
+    currents: list[str] = Field(default=[], description="delivered currents, outputs `fmu.variable`: for the peak and "
+                                "the mean current")
+    commands: list[str] = Field(default=[], description="commanded currents, likewise: for the peak and the mean "
+                                "command")
 
 
 class MetricSettings(Table):
@@ -98,11 +129,16 @@ class MetricSettings(Table):
     `tilt_bands` and `fail_tilt` are those of rotations.
     """
 
-    bands: list[Metres] = []
-    tilt_bands: list[Radians] = []
-    tracking_from: Seconds | None = None
-    fail_error: Metres = 1e-3
-    fail_tilt: Radians = 5e-3   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
+    PLACE = "[metrics]"
+
+    bands: list[Metres] = Field(default=[], description="bands about a set-point: the time until the error stays "
+                                "within is measured for each")
+    tilt_bands: list[Radians] = Field(default=[], description="the same of rotations")
+    tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
+                                          "steadily: tracking errors count from there")
+    fail_error: Metres = Field(default=1e-3, description="error at the end that is a failure")
+    fail_tilt: Radians = Field(   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
+        default=5e-3, description="the same of rotations")
 
     def bands_of(self, axis: Axis) -> list[float]:
         """Settling bands of an axis, m or rad."""
@@ -119,16 +155,22 @@ class Event(Table):
     Without `end` the window goes to the next event, that of the last one to the end of the run.
     """
 
-    name: Annotated[str, Field(min_length=1)]
-    time: Annotated[Seconds, Field(ge=0.0)]
-    end: Seconds | None = None
+    PLACE = "[[events]]"
+
+    name: str = Field(min_length=1, description="name of the event, such as push of x")
+    time: Seconds = Field(ge=0.0, description="when it happens, and its window begins")
+    end: Seconds | None = Field(default=None, description="end of its window; without it the next event, or the end of "
+                                "the run")
 
 
 class SignalTolerance(Table):
     """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
 
-    absolute: Annotated[float, BeforeValidator(parse_quantity), Field(ge=0.0)] = 0.0
-    relative: Annotated[float, Field(ge=0.0)] = 0.0
+    PLACE = "[check.signals]"
+
+    absolute: Annotated[float, BeforeValidator(parse_quantity), ValueKind("quantity")] = Field(
+        default=0.0, ge=0.0, description="deviation from the baseline that is let pass, in the unit of the signal")
+    relative: float = Field(default=0.0, ge=0.0, description="share of the expected value that is let pass besides")
 
 
 class CheckSettings(Table):
@@ -137,9 +179,13 @@ class CheckSettings(Table):
     `through_contact` says that it does not end where a stop is touched or the controller trips.
     """
 
-    interval: Annotated[Seconds, Field(gt=0.0)] = 0.05
-    through_contact: StrictBool = False
-    signals: dict[str, SignalTolerance] = {}
+    PLACE = "[check]"
+
+    interval: Seconds = Field(default=0.05, gt=0.0, description="time between two samples of the baseline")
+    through_contact: StrictBool = Field(default=False, description="the baseline goes on where a stop is touched or "
+                                        "the controller trips")
+    signals: dict[str, SignalTolerance] = Field(default={}, description="tolerances of what is compared, by "
+                                                "`fmu.variable`")
 
 
 class RunPlan(Table):
@@ -148,28 +194,40 @@ class RunPlan(Table):
     The FMUs are stepped in the order of `fmus`. All quantities are SI.
     """
 
-    rig_file: str | None = Field(default=None, alias="rig")   # description of a stage of the user's
-    name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it: it is no path
-    title: str
-    description: str = ""
-    figures: list[str] = []
-    check_only: StrictBool = False   # no experiment: flown by name and by the check of everything
-    another_reading: StrictBool = False   # of an experiment that has its run: claims are judged, and not counted
-    stop_time: Annotated[Seconds, Field(gt=0.0)]
-    step: Annotated[Seconds, Field(gt=0.0)]
-    output_interval: Annotated[Seconds, Field(gt=0.0)]
-    fmus: dict[str, FmuTable] = Field(min_length=1)
-    connections: list[tuple[str, str]] = []   # from an output to an input; see also `wires`
-    signals: list[Signal] = []
-    axes: dict[str, Axis] = {}
-    motors: dict[str, Motor] = {}
-    stop_flag: str | None = None
-    trip_flag: str | None = None
-    metrics: MetricSettings = MetricSettings()
-    events: list[Event] = []
-    check: CheckSettings = CheckSettings()
-    claims: list[RunClaim] = []
-    procedure: ProcedureSettings | None = None
+    PLACE = "the file itself"
+
+    rig_file: str | None = Field(default=None, alias="rig", description="path of the description of a stage of yours, "
+                                 "whose loop stands under the file")
+    name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run, after which its results are named: "
+                      "letters, digits, and _ . + -")   # it is no path
+    title: str = Field(description="what it is, in a few words")
+    description: str = Field(default="", description="what it is, in a sentence or two")
+    figures: list[str] = Field(default=[], description="numbers of the figures of the thesis that it shows again")
+    check_only: StrictBool = Field(default=False, description="it is no experiment: it is flown by name, and by "
+                                   "`maglev check` of everything")
+    another_reading: StrictBool = Field(default=False, description="it is another reading of an experiment that has "
+                                        "its run: its claims are judged, and not counted")
+    stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
+    step: Seconds = Field(gt=0.0, description="communication step: FMUs exchange values once in it")
+    output_interval: Seconds = Field(gt=0.0, description="time between two rows of the results, a multiple of `step`. "
+                                     "Metrics are measured at every step")
+    fmus: dict[str, FmuTable] = Field(min_length=1, description="what flies, by names of yours, in the order of "
+                                      "stepping")
+    connections: list[tuple[str, str]] = Field(default=[], description="pairs of an output and the input that it "
+                                               "feeds, `fmu.variable`; see also `inputs` of an FMU")
+    signals: list[Signal] = Field(default=[], description="what feeds inputs over time: references, disturbances, "
+                                  "tunable parameters")
+    axes: dict[str, Axis] = Field(default={}, description="what is measured, by name of the axis")
+    motors: dict[str, Motor] = Field(default={}, description="whose currents are measured, by name of the motor")
+    stop_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true where a stop is "
+                                  "touched, which is a failure")
+    trip_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true once the controller "
+                                  "has switched off, which is a failure")
+    metrics: MetricSettings = Field(default=MetricSettings(), description="how it is measured")
+    events: list[Event] = Field(default=[], description="what happens, in whose windows disturbances are measured")
+    check: CheckSettings = Field(default=CheckSettings(), description="what a baseline holds, and how closely")
+    claims: list[RunClaim] = Field(default=[], description="what is claimed of the run")
+    procedure: ProcedureSettings | None = Field(default=None, description="the procedure that the runs belong to")
     _path: Path = PrivateAttr(default=Path("scenario"))
     _own: bool = PrivateAttr(default=False)
     _sha256: str = PrivateAttr(default="")
@@ -181,6 +239,18 @@ class RunPlan(Table):
         if isinstance(table, dict) and "output_interval" not in table and "step" in table:
             return {**table, "output_interval": table["step"]}
         return table
+
+    @model_validator(mode="before")
+    @classmethod
+    def units_of_files(cls, table: Any) -> Any:
+        """Signals to what is no FMU of this project may be in units that it declares."""
+        fmus = table.get("fmus") if isinstance(table, dict) else None
+        if not isinstance(fmus, dict) or not isinstance(table.get("signals"), list):
+            return table
+        files = {name for name, fmu in fmus.items() if isinstance(fmu, dict) and "file" in fmu}
+        return {**table, "signals": [{**signal, "open_unit": True} if isinstance(signal, dict)
+                                     and str(signal.get("to")).partition(".")[0] in files else signal
+                                     for signal in table["signals"]]}
 
     @model_validator(mode="before")
     @classmethod

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 
 from maglev.errors import QuantityError, ScenarioError, nearest
-from maglev.schema.run_plan import RunPlan, StartValue, read_start_value
-from maglev.schema.signals import Constant, Signal, Sinusoids, Steps
-from maglev.units import number_or_text, si_unit
+from maglev.schema.run_plan import RunPlan, StartValue, read_open_value
+from maglev.schema.signals.kinds import Constant, Signal, Sinusoids, Steps
+from maglev.units import measures, number_or_text
 from pmlsm.rig import ROTATION
 
 REFERENCE = "reference"   # in the place of an FMU's name
@@ -39,7 +39,7 @@ def start_value(name: str, value: float | bool | str, written: str = "") -> Star
     if text.lower() in ("true", "false"):
         return StartValue(text.lower() == "true", None, text if isinstance(value, str) else text.lower(), origin)
     try:
-        return read_start_value(number_or_text(text) if isinstance(value, str) else value)._replace(origin=origin)
+        return read_open_value(number_or_text(text) if isinstance(value, str) else value)._replace(origin=origin)
     except QuantityError as error:
         raise ScenarioError(f"{origin}: {error}") from error
 
@@ -54,7 +54,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
             continue
         variable = name.partition(".")[2]
         unit = unit_of(plan, variable)
-        if value.unit is not None and si_unit(value.unit) != unit or isinstance(value.value, bool):
+        if value.unit is not None and not measures(value.unit, unit) or isinstance(value.value, bool):
             raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
         plan = with_reference(plan, variable, float(value.value))
         others.append(f"{name} = {value.written}")

@@ -1,9 +1,10 @@
 """Tables of a scenario file: unknown keys, and one-line errors."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -12,9 +13,17 @@ from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.schema.layers import Layer, child, merged
 from maglev.units import parse_quantity
 
-Seconds = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "s"))]
-Metres = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "m"))]
-Radians = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad"))]
+
+class ValueKind(NamedTuple):
+    """What a value is in words, for the table of the keys, and the SI unit of its default."""
+
+    words: str
+    unit: str = ""
+
+
+Seconds = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "s")), ValueKind("time", "s")]
+Metres = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "m")), ValueKind("length", "m")]
+Radians = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad")), ValueKind("angle", "rad")]
 
 
 def key_refused(key: str | int, value: object, expectation: str, *above: str | int) -> PydanticCustomError:
@@ -24,9 +33,25 @@ def key_refused(key: str | int, value: object, expectation: str, *above: str | i
 
 
 class Table(BaseModel):
-    """A table of the file: immutable, and it names the nearest valid key when it meets an unknown one."""
+    """A table of the file: immutable, and it names the nearest valid key when it meets an unknown one.
+
+    The description of each field is its meaning, in messages and in the documentation; what has none is no key.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    PLACE: ClassVar[str] = ""             # of the table in a file, such as "[metrics]"
+    KNOWN_TABLES: ClassVar[list[type["Table"]]] = []
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Note a table, so that a key in the wrong one is found."""
+        cls.KNOWN_TABLES.append(cls)
+
+    @classmethod
+    def keys_of_table(cls) -> dict[str, str]:
+        """Keys of the table and what they mean."""
+        return {field.alias or name: field.description for name, field in cls.model_fields.items() if field.description}
 
     @model_validator(mode="before")
     @classmethod
@@ -36,8 +61,7 @@ class Table(BaseModel):
             valid = [field.alias or name for name, field in cls.model_fields.items()]
             for key, value in table.items():
                 if key not in valid:
-                    expectation = f"unknown key, nearest valid key is {nearest(key, valid)}"
-                    raise key_refused(key, value, expectation)
+                    raise key_refused(key, value, unknown_key(str(key), cls, valid))
         return table
 
     @classmethod
@@ -46,17 +70,46 @@ class Table(BaseModel):
         try:
             return cls.model_validate(table)
         except ValidationError as error:
-            raise ScenarioError(one_line(error, layers)) from None
+            raise ScenarioError(one_line(error, layers, cls)) from None
 
 
-def one_line(error: ValidationError, layers: list[Layer]) -> str:
+def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
+    """What is expected in place of a key that a table does not have: keys like it, or the table that it belongs to."""
+    near, meanings = get_close_matches(key, valid, n=2, cutoff=0.6), table.keys_of_table()
+    places = dict.fromkeys(other.PLACE for other in Table.KNOWN_TABLES if other.PLACE and key in other.keys_of_table())
+    if table.PLACE and places and not near:
+        return f"unknown key, expected it in {' or '.join(places)}"
+    shown = [f"{each!r} ({meanings[each]})" if each in meanings else repr(each) for each in near]
+    return f"unknown key, nearest valid key is {', or '.join(shown) or nearest(key, valid)}"
+
+
+def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
+    """What the key at a place of a table means; empty text of one that means nothing by itself."""
+    models, meaning = [model], ""
+    for key in location:
+        fields = [field for each in models for name, field in each.model_fields.items() if key in (name, field.alias)]
+        if fields:
+            models, meaning = [found for field in fields for found in tables_in(field.annotation)], ""
+            meaning = fields[0].description or ""
+    return meaning
+
+
+def tables_in(annotation: Any) -> list[type[Table]]:
+    """Tables that a type is made of."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return [annotation]
+    return [found for part in get_args(annotation) for found in tables_in(part)]
+
+
+def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = Table) -> str:
     """Say the first refusal in one line: file, key, value, expectation."""
     first = error.errors()[0]
     context = first.get("ctx", {})
     keys = keys_in(merged(layers), first["loc"])
     value = first["input"]
+    meaning = meaning_at(model, first["loc"])
     if first["type"] == "missing":
-        return f"{layers[-1].path}: {key_path(keys)}: required key is missing"
+        return f"{layers[-1].path}: {key_path(keys)}: required key is missing" + (f": {meaning}" if meaning else "")
     if first["type"] == "key_refused":
         keys += list(context["keys"])
         value = context["value"]
@@ -69,6 +122,8 @@ def one_line(error: ValidationError, layers: list[Layer]) -> str:
         expectation = str(context["error"])
     else:
         expectation = first["msg"].replace("Input should be", "expected")
+        if meaning and isinstance(first["loc"][-1], str):
+            expectation += f" ({meaning})"
     valid = context.get("expected_tags", context.get("expected"))
     if isinstance(valid, str):
         valid_names = re.findall(r"'([^']*)'", valid)

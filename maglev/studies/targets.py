@@ -12,7 +12,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import StartValue
 from maglev.schema.settings import REFERENCE, unit_of, with_reference
 from maglev.studies.schema import Mode, StudyFile, Varied
-from maglev.units import si_unit
+from maglev.units import measures
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Ta
             target = target_of(name, i, varied.mode, experiment, descriptions, f"{origin}: vary[{i}].set = {name!r}")
             expected = "1" if varied.mode == "factor" else target.unit or "1"
             for quantity in varied.quantities:
-                if quantity.unit is not None and si_unit(quantity.unit) != expected:
+                if quantity.unit is not None and not measures(quantity.unit, expected):
                     raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: is in {quantity.unit}, expected a "
                                         f"{'factor' if varied.mode == 'factor' else f'quantity in {expected}'}")
                 if target.boolean != isinstance(quantity.value, bool):

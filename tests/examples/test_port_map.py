@@ -18,7 +18,7 @@ from maglev.errors import FmuError, ScenarioError
 
 def described(*variables: tuple[str, str, str | None]) -> ModelDescription:
     """Description of variables: name, causality, unit."""
-    return SimpleNamespace(modelVariables=[
+    return SimpleNamespace(unitDefinitions=[], modelVariables=[
         ScalarVariable(name, valueReference=i, type="Real", causality=causality, unit=unit, start="20")
         for i, (name, causality, unit) in enumerate(variables)])
 

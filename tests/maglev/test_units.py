@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fmi_export.units import exponents
 from maglev.errors import QuantityError
 from maglev.units import UNITS, parse_quantity, read_quantity, to_unit
 
@@ -45,6 +46,30 @@ def test_refusals_name_value_and_expectation(value, words):
     with pytest.raises(QuantityError) as refusal:
         parse_quantity(value)
     assert all(word in str(refusal.value) for word in words)
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), [
+    ("2 mV.s/rad", "V.s/rad", 0.002), ("40 1/s3", "1/s3", 40.0), ("9.81 m/s²", "m/s2", 9.81), ("3 N m/A", "Wb", 3.0),
+    ("1 kV/(mm.s)", "V/(m.s)", 1e6), ("5 g.cm2", "kg.m2", 5e-7), ("4 V/A", "ohm", 4.0), ("12 mH", "V.s/A", 0.012),
+    ("2 J", "N.m", 2.0), ("60 rpm", "rad/s", 2.0 * math.pi), ("1 s^-2", "1/s2", 1.0), ("7 mΩ", "Ohm", 0.007)])
+def test_composed_units_are_made_of_the_table(text, unit, value):
+    assert parse_quantity(text, unit) == pytest.approx(value, rel=1e-15)
+    assert to_unit(parse_quantity(text, unit), text.partition(" ")[2]) == pytest.approx(float(text.split()[0]))
+
+
+@pytest.mark.parametrize(("text", "unit"), [
+    ("2 Hz", "1/s"), ("2 Hz", "rad/s"), ("2 1/s", "rad/s"), ("2 V/rpm", "V.s"), ("1 m/s/s", "m/s"), ("2 N.m", "N/m")])
+def test_what_looks_alike_is_told_apart(text, unit):
+    with pytest.raises(QuantityError, match=f"expected a quantity in {unit}"):
+        parse_quantity(text, unit)
+
+
+def test_every_symbol_is_an_si_unit_of_its_own_exponents():
+    """Of the SI brochure, table 4: V = W/A, Ohm = V/A, H = Wb/A, T = Wb/m2, F = C/V, J = N m, Pa = N/m2, S = 1/Ohm."""
+    for derived in ("V = W/A", "Ohm = V/A", "H = Wb/A", "T = Wb/m2", "F = C/V", "J = N.m", "Pa = N/m2", "S = 1/Ohm",
+                    "W = J/s", "Wb = V.s", "C = A.s", "N = kg.m/s2"):
+        one, other = derived.split(" = ")
+        assert exponents(one) == exponents(other)
 
 
 def test_other_dimension_is_refused():

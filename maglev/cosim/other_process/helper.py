@@ -18,7 +18,7 @@ from pathlib import Path
 from traceback import format_exc
 from typing import NamedTuple
 
-from maglev.cosim.user_controller import description_text
+from maglev.cosim.user_classes.fmu import description_text
 from maglev.errors import FAILURES, ControllerError
 from maglev.processes.child import POLL, end, end_with_parent, how_it_ended, start
 from maglev.processes.interrupts import held_interrupts

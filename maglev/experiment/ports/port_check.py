@@ -5,8 +5,8 @@ from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.schema.run_plan import RunPlan, StartValue
-from maglev.schema.signals import Steps
-from maglev.units import UNITS, si_unit
+from maglev.schema.signals.kinds import Steps
+from maglev.units import known_unit, measures
 
 REAL = ("Real", "Float64", "Float32")
 INTEGER = ("Integer", "Int64", "Int32", "Int16", "Int8", "UInt64", "UInt32", "UInt16", "UInt8", "Enumeration")
@@ -77,7 +77,7 @@ class PortCheck:
             if output.type != target.type:
                 raise self.refuse(key, [start, end],
                                   f"connects {output.type} to {target.type}, expected the same type")
-            if output.unit and target.unit and output.unit != target.unit:
+            if output.unit and target.unit and not compatible(output.unit, target.unit):
                 raise self.refuse(key, [start, end],
                                   f"connects {output.unit} to {target.unit}, expected the same unit")
 
@@ -111,11 +111,11 @@ class PortCheck:
     def dimension(self, key: str, value: object, unit: str, variable: Variable) -> None:
         """Refuse a unit of another dimension than the variable's."""
         own = variable.unit or "1"
-        own_si, factor = UNITS.get(own, (own, 1.0))
-        if si_unit(unit) != own_si:
+        if not measures(unit, own):
             raise self.refuse(key, value, f"{unit} given, expected a quantity in {own}")
         # The value has been converted to SI, which this FMU does not use.
-        if factor != 1.0:
+        known = known_unit(own)
+        if known is not None and known.factor != 1.0:
             raise self.refuse(key, value, f"the FMU uses {own}, expected a plain number of {own} without a unit")
 
     def start_values(self) -> None:
@@ -158,6 +158,13 @@ class PortCheck:
         """Check the signals that are compared with a baseline."""
         for signal in self.plan.check.signals:
             self.variable(key_path(["check", "signals", signal]), signal, "output", "local", "input")
+
+
+def compatible(one: str, other: str) -> bool:
+    """Whether numbers in two units are the same numbers."""
+    known, and_known = known_unit(one), known_unit(other)
+    return one == other or (known is not None and and_known is not None
+                            and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
 
 
 def expected_start(start: StartValue, variable: Variable) -> str:

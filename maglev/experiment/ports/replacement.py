@@ -14,7 +14,7 @@ from maglev.errors import ScenarioError, nearest
 from maglev.own_fmus import built_here
 from maglev.schema.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
-from maglev.units import si_unit
+from maglev.units import known_unit
 
 LACKING = "it has no such variable"
 MOST_NAMED = 3           # start values that are named one by one
@@ -53,7 +53,7 @@ def known_ports(plan: RunPlan, name: str, own: Path) -> dict[str, str | None]:
     known |= dict.fromkeys(plan.fmus[name].start)
     for signal in plan.signals:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
-            known[signal.to.partition(".")[2]] = si_unit(signal.unit)
+            known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
     if own.is_file():
         known |= {variable.name: variable.unit for variable in read_description(name, own).modelVariables}
     return known

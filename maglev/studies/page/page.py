@@ -20,7 +20,7 @@ from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import limits_text, metrics_of
-from maglev.units import UNITS, factor
+from maglev.units import factor, known_unit
 from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
@@ -86,7 +86,7 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     columns = []
     for name in [*varied, *(name for name, _ in metrics)]:
         unit = PRINTED_UNITS.get(units[name], units[name])
-        scale = 1.0 / factor(unit) if unit in UNITS else 1.0
+        scale = 1.0 / factor(unit) if known_unit(unit) else 1.0
         limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
             None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")

@@ -97,7 +97,9 @@ def test_csv_lies_beside_its_scenario(write):
 
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('stop_time = "2 s"', "", ["hold.toml: stop_time", "required"]),
-    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "nearest valid key is 'stop_time'"]),
+    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "key is 'stop_time' (end of the run"]),
+    ('stop_time = "2 s"', 'fail_error = "2 s"', ["fail_error = '2 s'", "unknown key, expected it in [metrics]"]),
+    ('stop_time = "2 s"', 'stop_time = true', ["stop_time = True", "not a quantity"]),
     ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml: stop_time = '2 m'", "in s"]),
     ('stop_time = "2 s"', "stop_time = nan", ["hold.toml: stop_time = nan", "finite"]),
     ('stop_time = "2 s"', "stop_time = -2", ["hold.toml: stop_time = -2", "greater than 0"]),
@@ -110,7 +112,8 @@ def test_csv_lies_beside_its_scenario(write):
     ('"10 um"]', '"10 kg"]', ["loop.toml: metrics.bands[1] = '10 kg'", "in m"]),
     ('model = "Regulator"', "", ["controller", "model", "file"]),
     ("order = 2", 'order = "fast"', ["loop.toml: fmus.controller.start.order = 'fast'", "25 mm"]),
-    ('= "25 mm"\n[[', '= "25 mn"\n[[', ['hold.toml: fmus.plant.start."y.position_start" = \'25 mn\'', "unit"]),
+    ('["25 mm", "27', '["25 mn", "27', ["hold.toml: signals[0].values[0] = '25 mn'", "unknown unit 'mn'"]),
+    ("antiwindup = true", 'limit = "4 AA"', ["hold.toml: fmus.controller.start.limit = '4 AA'", "unknown unit 'AA'"]),
     ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml: connections[1]", "at most 2"]),
     ('kind = "steps"', 'kind = "stpes"', ["hold.toml: signals[0].kind = 'stpes'", "nearest is 'steps'"]),
     ('kind = "steps"', "", ["hold.toml: signals[0].kind", "expected the kind"]),

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from maglev.schema.signals import TIME_TOLERANCE, Signal
+from maglev.schema.signals.kinds import TIME_TOLERANCE, Signal
 
 SIGNAL: TypeAdapter[Any] = TypeAdapter(Signal)
 TIMES = st.lists(st.floats(0.0, 30.0), min_size=1, max_size=30)

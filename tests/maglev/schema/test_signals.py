@@ -5,7 +5,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from maglev.schema.signals import Signal
+from maglev.schema.signals.kinds import Signal
 
 SIGNAL = TypeAdapter(Signal)
 

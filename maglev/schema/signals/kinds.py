@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,15 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_
 
 from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
-from maglev.schema.toml_table import Radians, Seconds, Table, key_refused
-from maglev.units import parse_quantity, read_quantity, si_unit
+from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
+from maglev.units import Unit, known_unit, parse_quantity, read_quantity, scaled, si_unit, split_text
 
 Array = NDArray[np.float64]
 
 TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must not be missed by rounding
 
-RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s"))]
+RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s")),
+                             ValueKind("angular frequency", "rad/s")]
 
 
 class SignalTable(Table):
@@ -35,9 +36,12 @@ class SignalTable(Table):
     decides the dimension.
     """
 
-    to: str
-    rate_to: str | None = None
-    unit: str | None = None
+    PLACE = "[[signals]]"
+
+    to: str = Field(description="Real input or tunable parameter `fmu.variable` that it feeds")
+    rate_to: str | None = Field(default=None, description="input that its time derivative feeds")
+    open_unit: bool = False   # what it feeds may declare units that are not known here: numbers stay as they are
+    unit: str | None = Field(default=None, description="unit of plain numbers; without it they are SI")
 
     @model_validator(mode="before")
     @classmethod
@@ -48,6 +52,8 @@ class SignalTable(Table):
         for value in values_of(table):
             if isinstance(value, str):
                 try:
+                    if table.get("open_unit") and known_unit(split_text(value)[1]) is None:
+                        return {**table, "unit": split_text(value)[1]}
                     return {**table, "unit": si_unit(str(read_quantity(value).unit))}
                 except QuantityError:
                     return table   # refused with its key when the field itself is read
@@ -55,11 +61,19 @@ class SignalTable(Table):
 
     @field_validator("unit")
     @classmethod
-    def known_unit(cls, unit: str | None) -> str | None:
-        """Refuse an unknown unit."""
-        if unit is not None:
+    def unit_is_known(cls, unit: str | None, info: ValidationInfo) -> str | None:
+        """Refuse an unknown unit, but for what may declare it."""
+        if unit is not None and not info.data.get("open_unit"):
             si_unit(unit)
         return unit
+
+    @abstractmethod
+    def scaled_by(self, by: float) -> dict[str, Any]:
+        """Its values times a factor, by the names of the fields that have them."""
+
+    def in_si(self, unit: Unit) -> Self:
+        """The signal in SI, of one whose numbers are in a unit."""
+        return self.model_copy(update={"unit": unit.si, **self.scaled_by(unit.factor)})
 
     @abstractmethod
     def values_at(self, times: Array) -> Array:
@@ -81,14 +95,20 @@ class SignalTable(Table):
 class Constant(SignalTable):
     """One value at all times."""
 
-    kind: Literal["constant"]
-    level: float = Field(alias="value")
+    PLACE = "[[signals]], constant"
+
+    kind: Literal["constant"] = Field(description="one value at all times")
+    level: Annotated[float, ValueKind("quantity")] = Field(alias="value", description="the value")
 
     @field_validator("level", mode="before")
     @classmethod
     def to_si(cls, value: Any, info: ValidationInfo) -> float:
         """Convert to SI."""
-        return parse_quantity(value, info.data.get("unit"))
+        return in_unit(value, info.data.get("unit"))
+
+    def scaled_by(self, by: float) -> dict[str, Any]:
+        """The value times a factor."""
+        return {"level": scaled(self.level, by)}
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -98,9 +118,12 @@ class Constant(SignalTable):
 class Steps(SignalTable):
     """Piecewise constant: values[i] from times[i] on, values[0] before; true and false for what is Boolean."""
 
-    kind: Literal["steps"]
-    times: list[Seconds] = Field(min_length=1)
-    values: list[bool | float]
+    PLACE = "[[signals]], steps"
+
+    kind: Literal["steps"] = Field(description="a value from each time on, the first one also before")
+    times: list[Seconds] = Field(min_length=1, description="ascending times")
+    values: Annotated[list[bool | float], ValueKind("list of quantities, or of true and false")] = Field(
+        description="values, as many as times")
 
     @field_validator("values", mode="before")
     @classmethod
@@ -122,6 +145,10 @@ class Steps(SignalTable):
                               f"expected as many as times, {len(self.times)}, got {len(self.values)}")
         return self
 
+    def scaled_by(self, by: float) -> dict[str, Any]:
+        """The values times a factor."""
+        return {"values": [scaled(value, by) for value in self.values]}
+
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
         after = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right")
@@ -131,24 +158,28 @@ class Steps(SignalTable):
 class Term(Table):
     """One sinusoid: amplitude · sin(omega t + phase)."""
 
-    amplitude: float
-    omega: RadiansPerSecond
-    phase: Radians = 0.0
+    PLACE = "terms of sinusoids"
+
+    amplitude: Annotated[float, ValueKind("quantity")] = Field(description="in the unit of the signal")
+    omega: RadiansPerSecond = Field(description="angular frequency")
+    phase: Radians = Field(default=0.0, description="angle at t = 0; amplitude · sin(omega t + phase)")
 
 
 class Sinusoids(SignalTable):
     """Offset plus a sum of sinusoids, whose amplitude is ramped in by 3 s² − 2 s³, s = t/ramp."""
 
-    kind: Literal["sinusoids"]
-    offset: float = 0.0
-    terms: list[Term] = Field(min_length=1)
-    ramp: Annotated[Seconds, Field(ge=0.0)] = 0.0
+    PLACE = "[[signals]], sinusoids"
+
+    kind: Literal["sinusoids"] = Field(description="an offset and a sum of sinusoids")
+    offset: Annotated[float, ValueKind("quantity")] = Field(default=0.0, description="value that they swing about")
+    terms: list[Term] = Field(min_length=1, description="sinusoids that are summed")
+    ramp: Seconds = Field(default=0.0, ge=0.0, description="time over which the amplitude grows from 0, smoothly")
 
     @field_validator("offset", mode="before")
     @classmethod
     def offset_to_si(cls, value: Any, info: ValidationInfo) -> float:
         """Convert to SI."""
-        return parse_quantity(value, info.data.get("unit"))
+        return in_unit(value, info.data.get("unit"))
 
     @field_validator("terms", mode="before")
     @classmethod
@@ -158,6 +189,11 @@ class Sinusoids(SignalTable):
             raise ValueError("expected a list of terms")
         return [{**terms[i], "amplitude": entry_to_si(terms[i]["amplitude"], info.data.get("unit"), i, "amplitude")}
                 if isinstance(terms[i], dict) and "amplitude" in terms[i] else terms[i] for i in range(len(terms))]
+
+    def scaled_by(self, by: float) -> dict[str, Any]:
+        """Offset and amplitudes times a factor."""
+        return {"offset": scaled(self.offset, by), "terms": [
+            term.model_copy(update={"amplitude": scaled(term.amplitude, by)}) for term in self.terms]}
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -199,9 +235,12 @@ class Sinusoids(SignalTable):
 class Csv(SignalTable):
     """A column of a CSV file over its first column, time in s: linear between rows, held beyond both ends."""
 
-    kind: Literal["csv"]
-    file: str
-    column: str
+    PLACE = "[[signals]], csv"
+
+    kind: Literal["csv"] = Field(description="a column over the first column, which is the time in s: linear between "
+                                 "rows, held beyond both ends")
+    file: str = Field(description="path of the CSV file from the folder of the scenario")
+    column: str = Field(description="name of the column")
     _times: list[float] = PrivateAttr()
     _values: list[float] = PrivateAttr()
 
@@ -214,13 +253,23 @@ class Csv(SignalTable):
                 raise key_refused("column", self.column,
                                   f"no such column in {self.file}, nearest is {nearest(self.column, table.names[1:])}")
             self._times = table.column(table.names[0]).tolist()
-            self._values = [parse_quantity(value, self.unit) for value in table.column(self.column).tolist()]
+            self._values = [in_unit(value, self.unit) for value in table.column(self.column).tolist()]
         except CsvError as error:
             raise key_refused("file", self.file, error.problem) from None
         for i, (earlier, later) in enumerate(pairwise(self._times)):
             if later <= earlier:
                 raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
         return self
+
+    def scaled_by(self, by: float) -> dict[str, Any]:
+        """No field has its values."""
+        return {}
+
+    def in_si(self, unit: Unit) -> Self:
+        """The signal in SI, of one whose numbers are in a unit."""
+        found = super().in_si(unit)
+        found._values = [scaled(value, unit.factor) for value in self._values]
+        return found
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -250,9 +299,21 @@ def values_of(table: dict[str, Any]) -> list[Any]:
             *(term.get("amplitude") for term in (terms if isinstance(terms, list) else []) if isinstance(term, dict))]
 
 
+def in_unit(value: object, unit: str | None) -> float:
+    """Number in SI; of a unit that is not known here, as it is: a text must be in that unit, then."""
+    if unit is None or known_unit(unit) is not None:
+        return parse_quantity(value, unit)
+    if not isinstance(value, str):
+        return parse_quantity(value)
+    number, own = split_text(value)
+    if own != unit:
+        raise QuantityError(f"{value!r} is in {own}, expected a quantity in {unit}")
+    return number
+
+
 def entry_to_si(value: object, unit: str | None, *keys: str | int) -> float:
     """Convert an entry of a list to SI; a refusal names the keys below that list."""
     try:
-        return parse_quantity(value, unit)
+        return in_unit(value, unit)
     except QuantityError as error:
         raise key_refused(keys[-1], value, str(error), *keys[:-1]) from None

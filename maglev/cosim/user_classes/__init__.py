@@ -1,0 +1,1 @@
+"""Classes that users write, with the face of an FMU."""

@@ -1,0 +1,1 @@
+"""Signals of a scenario: what feeds inputs over time."""

@@ -1,0 +1,156 @@
+"""Put the tables of all keys of a scenario file, and of units, into docs/scenarios.md, between their markers.
+
+    python tools/write_keys.py
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from maglev.quantities import METRICS, PROCEDURE_VALUES
+from maglev.schema.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
+from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.run_plan import (
+    Axis,
+    CheckSettings,
+    Event,
+    FmuTable,
+    MetricSettings,
+    Motor,
+    RunOutput,
+    RunPlan,
+    SignalTolerance,
+)
+from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
+from maglev.schema.toml_table import Table, ValueKind
+from maglev.units import markdown as markdown_of_units
+
+TABLES: tuple[type[Table], ...] = (
+    RunPlan, FmuTable, RunOutput, SignalTable, Constant, Steps, Sinusoids, Term, Csv, Axis, Motor, MetricSettings,
+    Event, CheckSettings, SignalTolerance, RunClaim, ProcedureSettings, ProcedureClaim, Elsewhere)
+
+# What keys name that stand for many things.
+NAMES: dict[tuple[type[Table], str], Iterable[str]] = {
+    (RunClaim, "metric"): METRICS, (ProcedureClaim, "value"): PROCEDURE_VALUES}
+
+WORDS: dict[Any, str] = {str: "text", float: "number", int: "whole number", bool: "true or false"}
+
+
+class Key(NamedTuple):
+    """One key: its name, what kind of value it takes, what it is without it, and what it means."""
+
+    name: str
+    kind: str
+    without: str
+    meaning: str
+
+
+# What puts files and variants together, before there is one table.
+OF_FILES = (
+    Key("extends", "text, or list of text", "", "scenario files that stand under this one, in this order: beside it, "
+        "or of the package, such as loops/3dof.toml"),
+    Key("variants", "tables by name", "", "runs `NAME-VARIANT`, each with its table over the scenario"))
+
+
+def keys_of(table: type[Table]) -> list[Key]:
+    """Keys of a table; of a kind of signal without those that all signals have."""
+    shared: set[str] = set()
+    if issubclass(table, SignalTable) and table is not SignalTable:
+        shared = set(SignalTable.model_fields)
+    if table is ProcedureClaim:
+        shared = {name for name in Claim.model_fields if name != "quantity"}
+    own = []
+    for name, field in table.model_fields.items():
+        key = field.alias or name
+        if field.description and name not in shared:
+            named = f": {', '.join(f'`{each}`' for each in NAMES[table, key])}" if (table, key) in NAMES else ""
+            own.append(Key(key, kind_of(field), without(key, field), field.description + named))
+    return [*OF_FILES, *own] if table is RunPlan else own
+
+
+def kind_of(field: FieldInfo) -> str:
+    """What a field takes, in words."""
+    found = next((each for each in field.metadata if isinstance(each, ValueKind)), None)
+    return found.words if found is not None else words(field.annotation)
+
+
+def words(annotation: Any) -> str:
+    """A type in words."""
+    arguments = get_args(annotation)
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        found = next((each for each in arguments[1:] if isinstance(each, ValueKind)), None)
+        return found.words if found is not None else words(arguments[0])
+    if origin in (Union, UnionType):
+        return ", or ".join(dict.fromkeys(words(each) for each in arguments if each is not NoneType))
+    if origin is Literal:
+        return " or ".join(f'"{each}"' for each in arguments)
+    if origin is list:
+        of = words(arguments[0])
+        return "tables" if "table" in of else f"list of {'pairs' if get_origin(arguments[0]) is tuple else plural(of)}"
+    if origin is tuple:
+        return f"two {plural(words(arguments[0]))}"
+    if origin is dict:
+        of = words(arguments[1])
+        return "tables by name" if of == "table" else f"{plural(of)} by name"
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return "table"
+    return WORDS[annotation]
+
+
+def plural(text: str) -> str:
+    """The plural of what `words` gives."""
+    return {"quantity": "quantities"}.get(text, text if text.startswith(("text", "list")) else f"{text}s")
+
+
+def without(key: str, field: FieldInfo) -> str:
+    """What a key is without it; empty text for nothing."""
+    if key == "output_interval":
+        return "`step`"
+    if field.is_required():
+        return "required"
+    default = field.get_default()
+    if default in (None, PydanticUndefined, "") or isinstance(default, (list, dict, Table)):
+        return ""
+    if isinstance(default, bool):
+        return str(default).lower()
+    unit = next((each.unit for each in field.metadata if isinstance(each, ValueKind)), "")
+    return f"{default:g} {unit}".rstrip() if isinstance(default, float) else str(default)
+
+
+def markdown() -> str:
+    """The tables of all keys, for docs/scenarios.md."""
+    return "\n".join(line for table in TABLES for line in table_lines(table)) + "\n"
+
+
+def table_lines(table: type[Table]) -> Iterator[str]:
+    """Lines of one table."""
+    place = table.PLACE if "[" not in table.PLACE else f"`{table.PLACE}`"
+    yield from (f"**{place}**", "", "| key | value | without it | what it means |", "|---|---|---|---|")
+    if table is ProcedureClaim:
+        yield "| | | | as of `[[claims]]`, and: |"
+    yield from (f"| `{key.name}` | {key.kind} | {key.without} | {key.meaning} |" for key in keys_of(table))
+    yield ""
+
+
+PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
+PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": markdown}
+
+
+def with_tables(page: str) -> str:
+    """Text of the page with the tables between the markers; all of these must be there."""
+    for name, made in PARTS.items():
+        before, begin, rest = page.partition(f"<!-- {name}: made by `python tools/write_keys.py` -->\n")
+        _, end, after = rest.partition(f"<!-- end of {name} -->\n")
+        if not begin or not end:
+            raise ValueError(f"{PAGE}: expected the markers of {name}")
+        page = f"{before}{begin}\n{made()}\n{end}{after}"
+    return page
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
