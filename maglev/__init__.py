@@ -42,8 +42,10 @@ if TYPE_CHECKING:
     from maglev.live.page import write_live
     from maglev.own_stage.adoption import know_stage
     from maglev.own_stage.new import new_stage
+    from maglev.own_stage.new_scenario import new_scenario
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
+    from maglev.studies.new import new_study
     from maglev.user_controllers.new import new_controller
 
 # Whoever needs one function does not wait for the imports of all.
@@ -54,8 +56,9 @@ PLACES = {
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
-    "new_stage": "maglev.own_stage.new",
-    "region": "maglev.stability.analysis", "run": "maglev.api.running", "run_all": "maglev.api.running",
+    "new_scenario": "maglev.own_stage.new_scenario", "new_stage": "maglev.own_stage.new",
+    "new_study": "maglev.studies.new", "region": "maglev.stability.analysis", "run": "maglev.api.running",
+    "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
     "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
     "update": "maglev.api.checking",
@@ -65,7 +68,8 @@ __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
     "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Region", "Results", "Run", "RunFailed",
     "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName", "build", "check", "compare", "fmus", "identify",
-    "know_stage", "linearise", "linearise_loop", "new_controller", "new_stage", "region", "run", "run_all", "scenarios",
+    "know_stage", "linearise", "linearise_loop", "new_controller", "new_scenario",
+    "new_stage", "new_study", "region", "run", "run_all", "scenarios",
     "study", "sweep", "tune", "update", "write_identification", "write_live"]
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from maglev.cli.options import RIG_NAMES, Debug
+from maglev.cli.options import RIG_NAMES, Debug, run_names
 from maglev.cli.terminal import one_line_errors
 from pmlsm.rigs import EXAMPLE, RIGS
 
@@ -34,6 +34,45 @@ def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
         file = new_controller(path, stage)
         typer.echo(f"{file}: flies with `maglev run {Path(stage).stem}-setpoints{Path(stage).suffix} --controller "
                    f"{file}`")
+
+
+@new.command()
+def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
+             stage: Annotated[str, typer.Option("--stage", "--rig", help=f"{RIG_NAMES}, or the description of a stage "
+                                                "of yours.")] = EXAMPLE, debug: Debug = False) -> None:
+    """Write a scenario that flies as it is, with comments on what else it could have, for you to change.
+
+    **Examples:**
+
+    `maglev new scenario mine --stage 2dof`
+
+    `maglev run mine.toml --plot`
+    """
+    with one_line_errors(debug):
+        from maglev.own_stage.new_scenario import new_scenario
+
+        file = new_scenario(path, stage)
+        typer.echo(f"{file}: flies with `maglev run {file} --plot`")
+
+
+@new.command()
+def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
+          scenario: Annotated[str, typer.Option(help="What it flies: a run of the package, or a scenario of yours, "
+                                                "without variants.", autocompletion=run_names)]
+          = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
+    """Write a study that flies as it is, with comments on what else it could have, for you to change.
+
+    **Examples:**
+
+    `maglev new study robust --scenario mine.toml`
+
+    `maglev study robust.toml --native`
+    """
+    with one_line_errors(debug):
+        from maglev.studies.new import new_study
+
+        file = new_study(path, scenario)
+        typer.echo(f"{file}: flies with `maglev study {file} --native`")
 
 
 @new.command("stage")

@@ -51,5 +51,5 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     except RigError:
         file.unlink()
         raise
-    scenario.write_text(scenario_text(rig, file, scenario), encoding="utf-8")
+    scenario.write_text(scenario_text(rig, scenario, file.name, more=False), encoding="utf-8")
     return file, scenario

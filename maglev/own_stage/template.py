@@ -25,11 +25,20 @@ def stage_text(rig: Rig, file: Path) -> str:
         field=[float(f"{motor.field.value(gap):.5g}") for gap in gaps])
 
 
-def scenario_text(rig: Rig, file: Path, scenario: Path) -> str:
-    """Text of a scenario of set-points that lie well between the stops."""
+def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool) -> str:
+    """Text of a scenario of set-points that lie well between the stops.
+
+    `own` is the description of a stage of the user's; with `more` it has claims, and comments on what else there is.
+    """
     setpoints = {}
     for axis, shares in zip(rig.axes, SHARES, strict=False):
         stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
         way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
         setpoints[axis.name] = [round(1e3 * (axis.start + share * way), 1) for share in shares]
-    return render("new/scenario.toml.j2", rig, file=file.name, scenario=scenario.name, setpoints=setpoints)
+    return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name, setpoints=setpoints,
+                  more=more)
+
+
+def study_text(rig: Rig, file: Path, scenario: str) -> str:
+    """Text of a study of a scenario: mass and friction."""
+    return render("new/study.toml.j2", rig, file=file.name, name=file.stem, scenario=scenario)
