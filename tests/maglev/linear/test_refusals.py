@@ -47,7 +47,7 @@ WIDE = {"y.stop.stiffness": 0.0, "y.stop.damping": 0.0}
     ("Plant2DOF", {"v": "20 mm"}, {"parameters": {"v.mass": -1.0}},
      "Plant2DOF: v.mass = -1.0 kg, expected 0.001…1e+06"),
     ("Plant2DOF", {"v": "20 mm"}, {"parameters": {"C2": "4 N"}},
-     "Plant2DOF: C2: '4 N': expected a plain number, in m/(s2.T2)"),
+     "Plant2DOF: C2: '4 N' is in N, expected a quantity in m/(s2.T2)"),
     ("Plant2DOF", {"v": "20 mm"}, {"parameters": {"v.locked": 1.0}}, "v.locked = 1.0, expected true or false"),
     ("Plant2DOF", {"v": "20 mm"}, {"hold": 0.0}, "Plant2DOF: sample time = 0.0 s, expected a positive, finite one"),
     ("Plant2DOF", {"v": "20 mm"}, {"hold": "1 mm"}, "Plant2DOF: hold: '1 mm' is in mm, expected a quantity in s"),
