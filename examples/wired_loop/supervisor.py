@@ -9,7 +9,7 @@ class Supervisor:
     parameters = {"limit": "m"}
 
     def __init__(self) -> None:
-        self.limit = 0.2e-3
+        self.limit = 0.5e-3
         self.v_error = 0.0
         self.hold = False
 

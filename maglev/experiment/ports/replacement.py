@@ -137,7 +137,7 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
         missing = missing_ports(plan, name, descriptions[name])
         if not missing:
             continue
-        needed = {port.partition(".")[2] for port in essential_ports(plan)}
+        needed = {port.partition(".")[2] for port in essential_ports(plan) if port.startswith(f"{name}.")}
         lines = []
         for port, causality in missing.items():
             free = [v.name for v in descriptions[name].modelVariables

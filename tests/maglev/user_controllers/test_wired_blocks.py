@@ -84,9 +84,9 @@ def test_a_study_takes_every_file(fastest_fmus: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
-    ('= "sensor.v.measured"', '= "sensor.v.mesured"', "sensor has no output 'v.mesured'; nearest is 'v.measured'"),
+    ('= "sensor.v.measured"', '= "sensor.v.mesured"', "missing port: output v.mesured (nearest is 'v.measured')"),
     ('"v.encoder" = "plant.v.encoder"', '"v.encodr" = "plant.v.encoder"',
-     "sensor has no input 'v.encodr'; nearest is 'v.encoder'"),
+     "missing port: input v.encodr (nearest is 'v.encoder')"),
     ('= "plant.v.encoder"', '= "plant.at_stop"', "connects Boolean to Real, expected the same type"),
     ('= "plant.v.encoder"', '= "plant.motor.i_a"', "connects A to m, expected the same unit"),
     ('file = "sensor.py"', 'file = "sensr.py"', "there is no file"),
