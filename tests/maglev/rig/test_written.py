@@ -47,7 +47,8 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
 
 def test_no_template_is_left_over() -> None:
     used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)}
-    used |= {f"new/{what}.j2" for what in ("controller.py", "controller_tilting.py", "stage.toml", "scenario.toml")}
+    used |= {f"new/{what}.j2" for what in ("controller.py", "controller_tilting.py", "stage.toml", "scenario.toml",
+                                          "study.toml")}
     reached: set[str] = set()
     while used - reached:
         name = (used - reached).pop()
