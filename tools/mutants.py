@@ -97,7 +97,7 @@ def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
 def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
     """What the first run that does not pass says; empty if all pass."""
     for plan in plans:
-        result = check_run(prepare(plan, fmus, {}, ()), PACKAGED / "baselines", {})
+        result = check_run(prepare(plan, fmus, {}, {}), PACKAGED / "baselines", {})
         if result.status != "passed":
             return f"{plan.name} {result.message}"
     return ""
