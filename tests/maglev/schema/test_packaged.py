@@ -78,6 +78,7 @@ def test_every_scenario_has_claims_or_is_for_comparison_only() -> None:
     # The thesis leaves constants that change, and tilts, to future work, and has no payloads.
     assert {run.path.stem for run in RUNS} - claimed == {"2dof-smooth", "3dof-smooth", "2dof-forgetting", "2dof-push",
                                                          "3dof-push", "2dof-measurement", "3dof-measurement",
+                                                         "2dof-faults", "3dof-faults",
                                                          "3dof-payload", "2dof-effects", "3dof-effects",
                                                          "2dof-laws", "3dof-laws", "2dof-estimator",
                                                          "3dof-estimator",
