@@ -28,6 +28,9 @@ from maglev.errors import (
 )
 
 if TYPE_CHECKING:
+    from maglev.analysis.injection.frequency_response import frequency_response
+    from maglev.analysis.injection.response import FrequencyResponse
+    from maglev.analysis.numerical import NumericalLoop, linearise_numerically
     from maglev.api.catalogue import build, fmus, scenarios
     from maglev.api.checking import check, update
     from maglev.api.comparing import Comparison, compare
@@ -50,10 +53,13 @@ if TYPE_CHECKING:
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Comparison": "maglev.api.comparing", "Region": "maglev.stability.result", "Results": "maglev.api.running",
+    "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.injection.response",
+    "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
     "check": "maglev.api.checking", "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
+    "frequency_response": "maglev.analysis.injection.frequency_response",
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
+    "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
     "new_scenario": "maglev.own_stage.new_scenario", "new_stage": "maglev.own_stage.new",
@@ -65,12 +71,12 @@ PLACES = {
     "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
 
 __all__ = [
-    "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "IdentificationError",
-    "LinearModelError", "MaglevError", "MeasurementError", "QuantityError", "Region", "Results", "Run", "RunFailed",
-    "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName", "build", "check", "compare", "fmus", "identify",
-    "know_stage", "linearise", "linearise_loop", "new_controller", "new_scenario",
-    "new_stage", "new_study", "region", "run", "run_all", "scenarios",
-    "study", "sweep", "tune", "update", "write_identification", "write_live"]
+    "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "FrequencyResponse",
+    "IdentificationError", "LinearModelError", "MaglevError", "MeasurementError", "NumericalLoop", "QuantityError",
+    "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName",
+    "build", "check", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop",
+    "linearise_numerically", "new_controller", "new_scenario", "new_stage", "new_study", "region", "run",
+    "run_all", "scenarios", "study", "sweep", "tune", "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from maglev.cli.compare import compare
+from maglev.cli.frequency_response import frequency_response
 from maglev.cli.identify import identify
 from maglev.cli.linearise import linearise
 from maglev.cli.new import new
@@ -274,6 +275,7 @@ def check(names: Names = None,
 
 app.add_typer(new, name="new")
 app.command()(compare)
+app.command("frequency-response")(frequency_response)
 app.command()(identify)
 app.command()(linearise)
 app.command()(region)

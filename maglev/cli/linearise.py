@@ -3,21 +3,23 @@
 from collections.abc import Mapping, Sequence
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import Debug, Out, RigFile
+from maglev.cli.options import Debug, Fmus, Native, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
-from maglev.errors import LinearModelError
-from maglev.units import number_or_text
+from maglev.errors import LinearModelError, QuantityError
+from maglev.units import number_or_text, parse_quantity
 
 if TYPE_CHECKING:
     from maglev.linear.loop import Loop
     from maglev.linear.margins import Margins
+    from maglev.linear.parameters import Quantity
 
-Blocks = Annotated[list[str], typer.Argument(metavar="PLANT [CONTROLLER]", show_default=False,
-                                             help="A plant, a controller, or a plant and a controller for their loop.")]
+Blocks = Annotated[list[str], typer.Argument(
+    metavar="PLANT [CONTROLLER]", show_default=False, help="A plant, a controller, or a plant and a controller for "
+    "their loop. In the loop each may be anybody's: the path of an FMU or a Python file.")]
 At = Annotated[list[str], typer.Option(
     "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
     "axes that are not at 0.", show_default=False)]
@@ -34,6 +36,11 @@ Openings = Annotated[list[str] | None, typer.Option(
     "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
     "axis if not given.", show_default=False)]
 Plot = Annotated[bool, typer.Option("--plot", help="Bode and Nyquist pictures of the loop (needs matplotlib).")]
+Settle = Annotated[str, typer.Option(help="Longest time that a loop flies to its rest before it is looked at, in s "
+                                     "or with a unit.")]
+SampleTime = Annotated[str | None, typer.Option(
+    "--sample-time", help="Sample time of a controller that is given as a file, in s or with a unit; its parameter "
+    "sample_time, or the step in --map, if not given.", show_default=False)]
 AsJson = Annotated[Path | None, typer.Option(
     "--json", metavar="FILE", help="Also write the model, or poles and margins of the loop, as JSON.",
     show_default=False)]
@@ -41,8 +48,14 @@ AsJson = Annotated[Path | None, typer.Option(
 
 def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier = True, hold: Hold = None,
               forces: Forces = False, settings: Parameters = None, openings: Openings = None, rig: RigFile = None,
-              plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
+              ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
+              fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", plot: Plot = False,
+              as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
     """Linearise a plant, a controller, or the loop of both about an equilibrium.
+
+    The plants and controllers of this project from their equations; an FMU or a Python file by differences of what it
+    does where its loop rests, with an estimate of the error, and the sentence that it has no derivative where it has
+    none (`maglev frequency-response` measures such a loop).
 
     **Examples:**
 
@@ -55,6 +68,8 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
     `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
 
     `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
+
+    `maglev linearise Plant3DOF mine.py --at y=25mm --native --plot` of a controller of yours, a Python file or an FMU
     """
     # numpy and scipy take their time to load: only who linearises waits for them.
     from maglev.linear.linearise import linearise as linearised
@@ -82,6 +97,14 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
         elif len(names) == 2:
             if hold is not None or forces or currents != "dq":
                 raise LinearModelError("--hold, --forces and --currents are for one model, expected none with a loop")
+            if any(is_file(name) for name in names):
+                if not amplifier:
+                    raise LinearModelError("--no-amplifier: expected no file with it, whose loop flies as it is")
+                show_numerical(names, positions, given, openings or (), out if plot else None, as_json,
+                               {"rig": rig, "ports": ports, "fmus": fmus, "native": native,
+                                "sample_time": None if sample_time is None else number_or_text(sample_time),
+                                "settle": seconds("settle", settle), "timeout": seconds("timeout", timeout)})
+                return
             loop = linearise_loop(names[0], names[1], positions, amplifier=amplifier,
                                   plant_parameters=given["plant"], controller_parameters=given["controller"])
             signals = tuple(loop.opening(name) for name in openings or loop.measured)
@@ -92,6 +115,49 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
             raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller")
         if as_json is not None:
             write_json(as_json, data)
+
+
+def is_file(name: str) -> bool:
+    """Whether a name is the path of an FMU or of a Python file."""
+    return name.endswith((".fmu", ".py")) or ".py:" in name
+
+
+def seconds(name: str, text: str) -> float:
+    """A time above 0, s, as an option has it."""
+    try:
+        found = parse_quantity(number_or_text(text), "s")
+    except QuantityError as error:
+        raise LinearModelError(f"--{name} {text}: {error}") from None
+    if found <= 0.0:
+        raise LinearModelError(f"--{name} {text}: expected a time above 0 s")
+    return found
+
+
+def show_numerical(names: Sequence[str], at: Mapping[str, "Quantity"], given: Mapping[str, "dict[str, Any]"],
+                   openings: Sequence[str], pictures: Path | None, as_json: Path | None,
+                   options: Mapping[str, Any]) -> None:
+    """Print the loop of anybody's plant or controller, write its pictures and its JSON."""
+    from maglev.analysis.numerical import linearise_numerically
+    from maglev.linear.pictures import require_matplotlib
+
+    if pictures is not None:
+        require_matplotlib()
+    found = linearise_numerically(names[0], names[1], at, plant_parameters=given["plant"],
+                                  controller_parameters=given["controller"], **options)
+    if found.loop is None:
+        typer.echo(f"{found.pair.name}\n\n{found}")
+        if as_json is not None:
+            write_json(as_json, {"name": found.pair.name, **found.as_data()})
+        found.linear()
+        return
+    signals = tuple(found.loop.opening(name) for name in openings or found.loop.measured)
+    data = {**show(found.loop, signals), **found.as_data(),
+            "errors": {signal: found.errors(signal) for signal in signals}}
+    typer.echo(f"\n{found}")
+    if pictures is not None:
+        data["pictures"] = write_pictures(pictures, found.loop, signals)
+    if as_json is not None:
+        write_json(as_json, data)
 
 
 def pair(option: str, text: str) -> tuple[str, str]:

@@ -1,6 +1,6 @@
 """Stability margins of a loop opened at one signal."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees, inf, pi
 
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from maglev.linear.model import LinearModel, Matrix
+from maglev.linear.model import Complex, LinearModel, Matrix
 
 LOWEST = 1e-2          # rad/s, where frequencies begin
 PER_DECADE = 300       # frequencies on which crossings and peaks are looked for, before they are refined
 FREQUENCY = 1e-10      # relative accuracy of a refined frequency
+NOTHING = 1e-300       # gain of a loop that is open, in place of 0
 AT_REST = 1e-6         # distance from z = 1 within which a pole is taken for an integrator
 
 
@@ -85,12 +86,31 @@ def margins_of(loop: LinearModel, at: str) -> Margins:
     def response(frequency: float) -> complex:
         return complex(loop.frequency_response(np.array([frequency]))[0, 0, 0])
 
-    real_axis = [response(w).real for w in crossings(grid, values.imag, lambda w: response(w).imag)]
-    real_axis.append(values[-1].real)   # at half the sample rate, and at rest where L has no pole there
+    ends = [float(values[-1].real)]   # at half the sample rate, and at rest where L has no pole there
     if np.abs(loop.poles - 1.0).min() > AT_REST:
-        real_axis.append(response(0.0).real)
+        ends.append(response(0.0).real)
+    return margins_between(at, grid, values, response, ends)
+
+
+def margins_between(at: str, grid: Matrix, values: Complex, response: Callable[[float], complex],
+                    ends: Sequence[float] = ()) -> Margins:
+    """Margins of a loop L, stable when it is closed by 1 + L, by what it is between two frequencies.
+
+    Parameters
+    ----------
+    at : str
+        The signal it is opened at.
+    grid, values : ndarray, shape (n,)
+        Frequencies (rad/s) on which crossings and peaks are looked for, and L there.
+    response : callable
+        L at any frequency (rad/s) between.
+    ends : sequence of float
+        Where L is real beyond the grid.
+    """
+    real_axis = [response(w).real for w in crossings(grid, values.imag, lambda w: response(w).imag)]
+    real_axis += ends
     negative = [-value for value in real_axis if value < 0.0]
-    circle = crossings(grid, np.log(np.abs(values)), lambda w: float(np.log(abs(response(w)))))
+    circle = crossings(grid, np.log(np.maximum(np.abs(values), NOTHING)), lambda w: float(np.log(abs(response(w)))))
     # Angle of L past −1, 0…2π: the lag that brings L to −1; less the other way round.
     lags = [float(np.angle(-response(w)) % (2.0 * pi)) for w in circle]
     phase, at_frequency = min(((min(lag, 2.0 * pi - lag), w) for lag, w in zip(lags, circle, strict=True)),

@@ -1,0 +1,185 @@
+"""`frequency_response`: the response of a loop that flies, with all that is not linear in it, by injection.
+
+A multisine r is added to a measurement m = y + r between plant and controller. Of the loop opened there, L of 1 + L,
+L = −Y/M at each line, whatever the controller is inside, and whether or not it has a derivative. Several multisines of
+other phases tell what is linear: what is not changes with the phases, and so does noise.
+
+R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., Wiley 2012, chapters 2 to 5.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from maglev.analysis.apart import apart
+from maglev.analysis.injection.multisine import Grid, crest_factor, make_grid, multisine
+from maglev.analysis.injection.response import FrequencyResponse
+from maglev.analysis.numerical import linearised_here
+from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.cosim.other_process.run import TIMEOUT
+from maglev.errors import LinearModelError, QuantityError
+from maglev.linear.loop import Loop, linearise_loop
+from maglev.linear.model import Complex, Matrix
+from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
+from maglev.units import parse_quantity
+
+AMPLITUDE = 100e-6   # m or rad, peak of what is added
+LINES = 48
+LOWEST, HIGHEST = 1.0, 2000.0   # rad/s
+REALISATIONS, PERIODS = 3, 2
+LEAD = 4.0           # s, at least, until a loop has forgotten the multisine before
+
+
+def frequency_response(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity],
+                       signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
+                       highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,
+                       periods: int = PERIODS, smooth: bool = False, linear: bool = True, settle: float = SETTLE,
+                       seed: int = 1, fmus: str | Path = "fmus", native: bool = False, ports: str | Path | None = None,
+                       plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
+                       sample_time: Quantity | None = None, rig: str | Path | None = None,
+                       timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
+    """Fly a loop with a multisine on a measurement, and give the response of the loop opened there.
+
+    What is measured is the loop as it flies at that amplitude: with friction, rounding, limits.
+
+    Parameters
+    ----------
+    signals : str or sequence of str
+        Measurements, one after the other, such as "y" or "y.measured"; of a platform that tilts "roll.measured" or
+        "alpha1.gap_measured"; that of every axis if not given.
+    amplitude : float or str
+        Peak of what is added, m or rad or with a unit.
+    lowest, highest : float
+        rad/s; a period takes 2π/lowest.
+    lines, realisations, periods : int
+        Frequencies; multisines, at least two; periods that are recorded of each, after those of at least 4 s.
+    smooth : bool
+        Without Coulomb friction and rounding of the encoders, as the linear model has it.
+    linear : bool
+        Whether the linear loop is looked for, too: from the equations where both are ours, otherwise by differences.
+    settle : float
+        Time before that, at most, s.
+    seed : int
+        Of the phases.
+    timeout : float
+        As of `linearise_numerically`.
+    plant, controller, at, fmus, native, ports, plant_parameters, controller_parameters, sample_time, rig
+        As of `make_pair`.
+
+    Returns
+    -------
+    dict of str to FrequencyResponse
+        By the full name of the signal.
+
+    Raises
+    ------
+    LinearModelError, FmuError, ControllerError, ScenarioError
+        As of `make_pair` and `at_rest`, or if the grid or a signal is none.
+    """
+    if realisations < 2 or periods < 1:
+        raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
+                               "differ by is the error")
+    where = {"fmus": fmus, "native": native, "ports": ports, "plant_parameters": plant_parameters,
+             "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
+    plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
+    return apart(responses_here, flown_files(plant, controller), timeout, plant, controller, at,
+                 (signals,) if isinstance(signals, str) else tuple(signals), plan, where)
+
+
+class Plan(NamedTuple):
+    """How a response is measured, as of `frequency_response`."""
+
+    amplitude: Quantity
+    lowest: float
+    highest: float
+    lines: int
+    realisations: int
+    periods: int
+    seed: int
+    settle: float
+    smooth: bool
+    linear: bool
+
+
+def responses_here(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity],
+                   signals: tuple[str, ...], plan: Plan, where: dict[str, Any]) -> dict[str, FrequencyResponse]:
+    """Do so in this process; `where` has the options of `make_pair`."""
+    pair = make_pair(plant, controller, at, **where, smooth=plan.smooth)
+    names = [pair.opening(signal) for signal in signals or pair.rig.axis_names]
+    grid = make_grid(plan.lowest, plan.highest, plan.lines, pair.step)
+    peaks = [read_amplitude(pair, name, plan.amplitude) for name in names]
+    loop, why_not = (linear_loop_of(plant, controller, at, where, plan.settle) if plan.linear else
+                     (None, "it was not asked for"))
+    with at_rest(pair, plan.settle, strict=False) as rest:
+        return {name: measured_at(rest, name, peak, grid, plan, loop, why_not)
+                for name, peak in zip(names, peaks, strict=True)}
+
+
+def measured_at(rest: Rest, name: str, peak: float, grid: Grid, plan: Plan, loop: Loop | None,
+                why_not: str) -> FrequencyResponse:
+    """Response of a loop that rests, opened at a signal."""
+    signals = [multisine(grid, peak, plan.seed + k) for k in range(plan.realisations)]
+    lead = max(1, ceil(LEAD / grid.period))
+    added = np.concatenate([np.tile(each, lead + plan.periods) for each in signals])
+    returned, measured = spectra(grid, *injected(rest, name, added), lead, plan.periods)
+    reference = np.array([np.fft.rfft(each)[list(grid.harmonics)] for each in signals])[:, None]
+    answers = returned.reshape(plan.realisations, plan.periods, -1) / reference
+    power = (np.abs(answers) ** 2).mean(axis=(0, 1))
+    coherence = np.abs(answers.mean(axis=(0, 1))) ** 2 / np.where(power > 0.0, power, 1.0)
+    seen = (measured.reshape(plan.realisations, plan.periods, -1) / reference).mean(axis=1)
+    return FrequencyResponse(rest.pair.name, name, rest.equilibrium, grid, peak,
+                             float(np.mean([crest_factor(each) for each in signals])), plan.periods,
+                             answers.mean(axis=1), seen, coherence, loop, why_not)
+
+
+def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
+    """Peak of what is added to a signal, m or rad."""
+    axis = next((each for each in pair.rig.axes if each.name == name.rpartition(".")[0]), None)
+    try:
+        found = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
+    except QuantityError as error:
+        raise LinearModelError(f"amplitude: {error}") from None
+    if not 0.0 < found < 1.0:
+        raise LinearModelError(f"amplitude = {found:g}, expected one above 0 and below 1 m or rad")
+    return found
+
+
+def linear_loop_of(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], where: Any,
+                   settle: float) -> tuple[Loop | None, str]:
+    """The linear loop, of ours from their equations, of others by differences; or None, and why there is none."""
+    if plant in PLANTS and controller in CONTROLLERS and where["sample_time"] is None:
+        own = {key: where[key] for key in ("plant_parameters", "controller_parameters")}
+        return linearise_loop(str(plant), str(controller), at, **own), ""
+    found = linearised_here(plant, controller, at, False, settle, where)
+    return found.loop, found.why_not
+
+
+def injected(rest: Rest, name: str, added: Matrix) -> tuple[Matrix, Matrix]:
+    """Fly on with something added to a signal (m or rad): what came back, −y, and what was measured, shapes (samples,).
+
+    As deviations from where it rested.
+    """
+    read, changed = rest.pair.openings[name]
+    way, references = changed.tolist(), list(rest.pair.references.values())
+    rest.controller.back()
+    rest.plant.back()
+    measured: Sequence[float] = rest.measured.tolist()
+    rows = np.empty((len(added), len(way)))
+    for k, push in enumerate(added.tolist()):
+        rows[k] = measured
+        seen = [value + by * push for value, by in zip(measured, way, strict=True)]
+        measured = rest.plant.step(rest.controller.step([*seen, *references]))
+    true = (rows - rest.measured) @ read
+    return -true, true + added * float(read @ changed)
+
+
+def spectra(grid: Grid, returned: Matrix, measured: Matrix, lead: int, periods: int) -> tuple[Complex, Complex]:
+    """Spectra at the lines, shape (multisines · periods, lines), of the periods after the lead of each multisine."""
+    found = []
+    for signal in (returned, measured):
+        parts = signal.reshape(-1, lead + periods, grid.samples)[:, lead:].reshape(-1, grid.samples)
+        found.append(np.fft.rfft(parts, axis=1)[:, list(grid.harmonics)])
+    return found[0], found[1]

@@ -1,0 +1,100 @@
+"""A sum of sines that are periodic together: what a loop is excited with, its lines, and its crest factor."""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import LinearModelError
+
+Rows = NDArray[np.float64]
+
+CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
+CLIPPINGS = 40
+SHAPE = 0.0
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Lines of a multisine.
+
+    Attributes
+    ----------
+    samples : int
+        Of a period.
+    harmonics : tuple of int
+        Numbers of the lines: periods of each in a period.
+    step : float
+        Sample time, s.
+    """
+
+    samples: int
+    harmonics: tuple[int, ...]
+    step: float
+
+    @property
+    def period(self) -> float:
+        """Of the whole, s."""
+        return self.samples * self.step
+
+    @property
+    def frequencies(self) -> Rows:
+        """Of the lines, rad/s, shape (lines,)."""
+        return 2.0 * pi / self.period * np.array(self.harmonics)
+
+
+def make_grid(lowest: float, highest: float, lines: int, step: float) -> Grid:
+    """Lines that are spread evenly over the logarithm of the frequency, as far as they are harmonics of the lowest.
+
+    Parameters
+    ----------
+    lowest, highest : float
+        rad/s; the period follows from the lowest.
+    lines : int
+        At most that many; where neighbours would fall on one harmonic there are fewer.
+    step : float
+        Sample time, s.
+
+    Raises
+    ------
+    LinearModelError
+        If that is no grid below half the sample rate.
+    """
+    if not (0.0 < lowest <= highest < pi / step and lines >= 1):
+        raise LinearModelError(f"{lines} lines from {lowest:g} to {highest:g} rad/s, expected at least one, from above "
+                               f"0 to below half the sample rate, {pi / step:g} rad/s")
+    samples = max(2, round(2.0 * pi / (lowest * step)))
+    most = int(highest * samples * step / (2.0 * pi) + 1e-9)
+    return Grid(samples, tuple(np.unique(np.geomspace(1, max(most, 1), lines).round().astype(int)).tolist()), step)
+
+
+def multisine(grid: Grid, peak: float, seed: int) -> Rows:
+    """One period, shape (samples,), of lines with one amplitude and random phases, scaled to a peak.
+
+    The phases are improved by clipping (van der Ouderaa, Schoukens, Renneboog, IEEE Trans. Instrum. Meas. 37, 1988):
+    what is clipped keeps its phases, and gets its amplitudes back.
+    """
+    random = np.random.default_rng(seed)
+    lines = np.array(grid.harmonics)
+    phases = random.uniform(0.0, 2.0 * pi, len(lines))
+    best, least = sum_of(grid, phases), np.inf
+    for _ in range(CLIPPINGS if len(lines) > 1 else 1):
+        signal = sum_of(grid, phases)
+        if crest_factor(signal) < least:
+            best, least = signal, crest_factor(signal)
+        most = CLIP * np.abs(signal).max()
+        phases = np.angle(np.fft.rfft(np.clip(signal, -most, most))[lines])
+    return np.asarray(peak / np.abs(best).max() * best)
+
+
+def sum_of(grid: Grid, phases: Rows) -> Rows:
+    """One period of sines, shape (samples,)."""
+    spectrum = np.zeros(grid.samples // 2 + 1, dtype=complex)
+    spectrum[list(grid.harmonics)] = np.exp(1j * phases)
+    return np.fft.irfft(spectrum, grid.samples) * grid.samples / 2.0
+
+
+def crest_factor(signal: Rows) -> float:
+    """Peak over root mean square."""
+    return float(np.abs(signal).max() / np.sqrt(np.mean(signal ** 2)))

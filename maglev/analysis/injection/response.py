@@ -1,0 +1,212 @@
+"""A frequency response that was flown, with its margins, as text, JSON, python-control's type and a picture."""
+
+from dataclasses import dataclass
+from math import degrees, inf
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from maglev.analysis.injection.multisine import Grid
+from maglev.analysis.injection.pictures import response_figure
+from maglev.errors import LinearModelError
+from maglev.linear.loop import Loop
+from maglev.linear.margins import Margins, margins_between, margins_of
+from maglev.linear.model import Complex, Equilibrium, Matrix
+from maglev.linear.text import aligned
+
+FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
+TITLES = {"gain_down": "gain down to", "gain_up": "gain up to", "phase": "phase (°)", "delay": "delay (ms)",
+          "sensitivity_peak": "Ms", "disk": "disk"}
+SCALES = {"phase": degrees(1.0), "delay": 1e3}
+WIDTH = 80
+MANY = 4   # lines, with which there are margins
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Response of a loop that was flown, opened at one signal.
+
+    Attributes
+    ----------
+    name : str
+        Plant and controller.
+    at : str
+        The signal.
+    equilibrium : Equilibrium
+        Where it flew.
+    grid : Grid
+    amplitude : float
+        Peak of what was added, m or rad.
+    crest : float
+        Its crest factor.
+    periods : int
+        That were recorded of each multisine.
+    returned, measured : ndarray of complex, shape (realisations, lines)
+        What came back, −y, and what the controller measured, y + r, by what was added.
+    coherence : ndarray, shape (lines,)
+        Of what came back with what was added, 0…1: how much of it is a linear answer.
+    linear : Loop or None
+        The linear loop, if it was asked for and exists.
+    why_not : str
+        Why there is no linear loop.
+    """
+
+    name: str
+    at: str
+    equilibrium: Equilibrium
+    grid: Grid
+    amplitude: float
+    crest: float
+    periods: int
+    returned: Complex
+    measured: Complex
+    coherence: Matrix
+    linear: Loop | None
+    why_not: str
+
+    @property
+    def frequencies(self) -> Matrix:
+        """Lines, rad/s, shape (lines,)."""
+        return self.grid.frequencies
+
+    @property
+    def loop(self) -> Complex:
+        """L of 1 + L at the lines, shape (lines,)."""
+        return np.asarray(self.returned.mean(axis=0) / self.measured.mean(axis=0))
+
+    @property
+    def error(self) -> Matrix:
+        """Standard error of L, shape (lines,): of its mean over the multisines, by leaving out one at a time."""
+        left_out = np.array([returned.mean(axis=0) / measured.mean(axis=0) for returned, measured in self.rest()])
+        found: Matrix = jackknife(left_out)
+        return found
+
+    def rest(self) -> list[tuple[Complex, Complex]]:
+        """What came back and was measured without each of the multisines in turn."""
+        several = range(len(self.returned))
+        return [(np.delete(self.returned, k, axis=0), np.delete(self.measured, k, axis=0)) for k in several]
+
+    @property
+    def linear_loop(self) -> Complex | None:
+        """L of the linear loop at the lines; None if there is none."""
+        if self.linear is None:
+            return None
+        return np.asarray(self.linear.opened(self.at).frequency_response(self.frequencies)[:, 0, 0])
+
+    @property
+    def margins(self) -> Margins:
+        """Margins between the lowest and the highest line, L interpolated between the lines."""
+        return self.margins_from(self.returned.mean(axis=0), self.measured.mean(axis=0))
+
+    @property
+    def margin_errors(self) -> dict[str, float]:
+        """Standard errors of the numbers in `margins`, by their names; infinite where a margin is not always found."""
+        found = [vars(self.margins_from(returned.mean(axis=0), measured.mean(axis=0)))
+                 for returned, measured in self.rest()]
+        values = {name: np.array([each[name] for each in found]) for name, value in found[0].items()
+                  if isinstance(value, float)}
+        return {name: float(jackknife(each)) if np.isfinite(each).all() else
+                0.0 if np.isinf(each).all() else float("inf") for name, each in values.items()}
+
+    @property
+    def linear_margins(self) -> Margins | None:
+        """Margins of the linear loop, at all frequencies; None if there is none."""
+        return None if self.linear is None else margins_of(self.linear.opened(self.at), self.at)
+
+    def margins_from(self, returned: Complex, measured: Complex) -> Margins:
+        """Margins of a loop with these responses at the lines."""
+        if len(returned) < MANY:
+            raise LinearModelError(f"{self.name}: {len(returned)} lines, expected at least {MANY} for margins")
+        # Both are bounded where L is not: at a pole on the imaginary axis, as of an internal model.
+        log = np.log(self.frequencies)
+        back, seen = CubicSpline(log, returned), CubicSpline(log, measured)
+
+        def response(frequency: float) -> complex:
+            return complex(back(np.log(frequency)) / seen(np.log(frequency)))
+
+        fine = np.exp(np.interp(np.arange(FINE * (len(log) - 1) + 1) / FINE, np.arange(len(log)), log))
+        return margins_between(self.at, fine, back(np.log(fine)) / seen(np.log(fine)), response)
+
+    def to_control(self) -> Any:
+        """L as python-control's FrequencyResponseData; LinearModelError if it is not installed."""
+        try:
+            import control
+        except ModuleNotFoundError:
+            raise LinearModelError("to_control needs python-control, expected it to be installed: "
+                                   "pip install 'maglev-fmus[design]'") from None
+        return control.frd(self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
+
+    def as_data(self) -> dict[str, Any]:
+        """What was found as JSON has it."""
+        loop, linear, margins = self.loop, self.linear_loop, self.linear_margins
+        return {"name": self.name, "at": self.at, "equilibrium": {
+                    "positions": self.equilibrium.positions, "currents": self.equilibrium.currents},
+                "amplitude": self.amplitude, "crest_factor": self.crest, "period": self.grid.period,
+                "realisations": len(self.returned), "periods": self.periods,
+                "frequencies": self.frequencies.tolist(), "loop": [[z.real, z.imag] for z in loop.tolist()],
+                "error": self.error.tolist(), "coherence": self.coherence.tolist(),
+                "linear": None if linear is None else [[z.real, z.imag] for z in linear.tolist()],
+                "margins": vars(self.margins), "margin_errors": self.margin_errors,
+                "linear_margins": None if margins is None else vars(margins), "why_not_linear": self.why_not}
+
+    def __str__(self) -> str:
+        """What was flown, a table of the lines, and one of the margins."""
+        parts = [heading(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
+        return "\n\n".join(parts) + "\n"
+
+    def plot(self) -> Any:
+        """Figure of matplotlib: gain, phase, sensitivity and coherence, flown and linear."""
+        opened = None if self.linear is None else self.linear.opened(self.at)
+        return response_figure(f"{self.name}, opened at {self.at}", self.frequencies, self.loop, self.error,
+                               self.coherence, opened)
+
+
+def jackknife(left_out: Any) -> Any:
+    """Standard error of a mean from its values with one part left out at a time, along the first axis."""
+    n = len(left_out)
+    return np.sqrt((n - 1) / n * (np.abs(left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
+
+
+def heading(found: FrequencyResponse) -> str:
+    """What was flown."""
+    lines, grid = found.frequencies, found.grid
+    axis = found.at.rpartition(".")[0]
+    unit = next((each.unit("m") for each in found.equilibrium.rig.axes if each.name == axis), "m")
+    head = [f"{found.name}, opened at {found.at}, flown about {found.equilibrium}",
+            f"{len(found.returned)} multisines with a peak of {1e6 * found.amplitude:g} µ{unit} and a crest factor of "
+            f"{found.crest:.2f}: {len(lines)} lines from {lines[0]:.3g} to {lines[-1]:.4g} rad/s, {found.periods} "
+            f"periods of {grid.period:.4g} s of each"]
+    return "\n".join(fill(text, WIDTH) for text in head)
+
+
+def lines_text(found: FrequencyResponse) -> str:
+    """Gain and phase at each line with their standard errors, coherence, and those of the linear loop."""
+    loop, error, linear = found.loop, found.error, found.linear_loop
+    rows = [["rad/s", "|L|", "±", "phase (°)", "±", "coherence"]]
+    if linear is not None:
+        rows[0] += ["linear |L|", "phase (°)"]
+    for k, frequency in enumerate(found.frequencies):
+        gain = abs(loop[k])
+        cells = [f"{frequency:.4g}", f"{gain:.4g}", f"{error[k]:.1g}", f"{np.degrees(np.angle(loop[k])):.1f}",
+                 f"{np.degrees(error[k] / gain):.1g}" if gain > error[k] else "", f"{found.coherence[k]:.4f}"]
+        if linear is not None:
+            cells += [f"{abs(linear[k]):.4g}", f"{np.degrees(np.angle(linear[k])):.1f}"]
+        rows.append(cells)
+    return aligned(rows) + ("\n" + fill(f"no linear loop: {found.why_not}", WIDTH) if linear is None else "")
+
+
+def margins_text(found: FrequencyResponse) -> str:
+    """Margins flown, with their standard errors, and those of the linear loop."""
+    flown, errors, linear = vars(found.margins), found.margin_errors, found.linear_margins
+    rows = [["margins", "flown", "±", *(["linear"] if linear is not None else [])]]
+    for name, title in TITLES.items():
+        by = SCALES.get(name, 1.0)
+        missing = flown[name] in (0.0, inf)
+        cells = [title, "not among the lines" if missing else f"{by * flown[name]:.4g}",
+                 "" if missing else f"{by * errors[name]:.1g}"]
+        if linear is not None:
+            cells.append(f"{by * vars(linear)[name]:.4g}")
+        rows.append(cells)
+    return aligned(rows)

@@ -1,0 +1,213 @@
+"""`linearise_numerically`: the linear loop of any plant and controller, by differences of what they do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+
+from maglev.analysis.apart import apart
+from maglev.analysis.derivatives import Derivative, derivative
+from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.analysis.realisation import Realisation, realise
+from maglev.cosim.other_process.run import TIMEOUT
+from maglev.errors import LinearModelError
+from maglev.linear.loop import Loop
+from maglev.linear.margins import Margins
+from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.parameters import Quantity, block_of
+from maglev.linear.plant import linear_plant
+from maglev.linear.text import aligned
+
+PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
+CONTROLLER_SECONDS = 0.6        # s of a controller's response: an internal model of 4.7 rad/s turns by half a circle
+PLANT_SECONDS = 0.1             # s of a plant's: left alone it falls
+WIDTH = 80
+MISFIT = 1e-4                   # of responses, beyond which a state space is none
+
+
+@dataclass(frozen=True, eq=False)
+class NumericalLoop:
+    """A loop by differences.
+
+    Attributes
+    ----------
+    pair : Pair
+    derivatives : tuple of Derivative
+        Of the controller with respect to each of its inputs; of a plant that is not ours with respect to the commands.
+    loop : Loop or None
+        None where a derivative does not exist.
+    rough : Loop or None
+        The same by the smaller pushes alone: what differs from it tells the error.
+    misfit : float
+        How far the responses of the state space are from those that were flown, relative to the largest.
+    means : str
+        How the controller was brought back to its point: by its state or by its past.
+    moving : float
+        How far what is measured still moved in the last half second before that, m or rad.
+    """
+
+    pair: Pair
+    derivatives: tuple[Derivative, ...]
+    loop: Loop | None
+    rough: Loop | None
+    misfit: float
+    means: str
+    moving: float
+
+    @property
+    def why_not(self) -> str:
+        """Why there is no linear loop; empty if there is one."""
+        return "; ".join(f"{each.name} has no derivative here: {each.verdict}" for each in self.derivatives
+                         if each.verdict) or ("" if self.loop is not None else
+                                              f"its responses are those of no linear system of few states, they differ "
+                                              f"by {self.misfit:.2g}")
+
+    def linear(self) -> Loop:
+        """The loop; LinearModelError says why there is none."""
+        if self.loop is None:
+            raise LinearModelError(f"{self.pair.name}: {self.why_not}; expected a smooth law: `maglev "
+                                   "frequency-response` measures one that is not")
+        return self.loop
+
+    def margins(self, at: str) -> Margins:
+        """Margins of the loop opened at a signal, as of `Loop.margins`."""
+        return self.linear().margins(at)
+
+    def errors(self, at: str) -> dict[str, float]:
+        """Estimated errors of the numbers in `margins`, by their names."""
+        margins = self.margins(at)
+        assert self.rough is not None
+        rough = vars(self.rough.margins(at))
+        return {name: 0.0 if value == rough[name] else abs(value - rough[name])
+                for name, value in vars(margins).items() if isinstance(value, float)}
+
+    def __str__(self) -> str:
+        """Table of the derivatives, and what the state space is worth."""
+        rows = [["derivative with respect to", "error", "holds to", ""]]
+        for each in self.derivatives:
+            unit, by = ("mA", 1e3) if each.name.endswith("_cmd") else ("µm", 1e6)
+            rows.append([each.name, "none", "", ""] if each.verdict else
+                        [each.name, f"{each.error:.1e}", f"{by * each.holds_to:g}", unit])
+        text = aligned(rows)
+        for each in self.derivatives:
+            if each.verdict:
+                text += "\n" + fill(f"{each.name} has no derivative here: {each.verdict}", WIDTH)
+        if self.loop is not None:
+            text += "\n" + fill(f"{len(self.loop.controller.states)} states of the controller, with responses within "
+                                f"{self.misfit:.1e} of those flown from {self.means}; at rest within "
+                                f"{1e6 * self.moving:.2g} µm", WIDTH)
+        return text
+
+    def as_data(self) -> dict[str, Any]:
+        """What it is as JSON has it."""
+        return {"derivatives": [{"input": each.name, "error": each.error, "holds_to": each.holds_to,
+                                 "verdict": each.verdict} for each in self.derivatives],
+                "misfit": self.misfit, "moving": self.moving, "means": self.means,
+                "controller": None if self.loop is None else self.loop.controller.as_data(),
+                "plant": None if self.loop is None else self.loop.plant.as_data()}
+
+
+def linearise_numerically(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
+                          references: bool = True, settle: float = SETTLE, fmus: str | Path = "fmus",
+                          native: bool = False, ports: str | Path | None = None,
+                          plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
+                          sample_time: Quantity | None = None, rig: str | Path | None = None,
+                          timeout: float = TIMEOUT) -> NumericalLoop:
+    """Linearise the loop of any controller, and of any plant, where it comes to rest.
+
+    The loop flies until it rests, without Coulomb friction and rounding where the plant has parameters for them. There
+    each input of the controller is pushed for one sample, up and down, by several sizes, and a state space is made of
+    the responses: nothing is asked of the controller but that it can be brought back to that point, by its own saved
+    state or by its past. A plant of ours is linearised from its equations, see `linearise`; another one as the
+    controller is.
+
+    Parameters
+    ----------
+    references : bool
+        Whether references and their rates are inputs of the linear controller, beside what it measures.
+    settle : float
+        How long the loop flies at most before it is looked at, s.
+    timeout : float
+        Longest time that a step of what is not of this project may take, s; it flies in a process of its own.
+    plant, controller, at, fmus, native, ports, plant_parameters, controller_parameters, sample_time, rig
+        As of `make_pair`.
+
+    Returns
+    -------
+    NumericalLoop
+        Also where a law has no derivative: it says so, and where.
+
+    Raises
+    ------
+    LinearModelError, FmuError, ControllerError, ScenarioError
+        As of `make_pair` and `at_rest`.
+    """
+    where = {"fmus": fmus, "native": native, "ports": ports, "plant_parameters": plant_parameters,
+             "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
+    return apart(linearised_here, flown_files(plant, controller), timeout, plant, controller, at, references, settle,
+                 where)
+
+
+def linearised_here(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], references: bool,
+                    settle: float, where: dict[str, Any]) -> NumericalLoop:
+    """Do so in this process; `where` has the options of `make_pair`."""
+    pair = make_pair(plant, controller, at, **where)
+    with at_rest(pair, settle) as rest:
+        return linearised(rest, references, where["plant_parameters"] or {})
+
+
+def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> NumericalLoop:
+    """The loop of a pair that is at rest."""
+    pair, part = rest.pair, rest.controller
+    base = np.array([*rest.measured, *pair.references.values()])
+    samples = max(200, round(CONTROLLER_SECONDS / pair.step))
+    found: list[Derivative] = []
+    for number in range(len(base) if references else len(rest.measured)):
+        found.append(derivative(part, base, number, PUSH, samples, check=number < len(rest.measured)))
+        if found[-1].verdict:   # the long responses of the others would be for nothing
+            return NumericalLoop(pair, tuple(found), None, None, np.inf, part.means, rest.moving)
+    models = [model_of(part.inputs[:len(found)], pair.commands, pair.controller_name, pair, rest.equilibrium, "A",
+                       realise(np.stack([getattr(each, kind) for each in found], axis=2)))
+              for kind in ("response", "coarse")]
+    (controller, misfit), (rough, _) = models
+    stages, by_current = stages_of(rest, plant_parameters)
+    derivatives = (*found, *by_current)
+    misfit = max(misfit, *(each[1] for each in stages))
+    if misfit > MISFIT or any(each.verdict for each in derivatives):
+        return NumericalLoop(pair, derivatives, None, None, misfit, part.means, rest.moving)
+    return NumericalLoop(pair, derivatives, Loop(stages[0][0], controller), Loop(stages[-1][0], rough), misfit,
+                         part.means, rest.moving)
+
+
+def model_of(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pair: Pair, equilibrium: Equilibrium,
+             unit: str, found: Realisation) -> tuple[LinearModel, float]:
+    """A realisation with its names, and its misfit."""
+    states = tuple(f"x{k}" for k in range(1, len(found.A) + 1))
+    units = {**dict.fromkeys(states, ""), **dict.fromkeys(outputs, unit),
+             **{each: "A" if each.endswith("_cmd") else "m/s" if each.endswith("rate") else "m" for each in inputs}}
+    return LinearModel(name, states, inputs, outputs, found.A, found.B, found.C, found.D, units, pair.step,
+                       equilibrium), found.misfit
+
+
+def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel, float]], tuple[Derivative, ...]]:
+    """The plant where it rests: of ours from its equations; of another by differences, and roughly."""
+    pair = rest.pair
+    if pair.own_plant is not None:
+        block = block_of(pair.own_plant, parameters)
+        return [(linear_plant(pair.own_plant, pair.rig, block, rest.equilibrium, True, True, False, pair.step),
+                 0.0)], ()
+    samples = max(100, round(PLANT_SECONDS / pair.step))
+    found = tuple(derivative(rest.plant, rest.commanded, number, CURRENT, samples)
+                  for number in range(len(pair.commands)))
+    outputs = tuple(name.replace(".gap_encoder", ".gap").replace(".encoder", ".position")
+                    for name in pair.signals.values())
+    stages = []
+    for kind in ("response", "coarse"):
+        responses = np.stack([getattr(each, kind) for each in found], axis=2)
+        # What a plant gives after a step is measured at the next sample.
+        later: Matrix = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
+        stages.append(model_of(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
+    return stages, found

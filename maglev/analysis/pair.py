@@ -1,0 +1,326 @@
+"""A plant and a controller, each ours or anybody's: made ready to fly about a point, and flown until they rest."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import Path
+
+import numpy as np
+from fmpy.model_description import ModelDescription
+from numpy.typing import NDArray
+
+from maglev.analysis.participant import Participant
+from maglev.cosim.master import FmuSetup
+from maglev.cosim.open import read_description
+from maglev.cosim.port_map import PortMap, apply, read_port_maps
+from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.experiment.preparation import as_it_is
+from maglev.linear.equilibrium import read_positions
+from maglev.linear.model import Equilibrium
+from maglev.linear.motors.places import MotorPlaces
+from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, RIG_OF, Quantity, block_of, number
+from maglev.own_stage.adoption import know_stage
+from maglev.own_stage.loop import loop_table
+from maglev.units import parse_quantity
+from maglev.user_controllers.source import is_written, path_of
+from pmlsm.dq_transform import clarke, park
+from pmlsm.rig import Rig
+
+SETTLE = 10.0        # s, at most, that a loop flies before it is looked at
+LOOK = 0.5           # s, after each of which it is asked whether it rests
+CALM = 1e-9          # m or rad, by which it then moves no more
+AT_REST = 20e-6      # m or rad, by which it may still move in the end
+NOT_THERE = 1e-3     # m or rad, by which it may miss the place that was asked for
+
+SMOOTH = (".friction.coulomb", "encoder.resolution")   # ends of the names of what has no derivative in a plant
+
+Settings = Mapping[str, Quantity | bool]
+Rows = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A plant and a controller with what connects them.
+
+    Attributes
+    ----------
+    rig : Rig
+    plant, controller : FmuSetup
+    plant_name, controller_name : str
+    step : float
+        Sample time, s.
+    positions : dict of str to float
+        Where it is to rest, m or rad.
+    signals : dict of str to str
+        Outputs of the plant by the inputs of the controller that they go to.
+    commands : tuple of str
+        Outputs of the controller, which the plant has as inputs.
+    references : dict of str to float
+        Other inputs of the controller, with their values.
+    """
+
+    rig: Rig
+    plant: FmuSetup
+    controller: FmuSetup
+    plant_name: str
+    controller_name: str
+    step: float
+    positions: dict[str, float]
+    signals: dict[str, str]
+    commands: tuple[str, ...]
+    references: dict[str, float]
+
+    @property
+    def name(self) -> str:
+        """Both names."""
+        return f"{self.plant_name} with {self.controller_name}"
+
+    @property
+    def own_plant(self) -> str | None:
+        """Name of the plant if it is one of this project, or of a stage of the user's."""
+        return self.plant_name if self.plant_name in PLANTS else None
+
+    @property
+    def openings(self) -> dict[str, tuple[Rows, Rows]]:
+        """Where the loop can be opened or injected to: how each reads in the signals, and how they change with it.
+
+        Shapes (signals,), (signals,). Where the platform tilts, a tilt lies in the gaps at all motors.
+        """
+        names = tuple(self.signals)
+        found = {name: (row, row) for name, row in zip(names, np.eye(len(names)), strict=True)}
+        if not self.rig.rotations:
+            return found
+        along = np.zeros((len(names), len(self.rig.axes)))
+        gaps = MotorPlaces.of(self.rig).gaps
+        for k, name in enumerate(names):
+            owner = name.rpartition(".")[0]
+            along[k] = (gaps[self.rig.motor_names.index(owner)] if owner in self.rig.motor_names else
+                        np.eye(len(self.rig.axes))[self.rig.axis_names.index(owner)])
+        read = np.linalg.pinv(along)
+        axes = {f"{axis}.measured": (read[k], along[:, k]) for k, axis in enumerate(self.rig.axis_names)}
+        return {**axes, **{name: way for name, way in found.items() if name not in axes}}
+
+    def opening(self, at: str) -> str:
+        """Full name of a signal that a user names; LinearModelError if there is none."""
+        for name in (at, f"{at}.measured", f"{at}.gap_measured"):
+            if name in self.openings:
+                return name
+        raise LinearModelError(f"{self.name}: no measured signal {at!r}, expected one of {', '.join(self.openings)}; "
+                               f"nearest is {nearest(at, self.openings)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A pair that has come to rest; both its parts are marked there.
+
+    Attributes
+    ----------
+    pair : Pair
+    controller, plant : Participant
+        The inputs of the controller are the signals, then the references.
+    measured, commanded : ndarray
+        Last values of the signals (m or rad) and of the commands (A).
+    equilibrium : Equilibrium
+        Where it rests, with the currents that are commanded there.
+    moving : float
+        How far what is measured still moved in the last half second, m or rad.
+    """
+
+    pair: Pair
+    controller: Participant
+    plant: Participant
+    measured: Rows
+    commanded: Rows
+    equilibrium: Equilibrium
+    moving: float
+
+
+def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
+              fmus: str | Path = "fmus", native: bool = False, ports: str | Path | None = None,
+              plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
+              sample_time: Quantity | None = None, rig: str | Path | None = None, smooth: bool = True) -> Pair:
+    """Make a plant and a controller ready.
+
+    Parameters
+    ----------
+    plant, controller : str, Path or type
+        Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class.
+    at : mapping of str to float or str
+        Position of each axis, as of `linearise`.
+    fmus, native, ports : as of `maglev.run`
+        Where the FMUs of this project are, and what others call their ports.
+    plant_parameters, controller_parameters : mapping, optional
+        Parameters that differ from their start values.
+    sample_time : float or str, optional
+        s or with a unit; that which the controller has as a parameter or in its map, or the stage's, if not given.
+    rig : path, optional
+        Description of a stage of yours, see `know_stage`.
+    smooth : bool
+        Without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
+
+    Raises
+    ------
+    LinearModelError, FmuError, ControllerError, ScenarioError
+        If one of them does not exist or lacks a port or a parameter.
+    """
+    if rig is not None:
+        know_stage(rig)
+    folder = Path(fmus) / "native" if native else Path(fmus)
+    maps = {} if ports is None else read_port_maps(Path(ports))
+    files, names, described = {}, {}, {}
+    for role, given, known in (("plant", plant, PLANTS), ("controller", controller, CONTROLLERS)):
+        if given in known:
+            files[role], names[role] = folder / f"{given}.fmu", str(given)
+        else:
+            if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
+                raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, or the path of an "
+                                       f"FMU or a Python file; nearest is {nearest(given, known)}")
+            files[role] = as_it_is(path_of(given))
+            names[role] = given.__name__ if isinstance(given, type) else Path(given).name
+        described[role] = read_description(role, files[role])
+        apply(maps.get(role, PortMap()), described[role])
+    variables = {role: {v.name: v for v in each.modelVariables} for role, each in described.items()}
+    stage = RIG_OF.get(names["plant"]) or RIG_OF.get(names["controller"]) or rig_with(variables["plant"])
+    positions = read_positions(f"Plant{stage.suffix}", at)
+    signals, commands = {}, []
+    for source, target in loop_table(stage)["connections"]:
+        (giver, output), (taker, port) = ((role, name) for role, _, name in (each.partition(".") for each in
+                                                                             (source, target)))
+        for role, name, kind in ((giver, output, "output"), (taker, port, "input")):
+            if name not in variables[role] or variables[role][name].causality != kind:
+                raise LinearModelError(f"{names[role]}: missing port: {kind} {name}, nearest is "
+                                       f"{nearest(name, variables[role])}; --map says what it calls its ports")
+        if giver == "plant":
+            signals[port] = output
+        else:
+            commands.append(output)
+    references = {name: value for axis, place in positions.items()
+                  for name, value in ((f"{axis}.reference", place), (f"{axis}.reference_rate", 0.0))
+                  if name in variables["controller"] and variables["controller"][name].causality == "input"}
+    start = {"plant": {f"{axis}.position_start": place for axis, place in positions.items()
+                       if f"{axis}.position_start" in variables["plant"]}, "controller": {}}
+    if smooth:
+        start["plant"] |= {name: 0.0 for name, v in variables["plant"].items()
+                           if name.endswith(SMOOTH) and v.causality == "parameter"}
+    if names["controller"] in CONTROLLERS and "setpoint" in variables["controller"]:
+        start["controller"]["setpoint"] = positions[stage.vertical.name]
+    setups = {}
+    for role, own in (("plant", plant_parameters), ("controller", controller_parameters)):
+        values = {**start[role], **read_settings(names[role], own or {}, described[role])}
+        setups[role] = FmuSetup(role, files[role], values, maps.get(role))
+    step = sample_time_of(stage, names["controller"], variables["controller"], setups["controller"], sample_time)
+    return Pair(stage, setups["plant"], setups["controller"], names["plant"], names["controller"], step, positions,
+                signals, tuple(commands), references)
+
+
+def flown_files(plant: str | Path, controller: str | Path | type) -> list[Path]:
+    """Files that a user names, or paths that stand for a class, of plant and controller."""
+    return [path_of(given) for given in (plant, controller) if given not in (*PLANTS, *CONTROLLERS)]
+
+
+def rig_with(variables: Mapping[str, object]) -> Rig:
+    """The rig whose encoders a plant has as its outputs."""
+    for definition, *_ in BLOCKS.values():
+        rig = RIG_OF[definition.name]
+        ports = [port.partition(".") for ends in loop_table(rig)["connections"] for port in ends]
+        if all(name in variables for role, _, name in ports if role == "plant"):
+            return rig
+    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(BLOCKS)}, expected encoders and "
+                           "commands as they have them; --map says what it calls its ports")
+
+
+def read_settings(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
+    """Values of parameters, SI: of our FMUs checked by their table, of others by the units that they declare."""
+    if name in DEFINITIONS:
+        block, places = block_of(name, settings), {v.name: v.place for v in DEFINITIONS[name].variables}
+        return {key: attrgetter(places[key])(block) for key in settings}
+    known = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
+    for key in settings:
+        if key not in known:
+            raise LinearModelError(f"{name}: no parameter {key!r}; nearest is {nearest(key, known)}")
+    return {key: given if isinstance(given, bool) else number(name, key, given, known[key].unit or "")
+            for key, given in settings.items()}
+
+
+def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: FmuSetup,
+                   given: Quantity | None) -> float:
+    """Sample time of a controller, s."""
+    if given is not None:
+        try:
+            found = parse_quantity(given, "s")
+        except QuantityError as error:
+            raise LinearModelError(f"{name}: sample time: {error}") from None
+    elif setup.ports is not None and setup.ports.step is not None:
+        found = setup.ports.step
+    elif "sample_time" in setup.start:
+        found = float(setup.start["sample_time"])
+    else:
+        found = float(getattr(variables.get("sample_time"), "start", None) or rig.sample_time)
+    if not 0.0 < found < 1.0:
+        raise LinearModelError(f"{name}: sample time = {found!r} s, expected one between 0 and 1 s")
+    return found
+
+
+@contextmanager
+def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
+    """Fly a pair until it rests, and mark both its parts there.
+
+    The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the
+    plant then has until t_k+1.
+
+    Parameters
+    ----------
+    pair : Pair
+    settle : float
+        How long it flies at most, s.
+    strict : bool
+        Whether one that still moves is refused.
+
+    Raises
+    ------
+    LinearModelError
+        If it does not get there, or still moves.
+    """
+    steps, look = max(2, round(settle / pair.step)), max(2, round(LOOK / pair.step))
+    references = list(pair.references.values())
+    with Participant(pair.controller, (*pair.signals, *pair.references), pair.commands, pair.step) as controller, \
+            Participant(pair.plant, pair.commands, tuple(pair.signals.values()), pair.step) as plant:
+        measured = plant.outputs_now()
+        seen: list[list[float]] = []
+        given: list[list[float]] = []
+        while len(seen) < steps and not (len(seen) > look and np.ptp(seen[-look:], axis=0).max() < CALM):
+            for _ in range(min(look, steps - len(seen))):
+                seen.append(measured)
+                given.append(controller.step([*measured, *references]))
+                measured = plant.step(given[-1])
+        rows, commands = np.array(seen), np.array(given)
+        last = np.array(measured)
+        moving = float(np.ptp(rows[-look:], axis=0).max())
+        positions = positions_of(pair, last)
+        far = {axis: found - pair.positions[axis] for axis, found in positions.items()}
+        worst = max(far, key=lambda axis: abs(far[axis]))
+        if abs(far[worst]) > NOT_THERE or (strict and moving > AT_REST):
+            raise LinearModelError(
+                f"{pair.name}: after {len(rows) * pair.step:g} s {worst} is {1e3 * far[worst]:.4g} mm (mrad) from "
+                f"where it should be, and what is measured moves by {1e6 * moving:.3g} µm (µrad) in half a second, "
+                "expected a loop at rest: a longer settling time, another place, or a controller that holds it")
+        controller.mark(np.hstack([rows, np.tile(references, (len(rows), 1))]), commands[-1].tolist())
+        plant.mark(commands, measured)
+        yield Rest(pair, controller, plant, last, commands[-1], equilibrium_from(pair, positions, commands[-1]), moving)
+
+
+def positions_of(pair: Pair, measured: Rows) -> dict[str, float]:
+    """Positions of the axes by what is measured, m or rad, to a nanometre."""
+    openings = pair.openings
+    return {axis: round(float(openings[f"{axis}.measured"][0] @ measured), 9) for axis in pair.rig.axis_names}
+
+
+def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Rows) -> Equilibrium:
+    """The equilibrium in which a stage rests with phase currents (A) that are commanded."""
+    along = tuple((MotorPlaces.of(pair.rig).along @ list(positions.values())).tolist())
+    motor = pair.rig.motor()
+    by_name = dict(zip(pair.commands, commands.tolist(), strict=True))
+    dq = [park(*clarke(*(by_name[f"{name}.i_{phase}_cmd"] for phase in "abc")), motor.electrical_angle(place))
+          for name, place in zip(pair.rig.motor_names, along, strict=True)]
+    return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, motor)

@@ -1,0 +1,179 @@
+"""One FMU, or a user's class, stepped by itself from a point of its past, as often as one likes.
+
+What it is inside stays hidden: its state is kept by its own means (fmi2GetFMUstate, a copy of the object), or where it
+has none, it is made anew and given the inputs of its past once more.
+"""
+
+from collections.abc import Callable, Sequence
+from ctypes import c_double, c_int
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.fmu import WARNING, Buffer, Fmu
+from maglev.cosim.master import FmuSetup
+from maglev.cosim.open import open_fmu, read_description
+from maglev.cosim.port_map import apply
+from maglev.cosim.user_controller import WrittenController
+from maglev.errors import FmuError, LinearModelError
+
+Rows = NDArray[np.float64]
+
+FOREVER = 1e6      # s, stop time that is given at the initialization
+OFTEN = 500        # steps between two signs of life
+REPEATED = 1e-12   # relative difference at which the same inputs count as having given the same outputs
+
+SIGN_OF_LIFE: list[Callable[[], object]] = []   # called now and then by whoever steps; for who waits in another process
+
+
+class Participant:
+    """An FMU that takes a row of inputs and gives a row of outputs at each step; a context manager that frees it.
+
+    Parameters
+    ----------
+    setup : FmuSetup
+    inputs, outputs : sequence of str
+        Names of Real variables.
+    step : float
+        Communication step, s.
+
+    Attributes
+    ----------
+    means : str
+        How it gets back to a point: "its saved state" or "its past flown again".
+
+    Raises
+    ------
+    FmuError
+        If it cannot be loaded, lacks a variable, or refuses its start values.
+    """
+
+    def __init__(self, setup: FmuSetup, inputs: Sequence[str], outputs: Sequence[str], step: float):
+        self.setup, self.inputs, self.outputs, self.size = setup, tuple(inputs), tuple(outputs), step
+        self.fmu: Fmu | None = None
+        self.means = ""
+        self.past: list[list[float]] = []   # inputs of every step until the point
+        self.saved: Any = None
+        self.count = 0                      # steps since the initialization
+        self.begin()
+
+    def __enter__(self) -> "Participant":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the FMU."""
+        if self.fmu is not None:
+            self.fmu.close()
+        self.fmu = None
+
+    def begin(self) -> None:
+        """Load and initialise it, anew if it was loaded."""
+        self.close()
+        description = read_description(self.setup.name, self.setup.path)
+        scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
+        self.fmu = fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
+        self.given, self.got = self.buffer(self.inputs), self.buffer(self.outputs)
+        self.up, self.down = self.factors(self.inputs), self.factors(self.outputs)
+        self.time = c_double()
+        self.stepping = (fmu.handle(), self.time, c_double(self.size), c_int(1))
+        fmu.initialise(self.setup.start, 0.0, FOREVER)
+        self.count = 0
+
+    def buffer(self, names: Sequence[str]) -> Buffer:
+        """Buffer of Real variables."""
+        assert self.fmu is not None
+        variables = [self.fmu.variable(name) for name in names]
+        for variable in variables:
+            if variable.type != "Real":
+                raise FmuError(f"{self.setup.name}.{variable.name} is of type {variable.type}, expected a Real")
+        return self.fmu.buffers(variables)[0]
+
+    def factors(self, names: Sequence[str]) -> Rows | None:
+        """What SI values are multiplied by to be in the FMU's units; None if it counts in SI."""
+        assert self.fmu is not None
+        if not any(name in self.fmu.scales for name in names):
+            return None
+        return np.array([self.fmu.scales[name].to_own(1.0) if name in self.fmu.scales else 1.0 for name in names])
+
+    def step(self, inputs: list[float]) -> list[float]:
+        """Outputs of a step with inputs, SI; FmuError if it refuses."""
+        fmu = self.fmu
+        assert fmu is not None
+        self.given.values[:] = inputs if self.up is None else (self.up * inputs).tolist()
+        fmu.set(self.given)
+        self.time.value = self.count * self.size
+        status = fmu.do_step(*self.stepping)
+        if status > WARNING:
+            raise fmu.failed("fmi2DoStep", status)
+        self.count += 1
+        if self.count % OFTEN == 0:
+            for sign in SIGN_OF_LIFE:
+                sign()
+        return self.outputs_now()
+
+    def outputs_now(self) -> list[float]:
+        """Outputs as they are, SI."""
+        assert self.fmu is not None
+        self.fmu.get(self.got)
+        found = list(self.got.values)
+        return found if self.down is None else (np.array(found) / self.down).tolist()
+
+    def mark(self, past: Rows, last: Sequence[float]) -> None:
+        """Take the present as the point to return to.
+
+        Parameters
+        ----------
+        past : ndarray, shape (steps, inputs)
+            Inputs of every step so far.
+        last : sequence of float
+            Outputs of the last step.
+        """
+        self.past = past.tolist()
+        self.last = list(last)
+        self.saved = self.state()
+        self.means = "its saved state" if self.saved is not None else "its past flown again"
+
+    def state(self) -> Any:
+        """State of the FMU; None if it has no means to give it."""
+        fmu = self.fmu
+        assert fmu is not None
+        if isinstance(fmu, WrittenController):
+            try:
+                return fmu.slave._get_fmu_state()
+            except ValueError:   # something in it cannot be copied
+                return None
+        assert fmu.instance is not None
+        if not fmu.description.coSimulation.canGetAndSetFMUstate:
+            return None
+        try:
+            return fmu.instance.getFMUState()
+        except Exception:   # fmpy raises whatever the status is; it says that it can, and cannot
+            return None
+
+    def back(self) -> None:
+        """Return to the point that was marked."""
+        fmu = self.fmu
+        assert fmu is not None
+        if self.saved is None:
+            self.begin()
+            found = self.last
+            for inputs in self.past:
+                found = self.step(inputs)
+            if not np.allclose(found, self.last, rtol=REPEATED, atol=REPEATED):
+                raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs when it got the "
+                                       "same inputs again, expected a controller without chance")
+        elif isinstance(fmu, WrittenController):
+            fmu.slave._set_fmu_state(self.saved)
+        else:
+            assert fmu.instance is not None
+            fmu.instance.setFMUState(self.saved)
+        self.count = len(self.past)
+
+    def response(self, inputs: Rows) -> Rows:
+        """Outputs (steps, outputs) to inputs (steps, inputs) from the point that was marked."""
+        self.back()
+        return np.array([self.step(row) for row in inputs.tolist()])

@@ -1,0 +1,24 @@
+"""The PD controller of the 2-DOF stage, as a class that flies in this process."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from written_controllers import controller
+
+from maglev.user_controllers.source import load
+
+MakePD = Callable[..., type]
+
+
+
+@pytest.fixture(scope="session")
+def pd_class(tmp_path_factory: pytest.TempPathFactory) -> MakePD:
+    """Function that makes the class with changes of its text."""
+    folder, made = tmp_path_factory.mktemp("pd"), []
+
+    def make(*changes: tuple[str, str]) -> type:
+        made.append(controller(folder, *changes, name=f"pd{len(made)}.py"))
+        found: type = load(Path(made[-1])).definition.arguments[0]
+        return found
+    return make

@@ -1,0 +1,102 @@
+"""Injected responses against the linear loop, and against the describing function of a rounding."""
+
+import json
+from math import floor, pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+
+from maglev.analysis.injection.frequency_response import frequency_response
+from maglev.analysis.injection.multisine import crest_factor, make_grid, multisine
+from maglev.analysis.injection.response import FrequencyResponse
+from maglev.errors import LinearModelError
+from maglev.linear.margins import Margins
+
+STEP = 0.2e-3    # m, of the rounding
+
+
+def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = make_grid(3.0, 300.0, 20, 1e-3)
+    signal = multisine(grid, 2e-4, 5)
+    spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
+    lines = list(grid.harmonics)
+    assert np.abs(signal).max() == pytest.approx(2e-4)
+    np.testing.assert_allclose(spectrum[lines], spectrum[lines[0]], rtol=1e-9)
+    assert np.delete(spectrum, lines).max() < 1e-12 * spectrum[lines[0]]
+    assert grid.frequencies[0] == pytest.approx(3.0, rel=1e-3)
+    assert grid.frequencies[-1] <= 300.0
+    clipped = np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
+    monkeypatch.setattr("maglev.analysis.injection.multisine.CLIPPINGS", 1)
+    assert clipped < 0.9 * np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
+
+
+def response_of(controller: object, fmus: Path, **given: object) -> FrequencyResponse:
+    """Of h of the 2-DOF stage, without what is not smooth in the plant, and in h without a bias."""
+    found = frequency_response("Plant2DOF", controller, {"v": 20e-3}, "h", smooth=True, fmus=fmus,   # type: ignore
+                               plant_parameters={"h.bias": 0.0}, **{"settle": 3.0, **given})   # type: ignore[arg-type]
+    return found["h.measured"]
+
+
+def test_our_regulator_flies_as_its_linear_model(fastest_fmus: Path) -> None:
+    """Response and margins within 0.2 %, of a stage that is a little nonlinear at 50 µm; as python-control has it."""
+    control = pytest.importorskip("control")
+    found = response_of("Regulator2DOF", fastest_fmus, amplitude="50 um", lowest=3.0, highest=1500.0, lines=30)
+    assert found.linear_loop is not None
+    np.testing.assert_allclose(found.loop, found.linear_loop, rtol=2e-3)
+    assert found.coherence.min() > 0.9999
+    flown, linear = found.margins, found.linear_margins
+    assert isinstance(linear, Margins)
+    for name in ("gain_up", "phase", "delay", "sensitivity_peak", "disk"):
+        assert getattr(flown, name) == pytest.approx(getattr(linear, name), rel=3e-3), name
+    system = found.to_control()
+    assert isinstance(system, control.FrequencyResponseData)
+    _, phase_margin, _, crossover = control.margin(system)
+    assert phase_margin == pytest.approx(np.degrees(linear.phase), abs=0.5)
+    assert crossover == pytest.approx(linear.phase_frequency, rel=0.02)
+    found.plot()
+
+
+def describing_function(amplitude: float) -> float:
+    """Of a rounding to whole steps: sum of relays, each with a dead zone that ends at half a step more."""
+    steps = floor(amplitude / STEP + 0.5)
+    return 4.0 * STEP / (pi * amplitude) * sum(sqrt(1.0 - ((2 * k - 1) * STEP / (2.0 * amplitude)) ** 2)
+                                              for k in range(1, steps + 1))
+
+
+@pytest.mark.parametrize(("peak", "gain"), [(0.7, 1.18), (1.6, 1.04)])
+def test_a_rounding_is_its_describing_function(peak: float, gain: float, fastest_fmus: Path, pd_class) -> None:
+    """One sine: up to 1.5 steps the law is a relay with a dead zone. Its harmonics hardly come through the stage."""
+    line = {"lowest": 300.0, "highest": 300.0, "lines": 1, "linear": False}
+    rounding = ("        self.gap.update(", f"        self.h_measured = round(self.h_measured / {STEP}) * {STEP}\n"
+                "        self.gap.update(")
+    smooth = response_of(pd_class(), fastest_fmus, amplitude=20e-6, **line)
+    rounded = response_of(pd_class(rounding), fastest_fmus, amplitude=peak * STEP, **line)
+    seen = abs(rounded.measured.mean()) * peak * STEP
+    assert abs(rounded.loop[0] / smooth.loop[0]) == pytest.approx(describing_function(seen), rel=0.02)
+    assert describing_function(seen) == pytest.approx(gain, rel=0.03)
+    assert abs(np.angle(rounded.loop[0] / smooth.loop[0])) < 0.03
+
+
+def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
+    file = tmp_path / "h.json"
+    few = ("--fmus", fastest_fmus, "--settle", "1 s", "--from", "20", "--to", "600", "--lines", "8", "--periods", "1",
+           "--realisations", "2", "--no-linear")
+    done = maglev("frequency-response", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "h", *few, "--json",
+                  file)
+    assert done.exit_code == 0, done.output
+    assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
+    data = json.loads(file.read_text(encoding="utf-8"))["h.measured"]
+    assert len(data["loop"]) == len(data["coherence"]) == len(data["frequencies"]) == 8
+    assert data["why_not_linear"] == "it was not asked for"
+    assert 0.0 < data["margin_errors"]["phase"] < 0.3
+    wrong = maglev("frequency-response", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "x", *few)
+    assert "no measured signal 'x', expected one of v.measured, h.measured" in error_line(wrong)
+
+
+def test_grids_that_are_none() -> None:
+    with pytest.raises(LinearModelError, match=r"from 10 to 7000 rad/s, expected .* half the sample rate, 6283"):
+        make_grid(10.0, 7000.0, 5, 0.5e-3)
+    with pytest.raises(LinearModelError, match="1 multisines of 2 periods, expected at least 2 of 1"):
+        frequency_response("Plant2DOF", "Regulator2DOF", {"v": 20e-3}, realisations=1)

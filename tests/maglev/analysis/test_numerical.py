@@ -1,0 +1,105 @@
+"""Loops by differences: those of our laws against the equations, those of others against each other."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+from written_controllers import controller
+
+from maglev.analysis.numerical import linearise_numerically
+from maglev.errors import LinearModelError
+from maglev.linear.loop import linearise_loop
+
+WITHIN = 2e-4   # of a margin: the loop that flies rests within some nanometres of where the equations do
+
+
+@pytest.mark.parametrize(("stage", "at", "openings"), [
+    ("2DOF", {"v": 18e-3, "h": 5e-3}, ("v", "h")),
+    ("5DOF", {"y": 25e-3, "roll": 2e-3}, ("roll", "alpha1.gap_measured"))])
+def test_our_regulators_by_differences_are_those_of_the_equations(
+        stage: str, at: dict[str, float], openings: tuple[str, ...], fastest_fmus: Path) -> None:
+    """The FMU is given as a file: nothing is known of it but what it answers."""
+    found = linearise_numerically(f"Plant{stage}", fastest_fmus / f"Regulator{stage}.fmu", at, references=False,
+                                  fmus=fastest_fmus)
+    exact = linearise_loop(f"Plant{stage}", f"Regulator{stage}", at)
+    assert found.why_not == ""
+    assert max(each.error for each in found.derivatives) < 2e-6
+    # Observers of 1 ms twice, integrators and internal models: five states of each axis.
+    assert len(found.linear().controller.states) == 5 * len(exact.measured)
+    for opening in openings:
+        margins, wanted, errors = found.margins(opening), exact.margins(opening), found.errors(opening)
+        for name in ("gain_down", "gain_up", "phase", "delay", "sensitivity_peak", "disk"):
+            assert getattr(margins, name) == pytest.approx(getattr(wanted, name), rel=WITHIN), (opening, name)
+            assert errors[name] < WITHIN * getattr(wanted, name)
+    slow = exact.rates[exact.rates.real > -50.0]
+    np.testing.assert_allclose(found.linear().rates[:len(slow)], slow, rtol=1e-3, atol=1e-3)
+
+
+def test_plant_of_another_name_is_found_by_its_answers(fastest_fmus: Path, tmp_path: Path, pd_class) -> None:
+    """In this process ours is foreign by its name alone; its controller is a class."""
+    theirs = tmp_path / "theirs.fmu"
+    theirs.write_bytes((fastest_fmus / "Plant2DOF.fmu").read_bytes())
+    law = pd_class()
+    found, known = (linearise_numerically(plant, law, {"v": 20e-3}, settle=2.0, fmus=fastest_fmus)
+                    for plant in (theirs, "Plant2DOF"))
+    # Positions, velocities, and the two currents that the mover sees.
+    assert len(found.linear().plant.states) == 6
+    rates = known.linear().plant.rates
+    np.testing.assert_allclose(found.linear().plant.rates, rates, rtol=1e-4, atol=1e-4)
+    for axis in ("v", "h"):
+        ours, others = vars(known.margins(axis)), vars(found.margins(axis))
+        assert {key: others[key] for key in others if key != "at"} == pytest.approx(
+            {key: ours[key] for key in ours if key != "at"}, rel=WITHIN)
+
+
+def test_the_loop_as_python_control_has_it(fastest_fmus: Path, pd_class) -> None:
+    """What its references do: a PD law without bias comes to rest where h is asked to be, and knows no other way."""
+    pytest.importorskip("control")
+    found = linearise_numerically("Plant2DOF", pd_class(), {"v": 20e-3}, settle=2.0, fmus=fastest_fmus)
+    closed = found.linear().closed.to_control()
+    assert closed.dt == 0.5e-3
+    assert list(closed.input_labels) == ["v_reference", "h_reference"]
+    gains = np.real(closed(1.0))   # at rest
+    assert gains[1, 1] == pytest.approx(1.0, rel=1e-2)
+    assert abs(gains[0, 1]) < 1e-3
+    # The feed-forward of the gap leaves it short, as in flight.
+    assert gains[0, 0] == pytest.approx(0.0, abs=2.0)
+
+
+def test_command_line_of_an_fmu(fastest_fmus: Path, tmp_path: Path) -> None:
+    file, given = tmp_path / "loop.json", fastest_fmus / "Regulator2DOF.fmu"
+    done = maglev("linearise", "Plant2DOF", given, "--at", "v=20mm", "--fmus", fastest_fmus, "--open", "h", "--json",
+                  file)
+    assert done.exit_code == 0, done.output
+    data = json.loads(file.read_text(encoding="utf-8"))
+    known = linearise_loop("Plant2DOF", "Regulator2DOF", {"v": 20e-3}).margins("h")
+    assert data["margins"]["h.measured"]["phase"] == pytest.approx(known.phase, rel=WITHIN)
+    assert 0.0 < data["errors"]["h.measured"]["phase"] < 1e-5
+    assert data["controller"]["inputs"] == ["v.measured", "h.measured", "v.reference", "v.reference_rate",
+                                            "h.reference", "h.reference_rate"]
+
+
+def test_a_file_flies_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Without a derivative the command ends with 2, and the sentence that says where to look."""
+    rounded = controller(tmp_path, ("        self.gap.update(", "        self.h_measured = round(self.h_measured, 4)\n"
+                                    "        self.gap.update("))
+    done = maglev("linearise", "Plant2DOF", rounded, "--at", "v=20mm", "--fmus", fastest_fmus, "--settle", "2 s",
+                  "--set", "plant.h.bias=0")
+    assert "h.measured has no derivative here: no response to 20 µ, one to 100 µ" in done.stdout
+    assert "frequency-response" in error_line(done)
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(("change", "says"), [
+    ({"plant": "Plant2DOG"}, "'Plant2DOG' is no plant, expected one of"),
+    ({"controller_parameters": {"bandwith": 50.0}}, "PD: no parameter 'bandwith'; nearest is 'bandwidth'"),
+    ({"controller_parameters": {"bandwidth": 5.0}}, "expected a loop at rest"),
+    ({"sample_time": "2 s"}, "PD: sample time = 2.0 s, expected one between 0 and 1 s")])
+def test_refusals(change: dict, says: str, fastest_fmus: Path, pd_class) -> None:
+    given = {"plant": "Plant2DOF", "controller": pd_class(), "at": {"v": 20e-3}, "settle": 0.5, **change}
+    with pytest.raises(LinearModelError) as refused:
+        linearise_numerically(**given, fmus=fastest_fmus)
+    assert says in str(refused.value)
+    assert "\n" not in str(refused.value)
