@@ -1,7 +1,7 @@
-"""Write the table of docs/any_controller.md anew: margins of the examples and of two controllers of ours, linear and flown.
+"""Write the table of docs/any_controller.md anew: margins of the examples and of two laws of ours, linear and flown.
 
     maglev build --native --target host Plant3DOF Regulator3DOF PID3DOF
-    python tools/measured_margins.py results/margins.json                  # minutes: one solves a programme every sample
+    python tools/measured_margins.py results/margins.json              # minutes: one solves a programme every sample
 
 What was measured is kept in the file; what is in it already is not measured again.
 """

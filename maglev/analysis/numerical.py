@@ -14,6 +14,7 @@ from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_fi
 from maglev.analysis.realisation import Realisation, realise
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
+from maglev.linear.equilibrium import check_amplifiers
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel, Matrix
@@ -197,6 +198,7 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
     pair = rest.pair
     if pair.own_plant is not None:
         block = block_of(pair.own_plant, parameters)
+        check_amplifiers(pair.name, block, rest.equilibrium)
         return [(linear_plant(pair.own_plant, pair.rig, block, rest.equilibrium, True, True, False, pair.step),
                  0.0)], ()
     samples = max(100, round(PLANT_SECONDS / pair.step))

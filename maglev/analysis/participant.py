@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.cosim.fmu import WARNING, Buffer, Fmu
+from maglev.cosim.fmu import Buffer, Fmu
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import apply
 from maglev.cosim.user_controller import WrittenController
+from maglev.cosim.versions.fmi import WARNING
 from maglev.errors import FmuError, LinearModelError
 
 Rows = NDArray[np.float64]
@@ -108,7 +109,7 @@ class Participant:
         self.time.value = self.count * self.size
         status = fmu.do_step(*self.stepping)
         if status > WARNING:
-            raise fmu.failed("fmi2DoStep", status)
+            raise fmu.failed(f"{fmu.fmi.prefix}DoStep", status)
         self.count += 1
         if self.count % OFTEN == 0:
             for sign in SIGN_OF_LIFE:
