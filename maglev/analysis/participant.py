@@ -15,7 +15,7 @@ from maglev.cosim.fmu import Buffer, Fmu
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import apply
-from maglev.cosim.user_controller import WrittenController
+from maglev.cosim.user_classes.fmu import WrittenController
 from maglev.cosim.versions.fmi import WARNING
 from maglev.errors import FmuError, LinearModelError
 
