@@ -64,12 +64,15 @@ class AxisDesign:
         Poles of the PID (rad/s): the real one, then real and imaginary part of the pair.
     bandwidth : float
         Of the controller that a user begins with, rad/s.
+    prefilter : float
+        Corner of the PID's pre-filter of the reference, rad/s; 0 = off.
     """
 
     gains: tuple[float, ...]
     pid: tuple[float, ...]
     bandwidth: float = quantity("rad/s", 1e-3, 1e6)
     antiwindup_gain: float = quantity("1", -1e3, 1e3, 0.0)
+    prefilter: float = quantity("rad/s", 0.0, 1e4, 0.0)
 
 
 @dataclass(frozen=True)

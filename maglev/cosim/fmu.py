@@ -23,8 +23,10 @@ from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
+from maglev.rig.modules import definitions
 from maglev.units import known_unit
 from maglev_files.scratch import remove_scratch, scratch_folder
+from pmlsm.rigs import EXAMPLE, RIGS
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 
@@ -66,7 +68,8 @@ def read_description(name: str, path: Path) -> ModelDescription:
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        "`maglev build` makes those of this project in the folder fmus, "
-                       "`maglev build --native` those in fmus/native, with --fmi 3 in fmus/fmi3")
+                       "`maglev build --native` those in fmus/native, with --fmi 3 in fmus/fmi3"
+                       f"{of_own_stage(path.stem)}")
     written = path.stat()
     try:
         # Who gives the variables other names and units does it on a list of their own.
@@ -100,6 +103,13 @@ def with_older_type(variable: ScalarVariable) -> ScalarVariable:
 def kind_of(variable: ScalarVariable) -> str:
     """Type by which a variable is accessed."""
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
+
+
+def of_own_stage(name: str) -> str:
+    """Say how FMUs of a stage of one's own are made, where the name is not one of this project."""
+    kinds = "|".join(name.removesuffix(RIGS[EXAMPLE].suffix) for name in definitions(RIGS[EXAMPLE]))
+    own = re.fullmatch(rf"({kinds})[A-Z][a-z0-9]*", name)
+    return ", with --rig mine.toml those of a stage of yours" if own else ""
 
 
 def other_kind(path: Path) -> str:

@@ -34,12 +34,18 @@ def models_of(rig: Rig) -> list[str]:
     return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
 
 
-FLOWN = tuple(name for rig in RIGS.values() for name in models_of(rig))
-
-
 def flies_live(plan: RunPlan) -> bool:
     """Whether the page of all runs has a run: a packaged experiment of one plant and one controller on references."""
     return plan.path in packaged_files().values() and not plan.check_only and not why_not_live(plan)
+
+
+def not_live() -> dict[str, list[str]]:
+    """Packaged experiments that no page can fly, by the reason."""
+    found: dict[str, list[str]] = {}
+    for plan in (plan for name in packaged_files() for plan in load_plans(name) if not plan.check_only):
+        if why := why_not_live(plan):
+            found.setdefault(why, []).append(plan.name)
+    return found
 
 
 def why_not_live(plan: RunPlan) -> str:
@@ -47,7 +53,11 @@ def why_not_live(plan: RunPlan) -> str:
     models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
     plant, *controllers = models_of(rig) if rig is not None else [""]
     if list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers:
-        return f"it flies {', '.join(map(str, models.values()))}, expected a controller and then the plant of one stage"
+        others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
+                       for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
+                       and models.get("controller") in models_of(other)), "")
+        flown = ", ".join(dict.fromkeys(map(str, models.values())))
+        return f"it flies {flown}{others}, expected a controller and then the plant of one stage"
     if plan.procedure is not None or plan.needs:
         return "it is part of a procedure or begins as another run ends, expected a run of its own"
     other = next((signal for signal in plan.signals
@@ -85,7 +95,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
 
 
 def described(fmus: Path, name: str, again: str) -> ModelDescription:
-    """Description of a module in a folder, which must have the variables that the FMU has now, and their values."""
+    """Description of a module in a folder, which must be of the FMU as it is now: its variables, its code."""
     path = fmus / f"{name}.xml"
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():

@@ -3,12 +3,13 @@
 import base64
 import gzip
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from html import escape
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
-from maglev.live.content import live_runs, page_data
+from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
@@ -49,7 +50,7 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     named = [*map(Path, files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
     path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
-    write_whole(path, live_page(Path(fmus) / "wasm", plans))
+    write_whole(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
     return path
 
 
@@ -62,18 +63,25 @@ def plans_of(file: Path) -> list[RunPlan]:
     return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]
 
 
-def live_page(fmus: Path, plans: Iterable[RunPlan]) -> str:
-    """Text of a page that flies runs; the same files give the same text."""
+def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iterable[str]] | None = None) -> str:
+    """Text of a page that flies runs, and says why others are `elsewhere`; the same files give the same text."""
     data = page_data(fmus, plans)
     modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return Template(read("page.html")).substitute(
         style=read("style.css"),
         version=version("maglev-fmus"),
+        elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
         data=packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         worker="\n".join(read(name) for name in WORKER),
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+
+
+def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
+    """A list of runs that a page does not fly, by the reason; empty if there are none."""
+    rows = "\n".join(f"<li>{escape(', '.join(names))}: {escape(why)}</li>" for why, names in elsewhere.items())
+    return f"<details><summary>Runs that do not fly here</summary><ul>\n{rows}</ul></details>\n" if rows else ""
 
 
 def read(name: str) -> str:

@@ -77,7 +77,7 @@ def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, se
             if "gains" in design:
                 raise RigError(f"{path}: axes.{axis}.design.poles: expected poles or gains, not both")
             design["gains"] = gains_of_poles(f"{path}: axes.{axis}.design.poles", design.pop("poles"))
-        missing[axis] = {key for key in ("gains", "pid", "bandwidth") if key not in design}
+        missing[axis] = {key for key in ("gains", "pid", "bandwidth", "prefilter") if key not in design}
         for key, value in (("gains", [0.0] * 5), ("pid", [-1.0, -1.0, 0.0]), ("bandwidth", 1.0)):
             design.setdefault(key, value)
     return missing
@@ -110,4 +110,6 @@ def designed(rig: Rig, axis: RigAxis, missing: set[str]) -> RigAxis:
     found: dict[str, Any] = {"gains": scaled_gains(like.design.gains, factor),
                              "pid": tuple(factor * part for part in like.design.pid),
                              "bandwidth": factor * like.design.bandwidth}
+    # Steps of the gap and of tilts share the currents of the motors: without a pre-filter they end on the stops.
+    found["prefilter"] = found["bandwidth"] if rig.rotations and axis not in rig.horizontal else 0.0
     return replace(axis, design=replace(axis.design, **{key: found[key] for key in missing}))

@@ -17,7 +17,19 @@ from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
-from maglev.procedures.rig_data import EPSILON, Array, Runs, column, estimate, estimators, mm, plant_column, rig_of
+from maglev.procedures.rig_data import (
+    EPSILON,
+    Array,
+    Runs,
+    column,
+    estimate,
+    estimators,
+    horizontal_axes,
+    measured_positions,
+    mm,
+    plant_column,
+    rig_of,
+)
 from maglev.schema.procedure import ProcedureSettings
 
 POINTS = 31            # of a predicted curve over the air gap
@@ -35,7 +47,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     rig = rig_of(flown.plan)
     values = constant_values(flown, rig.constants)
     if model is not None:
-        for axis in rig.axes:
+        for axis in (row.axis for row in rig.rows):   # tilts are held, or small
             values.append(Found("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
             values.append(Found("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
@@ -59,7 +71,7 @@ def deviation(flown: RunResult, model: RunResult, name: str) -> float:
 def recording_of(result: RunResult, rig: Rig) -> Recording:
     """The rows of a run as a person would record them."""
     return Recording(rig, result.time,
-                     np.stack([plant_column(result, f"{axis}.encoder") for axis in rig.axes], axis=1),
+                     measured_positions(result, rig),
                      np.stack([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=1),
                      np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
 
@@ -91,7 +103,7 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
     rig = found.recording.rig
     constants = estimate(flown, EPSILON, rig.constants)
     panels = []
-    for axis in rig.axes[1:]:
+    for axis in horizontal_axes(rig):
         constant = row_of(rig, axis).constants[0]
         margin = ERRORS * found.standard_error[constant] * thrust_shape(rig, gaps)
         curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(rig, gaps)).tolist(),

@@ -10,7 +10,18 @@ from maglev.identification.rigs import Rig
 from maglev.judging.metrics import step_samples
 from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
-from maglev.procedures.rig_data import EPSILON, Array, Runs, column, entry, estimate, mm, plant_column, rig_of
+from maglev.procedures.rig_data import (
+    EPSILON,
+    Array,
+    Runs,
+    column,
+    entry,
+    estimate,
+    measured_position,
+    mm,
+    plant_column,
+    rig_of,
+)
 from maglev.schema.procedure import ProcedureSettings
 
 SETTLED = 1.0 / 3.0   # of the time at an air gap, at its end
@@ -28,7 +39,7 @@ def measured(result: RunResult, rig: Rig) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
     axis = rig.axes[0]
     reference = column(result, entry(result.plan.axes, axis, result).reference)
-    position = plant_column(result, f"{axis}.encoder")
+    position = measured_position(result, rig, axis)
     current = np.mean([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=0)
     starts = [0, *step_samples(reference)]
     ends = [*starts[1:], len(reference)]

@@ -17,13 +17,13 @@ from maglev.procedures.rig_data import (
     Runs,
     column,
     estimators,
+    measured_positions,
     millimetres,
     mm,
-    motor_of,
     moving_axes,
     no_such_epsilon,
-    plant_column,
     rig_of,
+    thrust_current,
 )
 from maglev.schema.loading import load_plans
 from maglev.schema.procedure import ProcedureSettings
@@ -47,12 +47,13 @@ class Thrust(NamedTuple):
 
 def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     """Thrust of every axis that moves in a run."""
-    gap = float(plant_column(result, f"{rig.axes[0]}.encoder").mean())
+    positions = dict(zip(rig.axes, measured_positions(result, rig).T, strict=True))
+    gap = float(positions[rig.axes[0]].mean())
     shape = float(thrust_shape(rig, np.array([gap]))[0])
     axes = moving_axes(result, rig)
     if not axes:
         return []
-    end = min(stroke(plant_column(result, f"{axis}.encoder")) for axis in axes)
+    end = min(stroke(positions[axis]) for axis in axes)
     if end < FEWEST:
         raise ScenarioError(f"{result.plan.name}: {end} rows of a parabola, expected {FEWEST} or more")
     time = result.time[:end]
@@ -60,8 +61,8 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         # The first row is what was there before the first command.
-        i_q = float(plant_column(result, f"{motor_of(rig, axis)}.i_q")[1:end].mean())
-        position = plant_column(result, f"{axis}.encoder")[:end]
+        i_q = float(thrust_current(result, rig, axis)[1:end].mean())
+        position = positions[axis][:end]
         by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
         by_estimator = {epsilon: shape * float(column(result, f"{name}.{constant}")[end - 1])
                         for epsilon, name in estimators(result).items()}

@@ -23,9 +23,8 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 
 def rig_of(plan: RunPlan) -> Rig:
     """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
-    if plan.rig is None or plan.rig.rotations:
-        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a rig without tilt, by which a "
-                            "procedure knows the rig")
+    if plan.rig is None:
+        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a rig, by which a procedure knows the rig")
     return described(plan.rig)
 
 
@@ -80,15 +79,36 @@ def plant_column(result: RunResult, name: str) -> Array:
     return column(result, f"plant.{name}")
 
 
+def measured_positions(result: RunResult, rig: Rig) -> Array:
+    """Positions by the encoders, shape (n, axes); where the platform tilts, y and tilts by the gaps at the motors."""
+    described = rig.described
+    names = [f"{axis.name}.encoder" for axis in described.measured]
+    names += [f"{motor}.gap_encoder" for motor in rig.motors if described.rotations]
+    seen = np.stack([plant_column(result, name) for name in names], axis=1)
+    return np.asarray(seen @ rig.places.measuring(described).T)
+
+
+def measured_position(result: RunResult, rig: Rig, axis: str) -> Array:
+    """Position of one axis by the encoders."""
+    return measured_positions(result, rig)[:, rig.axes.index(axis)]
+
+
+def horizontal_axes(rig: Rig) -> list[str]:
+    """Axes that motors drive."""
+    return [axis.name for axis in rig.described.horizontal]
+
+
 def moving_axes(result: RunResult, rig: Rig) -> list[str]:
     """Horizontal axes that nothing holds."""
     start = entry(result.plan.fmus, "plant", result).start
-    return [axis for axis in rig.axes[1:] if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
+    return [axis for axis in horizontal_axes(rig)
+            if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
 
 
-def motor_of(rig: Rig, axis: str) -> str:
-    """Motor, or motor pair, that drives a horizontal axis."""
-    return rig.motors[rig.axes.index(axis) - 1]
+def thrust_current(result: RunResult, rig: Rig, axis: str) -> Array:
+    """Quadrature current of the motors that drive a horizontal axis, their mean, A."""
+    return np.asarray(np.mean([plant_column(result, f"{motor.name}.i_q") for motor in rig.described.motors_of(axis)],
+                              axis=0))
 
 
 def millimetres(length: float) -> str:

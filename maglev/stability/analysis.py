@@ -1,6 +1,7 @@
 """`region`: how large a step a limited loop takes, certified, simulated and flown, with and without antiwindup."""
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -34,13 +35,14 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     Parameters
     ----------
     rig : str
-        "2dof" or "3dof".
+        "2dof", "3dof", "5dof", or the description of a stage of yours, "mine.toml".
     axis : str
-        "v", "h" or "y", "x", "z".
+        "v", "h" or "y", "x", "z", or a tilt, whose lengths are in rad. Where the platform tilts, the certificate is
+        also of the axes that the limits of the currents move; x and z take minutes.
     gap : float or str
         Air gap at which everything else rests, m or text such as "25 mm".
     controller : str, optional
-        An output regulator; `Regulator2DOF` or `Regulator3DOF` if not given.
+        An output regulator; the nonlinear one if not given.
     set : mapping of str to value, optional
         Parameters by `plant.…` and `controller.…`, SI or text with a unit: {"controller.x.ec1": 2e-4}.
     synthesise : bool
@@ -75,10 +77,10 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     """
     if not 0.0 <= decay < float("inf"):
         raise StabilityError(f"decay = {decay!r} 1/s, expected a finite rate of 0 1/s or more")
-    asked = None if step is None else size_of(step)
     settings = by_fmu(set or {})
     loop = axis_loop(rig, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])
+    asked = None if step is None else size_of(step, loop.unit)
     choices = {WITHOUT: np.zeros(3)}
     if loop.gains.any():
         choices = {AS_SET: loop.gains, **choices}
@@ -86,19 +88,22 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
         choices[SYNTHESISED] = synthesised(loop, decay)
     certificates = {name: certify(loop, gains) for name, gains in choices.items()}
     shown = next(iter(certificates.values())).step if asked is None else asked
-    flights = None
-    if fly:
-        described, _, regulators = rig_named(rig)
-        name = controller or regulators[0]
-        folder = kind_folder(Path(fmus), native, fmi)
-        flights = [Flights(rig, axis, gap, name, settings["plant"], settings["controller"], folder, locked)
-                   for locked in ([False] if axis == described.vertical.name else [False, True])]
-        if asked is None:
-            shown = min(shown, flights[0].room()[1])
-    return Region(loop, shown, tuple(
-        Candidate(name, each, largest_step(loop, each), respond(loop, each.gains, shown),
-                  None if flights is None else flown(flights, axis, each.gains, shown))
-        for name, each in certificates.items()))
+    with ExitStack() as stack:
+        flights: list[Flights] = []
+        if fly:
+            described, _, regulators = rig_named(rig)
+            name = controller or regulators[0]
+            folder = kind_folder(Path(fmus), native, fmi)
+            # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.
+            gaps = [False] if axis == described.vertical.name or loop.axes[1:] else [False, True]
+            flights = [stack.enter_context(Flights(rig, axis, gap, name, settings["plant"], settings["controller"],
+                                                   folder, locked)) for locked in gaps]
+            if asked is None:
+                shown = min(shown, flights[0].room()[1])
+        return Region(loop, shown, tuple(
+            Candidate(name, loop.unit, each, largest_step(loop, each), respond(loop, each.gains, shown),
+                      flown(flights, axis, each.gains, shown) if flights else None)
+            for name, each in certificates.items()))
 
 
 def synthesised(loop: AxisLoop, decay: float) -> Matrix:
@@ -115,14 +120,14 @@ def flown(flights: list[Flights], axis: str, gains: Matrix, step: float) -> Flow
                  min(map(abs, flights[0].room())))
 
 
-def size_of(step: Quantity) -> float:
-    """Size of a step, m; StabilityError if it is none."""
+def size_of(step: Quantity, unit: str) -> float:
+    """Size of a step, m or rad; StabilityError if it is none."""
     try:
-        found = parse_quantity(step, "m")
+        found = parse_quantity(step, unit)
     except QuantityError as error:
         raise StabilityError(f"step: {error}") from None
     if found <= 0.0:
-        raise StabilityError(f"step = {found:g} m, expected one above 0 m")
+        raise StabilityError(f"step = {found:g} {unit}, expected one above 0 {unit}")
     return found
 
 

@@ -1,4 +1,4 @@
-"""One axis of a loop at a frozen gap, with the limit of its command and the antiwindup (5.13)."""
+"""One axis of a loop at a frozen gap, with the limits of its commands and the antiwindup (5.13)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,73 +7,98 @@ from typing import Any
 import numpy as np
 
 from maglev.errors import RigError, StabilityError, nearest
-from maglev.linear.linearise import linearise
-from maglev.linear.model import LinearModel, Matrix, equivalents, slowest_first
+from maglev.linear.loop import Loop, linearise_loop
+from maglev.linear.model import Matrix, equivalents, slowest_first
+from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import BLOCKS, Quantity, block_of
 from maglev.own_stage.adoption import rig_named as own_or_ours
 from pmlsm.rig import Rig
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
+ALIKE = 1e-7    # of the largest: what of a command, or of a push, is rounding
+MOST_AXES = 3   # that the solver takes at once
 
 
 @dataclass(frozen=True, eq=False)
 class AxisLoop:
-    """Deviations χ of one axis from rest at its reference: (χ[k+1] − χ[k])/Ts = A χ − (B + E Ec) φ(u), u = K χ.
+    """Deviations χ of one axis from rest at its reference: (χ[k+1] − χ[k])/Ts = A χ − (B + E Ec wᵀ) φ(u), u = K χ.
 
-    φ(u) = u − sat(u) is what the limit cuts off the command. A divided difference in place of χ[k+1] keeps the numbers
-    of a fast sampled loop well apart from 1; with Ts = 0 the same letters are a loop in continuous time, χ' = ….
+    φ(u) = u − sat(u) is what the limits cut off the m commands. On a stage without tilts there is one. Where the
+    platform tilts, a current that is cut off moves other axes than the one that asked for it: they are states, too, and
+    every motor has a limit of its own. A divided difference in place of χ[k+1] keeps the numbers of a fast sampled loop
+    well apart from 1; with Ts = 0 the same letters are a loop in continuous time, χ' = ….
 
     Attributes
     ----------
     name : str
         Plant, controller, axis and gap.
-    axis : str
-        Its name.
+    axis, unit : str
+        Its name, and the unit of its position, "m" or "rad": where m stands below, a tilt has rad.
+    axes : tuple of str
+        Those that move: itself first, then those that its limits move, if any.
     states : tuple of str
-        Names of the n states: position, velocity, current of the amplifiers, observer, internal model.
+        Names of the n states: position and velocity of each axis, currents of the amplifiers, observers, internal
+        models.
+    commands : tuple of tuple of str
+        The m limited commands, each with the currents that are always the same; the first moves the axis.
     A : ndarray, shape (n, n)
         1/s, the loop while no limit is reached.
-    B : ndarray, shape (n,)
-        Effect of the commanded current, 1/(s A) times the unit of the state.
+    B : ndarray, shape (n, m)
+        Effect of the commanded currents, 1/(s A) times the unit of the state, with the antiwindup of the other axes.
     E : ndarray, shape (n, 3)
-        Where the antiwindup acts: on ξ1, ξ2, ξ3.
-    K : ndarray, shape (n,)
-        Commanded current for a state, A.
+        Where the antiwindup of the axis acts: on ξ1, ξ2, ξ3.
+    w : ndarray, shape (m,)
+        What each command counts in it: 1 where there is one.
+    K : ndarray, shape (m, n)
+        Commanded currents for a state, A.
     at_step : ndarray, shape (n,)
         State in which the loop rests 1 m beyond its reference: a step of the reference by r starts at −r at_step.
     in_motion : ndarray, shape (n,)
         State that passes the reference at 1 m/s with an observer that has seen it coming.
     sample_time : float
         Ts, s; 0 for continuous time.
-    lower, upper : float
-        What the command may deviate from that at rest, A, below and above 0.
+    lower, upper : ndarray, shape (m,)
+        What the commands may deviate from those at rest, A, below and above 0.
     gains : ndarray, shape (3,)
         Ec as set; zeros where the antiwindup is off.
     """
 
     name: str
     axis: str
+    unit: str
+    axes: tuple[str, ...]
     states: tuple[str, ...]
+    commands: tuple[tuple[str, ...], ...]
     A: Matrix
     B: Matrix
     E: Matrix
+    w: Matrix
     K: Matrix
     at_step: Matrix
     in_motion: Matrix
     sample_time: float
-    lower: float
-    upper: float
+    lower: Matrix
+    upper: Matrix
     gains: Matrix
 
     @property
-    def limit(self) -> float:
-        """Deviation of the command that both sides allow, A."""
-        return min(-self.lower, self.upper)
+    def limits(self) -> Matrix:
+        """Deviations of the commands that both sides allow, A, shape (m,)."""
+        return np.minimum(-self.lower, self.upper)
 
     @property
     def at_rest(self) -> float:
-        """Command at rest, A."""
-        return -0.5 * (self.lower + self.upper)
+        """The first command at rest, A."""
+        return float(-0.5 * (self.lower[0] + self.upper[0]))
+
+    @property
+    def moving(self) -> list[int]:
+        """Places of positions and velocities among the states."""
+        return list(range(2 * len(self.axes)))
+
+    def injected(self, gains: Matrix) -> Matrix:
+        """B + E Ec wᵀ with antiwindup gains Ec, shape (n, m)."""
+        return np.asarray(self.B + np.outer(self.E @ gains, self.w))
 
     @property
     def rates(self) -> Any:
@@ -89,16 +114,12 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
     Raises
     ------
     StabilityError
-        If there is no such rig, or its platform tilts.
+        If there is no such rig.
     """
     try:
         described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
-    if described.rotations:
-        raise StabilityError(f"{rig}: its platform tilts, expected a stage without tilt: where it tilts, motors come "
-                             "to their limits one by one, and what one of them cuts off acts on several axes, but a "
-                             "certificate is of one axis with one limit")
     plant, *controllers = (definition.name for definition in BLOCKS[described.name])
     return described, plant, [name for name in controllers if "Regulator" in name]
 
@@ -109,18 +130,20 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     """Linear loop of one axis, all others at rest, with what limits it.
 
     The loop is that of `maglev.linear`: sampled, with observer and the lag of the amplifiers. At a frozen gap a
-    horizontal axis of the feedback-linearised motor is linear; the vertical one is linearised.
+    horizontal axis of the feedback-linearised motor is linear; the vertical one is linearised. Where the platform
+    tilts, the loop is that without bias along the horizontal axes, so that level motors carry alike; what the bias
+    takes of each current is taken from its limits.
 
     Parameters
     ----------
     rig : str
-        "2dof", "3dof", or the description of a stage of yours, "mine.toml".
+        "2dof", "3dof", "5dof", or the description of a stage of yours, "mine.toml".
     axis : str
-        "v", "h" or "y", "x", "z".
+        "v", "h" or "y", "x", "z", or a tilt.
     gap : float or str
         Air gap, m or text such as "25 mm".
     controller : str, optional
-        An output regulator; `Regulator2DOF` or `Regulator3DOF` if not given.
+        An output regulator; the nonlinear one if not given.
     plant_parameters, controller_parameters : mapping, optional
         Parameters of the FMUs that differ from their start values.
 
@@ -144,62 +167,106 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     if block.current_limit <= 0.0:
         raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A is none, expected a limit above 0 A: "
                              "without one the region is as large as the model holds")
-    plant = linearise(stage, {vertical: gap}, hold=block.sample_time, parameters=plant_parameters)
-    law = linearise(name, plant.equilibrium, parameters=settings)
-    currents = currents_of(described, axis)
-    loop = close(f"{axis} of {stage} with {name} at {vertical} = {1e3 * plant.equilibrium.positions[vertical]:g} mm",
-                 axis, currents, plant, law,
-                 plant.equilibrium.currents[currents[0]], block)
-    if loop.rates[0].real >= 0.0:
-        raise StabilityError(f"{loop.name}: the loop is unstable, its slowest pole is {loop.rates[0]:.4g} 1/s, "
+    parameters = dict(plant_parameters or {})
+    level = {**parameters, **{f"{each.name}.bias": 0.0 for each in described.horizontal if described.rotations}}
+    loop = linearise_loop(stage, name, {vertical: gap}, plant_parameters=level, controller_parameters=settings)
+    rest = (linearise_loop(stage, name, {vertical: gap}, plant_parameters=parameters, controller_parameters=settings)
+            if described.rotations else loop).plant.equilibrium
+    title = f"{axis} of {stage} with {name} at {vertical} = {1e3 * rest.positions[vertical]:g} mm"
+    found = close(title, described, axis, loop, rest.currents, block)
+    if found.rates[0].real >= 0.0:
+        raise StabilityError(f"{title}: the loop is unstable, its slowest pole is {found.rates[0]:.4g} 1/s, "
                              "expected gains with which it is stable while no limit is reached")
-    return loop
+    return found
 
 
 def currents_of(rig: Rig, axis: str) -> list[str]:
-    """Currents that move an axis; the direct currents of all motors, which are one, move the vertical one."""
-    if axis == rig.vertical.name:
-        return [f"{motor}.i_d" for motor in rig.motor_names]
-    return [f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis]
+    """Currents that move an axis: of the motors that drive it, or the direct ones of those that lift or tilt it."""
+    shares = MotorPlaces.of(rig).even[:, rig.axis_names.index(axis)]
+    return [current for current, share in zip(rig.dq_names, shares, strict=True) if share != 0.0]
 
 
-def close(name: str, axis: str, currents: list[str], plant: LinearModel, law: LinearModel, at_rest: float,
-          block: Any) -> AxisLoop:
-    """Close the loop of one axis, with what its command is at rest (A)."""
-    dt = block.sample_time
-    motion = [f"{axis}.position", f"{axis}.velocity"]
-    lagged = [current for current in currents if current in plant.states]
-    # Currents that are always the same in all motors are one state: each column says where a state stands in the plant.
-    spread = np.zeros((len(plant.states), 2 + bool(lagged)))
-    for column, names in enumerate([[motion[0]], [motion[1]], *([lagged] if lagged else [])]):
-        spread[[plant.states.index(each) for each in names], column] = 1.0
+def coupled(loop: Loop, rig: Rig, axis: str, commanded: Matrix) -> tuple[list[str], list[list[str]]]:
+    """The axes that an axis and the limits of its currents move, itself first, and the commands that are always alike.
+
+    A current that the limit cuts off moves what it would have moved, whoever asked for it; several that are alike in
+    all these axes are cut off together.
+    """
+    if not rig.rotations:
+        return [axis], [currents_of(rig, axis)]
+    closed, plant = loop.closed, loop.plant
+    pushed = plant.B[[plant.index("state", f"{each}.velocity") for each in rig.axis_names]]
+    moving = [axis]
+    while True:
+        rows = commanded[:, [k for k, state in enumerate(closed.states) if axis_of(state) in moving]]
+        alike: list[list[int]] = []
+        for k in np.flatnonzero(np.abs(rows).max(axis=1) > ALIKE * np.abs(rows).max()).tolist():
+            same = next((each for each in alike if np.abs(rows[k] - rows[each[0]]).max()
+                         <= ALIKE * np.abs(rows[k]).max()), None)
+            if same is None:
+                alike.append([k])
+            else:
+                same.append(k)
+        pushes = np.array([np.abs(pushed[:, each].sum(axis=1)) for each in alike]).max(axis=0)
+        more = [name for name, push in zip(rig.axis_names, pushes, strict=True)
+                if name not in moving and push > ALIKE * pushes.max()]
+        if not more:
+            first = currents_of(rig, axis)[0]
+            sets = [[plant.inputs[k].removesuffix("_cmd") for k in each] for each in alike]
+            return moving, sorted(sets, key=lambda each: first not in each)
+        moving += more
+
+
+def axis_of(state: str) -> str:
+    """Axis of a state of a closed loop; the motor, of a current."""
+    return state.removeprefix("controller.").partition(".")[0]
+
+
+def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float], block: Any) -> AxisLoop:
+    """Cut the loop of one axis, and of those that its limits move, out of a whole one with the currents at rest (A)."""
+    closed, plant, dt = loop.closed, loop.plant, block.sample_time
+    law = loop.controller.select(tuple(loop.signals), plant.inputs)
+    commanded = np.hstack([law.D @ loop.sensed, law.C])
+    axes, sets = coupled(loop, rig, axis, commanded)
+    if len(axes) > MOST_AXES:
+        raise StabilityError(f"{name}: its limits move {', '.join(axes)}, expected motors that carry alike, so that at "
+                             f"most {MOST_AXES} axes have to be certified at once")
+    # Currents that are always the same in all motors are one state: each column says where a state stands in the loop.
+    motion = [f"{each}.{part}" for each in axes for part in ("position", "velocity")]
+    lagged = [each for each in sets if each[0] in plant.states]
+    mine = [state for each in axes for state in closed.states if state.startswith(f"controller.{each}.")]
+    groups = [*([state] for state in motion), *lagged, *([state] for state in mine)]
+    spread = np.zeros((len(closed.states), len(groups)))
+    for column, names in enumerate(groups):
+        spread[[closed.index("state", each) for each in names], column] = 1.0
     gathered = np.linalg.pinv(spread)
-    a = gathered @ plant.A @ spread
-    b = gathered @ plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in currents]].sum(axis=1)
-    mine = [k for k, state in enumerate(law.states) if state.startswith(f"{axis}.")]
-    measured, reference = (law.inputs.index(f"{axis}.{signal}") for signal in ("measured", "reference"))
-    command = law.outputs.index(f"{currents[0]}_cmd")
-    p, n = len(a), len(a) + len(mine)
-    full = np.zeros((n, n))
-    full[:p, :p], full[p:, p:] = a, law.A[np.ix_(mine, mine)]
-    full[p:, 0] = law.B[mine, measured]
-    drive = np.concatenate([b, np.zeros(len(mine))])
-    k = np.concatenate([[law.D[command, measured]], np.zeros(p - 1), law.C[command, mine]])
-    full += np.outer(drive, k)
-    by_reference = drive * law.D[command, reference] + np.concatenate([np.zeros(p), law.B[mine, reference]])
-    states = (*motion, *(lagged[:1]), *(law.states[each] for each in mine))
-    places = {state.removeprefix(f"{axis}."): place for place, state in enumerate(states)}
-    inject = np.zeros((n, 3))
-    inject[[places[state] for state in INTERNAL_MODEL], range(3)] = 1.0
+    full = gathered @ closed.A @ spread
+    heads = [plant.inputs.index(f"{each[0]}_cmd") for each in sets]
+    k = commanded[heads] @ spread
+    drive = gathered[:, :len(plant.states)] @ np.column_stack(
+        [plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in each]].sum(axis=1) for each in sets])
+    by_reference = gathered @ closed.B[:, closed.index("input", f"{axis}.reference")]
+    n, states = len(groups), tuple(each[0].removeprefix("controller.") for each in groups)
+    shares = np.linalg.pinv(MotorPlaces.of(rig, block).even)   # of what the limits cut off, by axis and current
+    gains, weights, inject = {}, {}, {}
+    for each in axes:
+        row, part = shares[rig.axis_names.index(each)], getattr(block, each)
+        weights[each] = np.array([sum(row[rig.dq_names.index(current)] for current in alike) for alike in sets])
+        weights[each][np.abs(weights[each]) < ALIKE * np.abs(weights[each]).max()] = 0.0
+        gains[each] = np.array([part.ec1, part.ec2, part.ec3]) if block.antiwindup else np.zeros(3)
+        inject[each] = np.zeros((n, 3))
+        inject[each][[states.index(f"{each}.{state}") for state in INTERNAL_MODEL], range(3)] = 1.0
+    others = sum((np.outer(inject[each] @ gains[each], weights[each]) for each in axes[1:]), np.zeros((n, len(sets))))
     in_motion = np.zeros(n)
-    in_motion[[places["velocity"], places["observer.velocity"]]] = 1.0
+    in_motion[[states.index(f"{axis}.{state}") for state in ("velocity", "observer.velocity")]] = 1.0
     # At a constant speed the low-passed position is behind by Ts/a1 when the next measurement comes.
-    in_motion[places["observer.position"]] = -dt / block_share(block)
-    of_axis = getattr(block, axis)
-    gains = np.array([of_axis.ec1, of_axis.ec2, of_axis.ec3]) if block.antiwindup else np.zeros(3)
-    return AxisLoop(name, axis, states, (full - np.eye(n)) / dt, drive / dt, inject, k,
-                    np.linalg.solve(np.eye(n) - full, by_reference), in_motion, dt,
-                    -block.current_limit - at_rest, block.current_limit - at_rest, gains)
+    in_motion[states.index(f"{axis}.observer.position")] = -dt / block_share(block)
+    at_step: Matrix = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
+    return AxisLoop(name, axis, rig.axes[rig.axis_names.index(axis)].unit("m"), tuple(axes), states,
+                    tuple(tuple(each) for each in sets), (full - np.eye(n)) / dt, np.asarray(drive / dt + others),
+                    inject[axis], weights[axis], k, at_step, in_motion, dt,
+                    np.array([max(-block.current_limit - rest[each] for each in alike) for alike in sets]),
+                    np.array([min(block.current_limit - rest[each] for each in alike) for alike in sets]), gains[axis])
 
 
 def block_share(block: Any) -> float:

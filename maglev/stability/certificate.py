@@ -32,26 +32,26 @@ class Certificate:
         Ec: m s²/A, m s/A, m/A.
     P : ndarray, shape (n, n)
         Positive definite.
-    G : ndarray, shape (n,)
-        Of the sector condition, A: φ(u) (φ(u) − G χ) ≤ 0 wherever |(K − G) χ| is within the limit.
-    T : float
-        Weight of the sector condition.
+    G : ndarray, shape (m, n)
+        Of the sector conditions, A: φ(u) (φ(u) − G χ) ≤ 0 wherever |(K − G) χ| is within the limit, for each command.
+    T : ndarray, shape (m,)
+        Weights of the sector conditions.
     step : float
         Largest step of the reference that starts in the ellipsoid, m; about LARGEST_STEP if that is reached.
     decrease : float
-        V decreases by at least this share of itself and of φ² T a second, 1/s.
+        V decreases by at least this share of itself and of Σ φ² T a second, 1/s.
     """
 
     gains: Matrix
     P: Matrix
     G: Matrix
-    T: float
+    T: Matrix
     step: float
     decrease: float
 
     def level(self, states: Matrix) -> Matrix:
-        """V of states, the columns of an array of shape (n, m): at most 1 inside."""
-        return np.asarray(np.einsum("im,ij,jm->m", states, self.P, states))
+        """V of states, the columns of an array of shape (n, c): at most 1 inside."""
+        return np.asarray(np.einsum("ic,ij,jc->c", states, self.P, states))
 
     def section(self, directions: Matrix) -> Matrix:
         """Shape matrix of the ellipse {c: V(directions c) ≤ 1} for two directions, shape (n, 2)."""
@@ -104,7 +104,8 @@ def certify(loop: AxisLoop, gains: Matrix, decay: float = 0.0) -> Certificate:
 def synthesise(loop: AxisLoop, decay: float) -> Matrix:
     """Antiwindup gains Ec, shape (3,), with the largest certified step at a rate of decay (1/s).
 
-    S = 1/T is a number, and Z = Ec S takes the place of the product: the inequalities are linear in Q, Y, S, Z.
+    S = 1/T is the same number of all commands that the antiwindup acts on, and Z = Ec S takes the place of the product:
+    the inequalities are linear in Q, Y, S, Z.
 
     Raises
     ------
@@ -130,17 +131,20 @@ class Scaled:
                  for part in ([vector.real, vector.imag] if value.imag > 0.0 else [vector.real])]
         rates = [abs(value) for value in values if value.imag >= 0.0 for _ in range(2 if value.imag > 0.0 else 1)]
         basis: Matrix = np.array(modes, dtype=np.float64).T
-        driven = np.linalg.solve(basis, np.column_stack([loop.limit * loop.B, self.STEP * loop.A @ loop.at_step]))
-        sizes = np.linalg.norm(driven, axis=1) / np.array(rates)
+        driven = np.linalg.solve(basis, np.column_stack([loop.B * loop.limits, self.STEP * loop.A @ loop.at_step]))
+        self.rates: Matrix = np.array(rates)   # 1/s, of the modes
+        sizes = np.linalg.norm(driven, axis=1) / self.rates
         self.modes: Matrix = np.asarray(basis * sizes, dtype=np.float64)
         self.back: Matrix = np.asarray(np.linalg.inv(self.modes), dtype=np.float64)
         self.A: Matrix = self.back @ loop.A @ self.modes
         # Currents in units of the limit.
-        self.B: Matrix = self.back @ loop.B * loop.limit
-        self.E: Matrix = self.back @ loop.E * loop.limit
-        self.K: Matrix = loop.K @ self.modes / loop.limit
+        self.limits = loop.limits
+        self.B: Matrix = self.back @ loop.B * self.limits
+        self.E: Matrix = self.back @ loop.E
+        self.w: Matrix = loop.w * self.limits
+        self.K: Matrix = loop.K @ self.modes / self.limits[:, None]
         self.at_step: Matrix = self.back @ loop.at_step * self.STEP
-        self.limit, self.sample_time, self.name = loop.limit, loop.sample_time, loop.name
+        self.sample_time, self.name = loop.sample_time, loop.name
 
 
 class Inequalities:
@@ -150,26 +154,32 @@ class Inequalities:
     """
 
     def __init__(self, cvxpy: Any, scaled: Scaled, decay: float, gains: Matrix | None):
-        n = len(scaled.A)
+        m, n = scaled.K.shape
         self.cvxpy, self.scaled, self.fixed = cvxpy, scaled, gains
         self.Q = cvxpy.Variable((n, n), symmetric=True)
-        self.Y = cvxpy.Variable((1, n))
-        self.S = cvxpy.Variable((1, 1))
+        self.Y = cvxpy.Variable((m, n))
+        self.S = cvxpy.Variable(m)
         self.step = cvxpy.Variable((1, 1))
-        self.sizes = np.linalg.norm(scaled.E, axis=0)
+        self.sizes = np.linalg.norm(scaled.E, axis=0) * np.abs(scaled.w).max()
+        s = cvxpy.diag(self.S)
         if gains is None:
             self.Z = cvxpy.Variable((3, 1))
-            bs = scaled.B[:, None] @ self.S + (scaled.E / self.sizes) @ self.Z
+            bs = scaled.B @ s + (scaled.E / self.sizes) @ self.Z @ scaled.w[None]
         else:
-            bs = (scaled.B + scaled.E @ gains)[:, None] @ self.S
+            bs = (scaled.B + np.outer(scaled.E @ gains, scaled.w)) @ s
         aq, root = scaled.A @ self.Q, np.sqrt(scaled.sample_time)
-        rows = [[aq + aq.T + 2.0 * decay * self.Q, self.Y.T - bs], [self.Y - bs.T, -2.0 * self.S]]
+        rows = [[aq + aq.T + 2.0 * decay * self.Q, self.Y.T - bs], [self.Y - bs.T, -2.0 * s]]
         if scaled.sample_time:
             # The square of a sample's change, (A χ − B φ)ᵀ P (A χ − B φ) Ts, by its Schur complement.
             rows = [[*rows[0], root * aq.T], [*rows[1], -root * bs.T], [root * aq, -root * bs, -self.Q]]
-        self.decrease = cvxpy.bmat(rows)
-        kq, start = scaled.K[None] @ self.Q - self.Y, scaled.at_step[:, None] @ self.step
-        self.constraints = [cvxpy.bmat([[self.Q, kq.T], [kq, np.eye(1)]]) >> 0,
+        # Fast modes and slow ones alike: the same inequality with rows and columns of other sizes.
+        even = np.ones(sum(row[-1].shape[0] for row in rows))
+        even[:n] = scaled.rates ** -0.5
+        self.decrease = cvxpy.multiply(np.outer(even, even), cvxpy.bmat(rows))
+        kq, start = scaled.K @ self.Q - self.Y, scaled.at_step[:, None] @ self.step
+        acting = [k for k in range(m) if gains is None and scaled.w[k] != 0.0]
+        self.constraints = [*(cvxpy.bmat([[self.Q, kq[k:k + 1].T], [kq[k:k + 1], np.eye(1)]]) >> 0 for k in range(m)),
+                            *(self.S[k] == self.S[acting[0]] for k in acting[1:]),
                             cvxpy.bmat([[np.eye(1), start.T], [start, self.Q]]) >> 0,
                             self.step <= LARGEST_STEP / scaled.STEP]
 
@@ -209,42 +219,43 @@ class Inequalities:
         """Ec of the solution."""
         if self.fixed is not None:
             return self.fixed
-        return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[0, 0])
+        return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[np.argmax(np.abs(self.scaled.w))])
 
-    def values(self) -> tuple[Matrix, Matrix, float]:
+    def values(self) -> tuple[Matrix, Matrix, Matrix]:
         """Q, Y and S of the solution."""
-        return np.asarray(self.Q.value), np.asarray(self.Y.value[0]), float(self.S.value[0, 0])
+        return np.asarray(self.Q.value), np.asarray(self.Y.value), np.asarray(self.S.value)
 
 
-def certificate(loop: AxisLoop, scaled: Scaled, gains: Matrix, solution: tuple[Matrix, Matrix, float], decay: float
+def certificate(loop: AxisLoop, scaled: Scaled, gains: Matrix, solution: tuple[Matrix, Matrix, Matrix], decay: float
                 ) -> Certificate | None:
     """Certificate of a solution if it is one, by eigenvalues and without the solver's word."""
     q, y, s = solution
-    if s <= 0.0 or np.linalg.eigvalsh(q)[0] <= 0.0:
+    if s.min() <= 0.0 or np.linalg.eigvalsh(q)[0] <= 0.0:
         return None
     p: Matrix = np.asarray(np.linalg.inv(q), dtype=np.float64)
-    g = p @ y
-    decrease = decrease_of(scaled.A, scaled.B + scaled.E @ gains, g, p, 1.0 / s, scaled.sample_time, decay)
+    g = y @ p
+    b = scaled.B + np.outer(scaled.E @ gains, scaled.w)
+    decrease = decrease_of(scaled.A, b, g, p, 1.0 / s, scaled.sample_time, decay)
     if decrease < LEAST_DECREASE:
         return None
     # Between K and G the sector condition reaches to the limit: shrink the ellipsoid until it is inside.
-    reach = float((scaled.K - g) @ q @ (scaled.K - g))
-    p = p * max(1.0, reach)
+    reach = max(1.0, float(np.diag((scaled.K - g) @ q @ (scaled.K - g).T).max()))
+    p = p * reach
     original = scaled.back.T @ p @ scaled.back
     original = 0.5 * (original + original.T)
-    return Certificate(gains, original, g @ scaled.back * scaled.limit, 1.0 / s / scaled.limit**2 * max(1.0, reach),
+    return Certificate(gains, original, scaled.limits[:, None] * (g @ scaled.back), reach / s / scaled.limits**2,
                        float(1.0 / np.sqrt(loop.at_step @ original @ loop.at_step)), decrease)
 
 
-def decrease_of(a: Matrix, b: Matrix, g: Matrix, p: Matrix, t: float, sample_time: float, decay: float) -> float:
-    """Least decrease of V + 2 decay V + 2 φ T (φ − G χ) for χᵀ P χ + T φ² = 1, 1/s; negative where it grows.
+def decrease_of(a: Matrix, b: Matrix, g: Matrix, p: Matrix, t: Matrix, sample_time: float, decay: float) -> float:
+    """Least decrease of V + 2 decay V + 2 φᵀ T (φ − G χ) for χᵀ P χ + φᵀ T φ = 1, 1/s; negative where it grows.
 
     Parameters
     ----------
-    a, b, g, p : ndarray, shapes (n, n), (n,), (n,), (n, n)
+    a, b, g, p : ndarray, shapes (n, n), (n, m), (m, n), (n, n)
         With χ' = a χ − b φ, or the divided difference of a sampled loop.
-    t : float
-        T, above 0.
+    t : ndarray, shape (m,)
+        Diagonal of T, above 0.
     sample_time : float
         s, 0 for continuous time.
     decay : float
@@ -252,16 +263,16 @@ def decrease_of(a: Matrix, b: Matrix, g: Matrix, p: Matrix, t: float, sample_tim
     """
     change = np.column_stack([a, -b])
     n = len(a)
-    matrix = np.zeros((n + 1, n + 1))
+    matrix = np.zeros((n + len(t), n + len(t)))
     matrix[:n] = p @ change
     matrix += matrix.T
     matrix[:n, :n] += 2.0 * decay * p
     matrix += sample_time * change.T @ p @ change
-    matrix[n, :n] += t * g
-    matrix[:n, n] += t * g
-    matrix[n, n] -= 2.0 * t
-    root = np.zeros((n + 1, n + 1))
+    matrix[n:, :n] += t[:, None] * g
+    matrix[:n, n:] += (t[:, None] * g).T
+    matrix[n:, n:] -= 2.0 * np.diag(t)
+    root = np.zeros_like(matrix)
     root[:n, :n] = np.linalg.cholesky(p)
-    root[n, n] = np.sqrt(t)
+    root[n:, n:] = np.diag(np.sqrt(t))
     balanced = np.linalg.solve(root, np.linalg.solve(root, matrix).T)
     return float(-np.linalg.eigvalsh(0.5 * (balanced + balanced.T))[-1])

@@ -46,7 +46,7 @@ def figure_of(loop: AxisLoop, step: float, candidates: Sequence[tuple[str, Certi
                           label=f"{name}, {what}")
             command.plot(response.time, response.command, style, color=color, linewidth=1.0)
     position.axhline(1e3 * step, color="0.6", linewidth=0.8)
-    position.set_ylabel("from the start (mm)")
+    position.set_ylabel(f"from the start (m{loop.unit})")
     position.set_ylim(-0.1e3 * step, 1.9e3 * step)   # those that are lost leave the picture
     position.legend(fontsize="small", loc="lower right")
     command.set(xlabel="time (s)", ylabel="command (A)")
@@ -64,8 +64,8 @@ def draw_plane(panel: Any, loop: AxisLoop, found: Certificate, color: str) -> No
     panel.plot(1e3 * grid[0, ~back], grid[1, ~back], "o", color="0.7", markersize=3, fillstyle="none")
     panel.plot(1e3 * section[0], section[1], color="k", linewidth=1.2)
     panel.plot(1e3 * shadow[0], shadow[1], "--", color="k", linewidth=0.8)
-    panel.set(xlim=(-1e3 * reach[0], 1e3 * reach[0]), ylim=(-reach[1], reach[1]), xlabel="position (mm)",
-              ylabel="velocity (m/s)")
+    panel.set(xlim=(-1e3 * reach[0], 1e3 * reach[0]), ylim=(-reach[1], reach[1]), xlabel=f"position (m{loop.unit})",
+              ylabel=f"velocity ({loop.unit}/s)")
 
 
 def ellipse(shape: Matrix, points: int = 200) -> Matrix:

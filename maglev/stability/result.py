@@ -42,7 +42,7 @@ class Flown:
     room: float
 
     def written(self, step: float) -> str:
-        """A largest step as text, mm."""
+        """A largest step as text, mm or mrad."""
         return f"{'≥ ' if step >= self.room else ''}{1e3 * step:.1f}"
 
 
@@ -52,8 +52,8 @@ class Candidate:
 
     Attributes
     ----------
-    name : str
-        "as set", "without" or "synthesised".
+    name, unit : str
+        "as set", "without" or "synthesised"; of the axis, "m" or "rad".
     certificate : Certificate
         Ellipsoid and largest certified step.
     simulated : float
@@ -65,6 +65,7 @@ class Candidate:
     """
 
     name: str
+    unit: str
     certificate: Certificate
     simulated: float
     response: Response
@@ -77,7 +78,7 @@ class Candidate:
 
     @property
     def largest(self) -> tuple[str, str]:
-        """Largest step that is certified and that is flown, as text, mm: what is certified is not flown by itself."""
+        """Largest step that is certified and that is flown, as text, mm or mrad: the one does not say the other."""
         return (f"{1e3 * self.certificate.step:.1f}",
                 self.flown.written(self.flown.largest) if self.flown else "not flown")
 
@@ -85,7 +86,8 @@ class Candidate:
     def title(self) -> str:
         """Name and largest steps."""
         certified, flown = self.largest
-        return f"{self.name}: {certified} mm certified, {flown}{' mm flown' if self.flown else ''}"
+        unit = f"m{self.unit}"
+        return f"{self.name}: {certified} {unit} certified, {flown}{f' {unit} flown' if self.flown else ''}"
 
     @property
     def responses(self) -> dict[str, Response]:
@@ -95,10 +97,11 @@ class Candidate:
     def row(self) -> dict[str, str]:
         """Cells of the candidate by the titles of their columns."""
         cells = {"antiwindup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
-        cells["certified (mm)"], cells["flown (mm)"] = self.largest
+        unit = f"(m{self.unit})"
+        cells[f"certified {unit}"], cells[f"flown {unit}"] = self.largest
         if self.flown and self.flown.largest_locked is not None:
-            cells["gap locked (mm)"] = self.flown.written(self.flown.largest_locked)
-        cells["simulated (mm)"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
+            cells[f"gap locked {unit}"] = self.flown.written(self.flown.largest_locked)
+        cells[f"simulated {unit}"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
         cells["overshoot (%)"], cells["settling (s)"] = response_cells(self.response)
         if self.flown:
             cells["flown (%)"], cells["flown (s)"] = (response_cells(self.flown.response) if self.flown.held else
@@ -109,7 +112,7 @@ class Candidate:
         """Candidate as JSON has it, SI."""
         found, flown = self.certificate, self.flown
         return {"Ec": found.gains.tolist(), "certified_step": found.step, "P": found.P.tolist(), "G": found.G.tolist(),
-                "T": found.T, "decrease": found.decrease, "simulated_step": self.simulated,
+                "T": found.T.tolist(), "decrease": found.decrease, "simulated_step": self.simulated,
                 "simulated": response_data(self.response),
                 "flown": None if flown is None else {
                     "held": flown.held, "largest_step": flown.largest, "largest_step_gap_locked": flown.largest_locked,
@@ -144,19 +147,22 @@ class Region:
 
     def __str__(self) -> str:
         """Limit, gains, and a row for each candidate."""
-        loop = self.loop
+        loop, unit = self.loop, f"m{self.loop.unit}"
         rows = [each.row() for each in self.candidates]
+        others = f"; its limits move {' and '.join(loop.axes[1:])}, too" if loop.axes[1:] else ""
         return (f"{loop.name}: {1e3 * loop.sample_time:g} ms, command {loop.at_rest:.4g} A at rest, "
-                f"{loop.at_rest + loop.lower:g}…{loop.at_rest + loop.upper:g} A\n"
-                f"largest steps; overshoot and settling into 0.1 mm for a step of {1e3 * self.step:.4g} mm\n"
+                f"{loop.at_rest + loop.lower[0]:g}…{loop.at_rest + loop.upper[0]:g} A{others}\n"
+                f"largest steps; overshoot and settling into 0.1 {unit} for a step of {1e3 * self.step:.4g} {unit}\n"
                 f"{LEFT_OUT}\n\n"
                 f"{aligned([list(rows[0]), *(list(row.values()) for row in rows)])}\n")
 
     def as_data(self) -> dict[str, Any]:
         """Everything as JSON has it, SI; a settling time of null is one that does not end within the response."""
         loop = self.loop
-        return {"name": loop.name, "axis": loop.axis, "sample_time": loop.sample_time, "states": list(loop.states),
-                "command_at_rest": loop.at_rest, "lower": loop.lower, "upper": loop.upper, "step": self.step,
+        return {"name": loop.name, "axis": loop.axis, "axes": list(loop.axes), "sample_time": loop.sample_time,
+                "states": list(loop.states), "commands": [list(each) for each in loop.commands],
+                "command_at_rest": loop.at_rest, "lower": loop.lower.tolist(), "upper": loop.upper.tolist(),
+                "step": self.step,
                 "poles": [[rate.real, rate.imag] for rate in loop.rates.tolist()],
                 "candidates": {each.name: each.as_data() for each in self.candidates}}
 

@@ -12,7 +12,7 @@ from maglev.stability.certificate import LARGEST_STEP, Certificate
 
 HORIZON = 20.0       # s, after which a state that is not back is taken for lost
 LOOK = 500           # samples between two looks at who is back or lost
-LOST = 30.0          # m or m/s
+LOST = 30.0          # m, m/s, or of a tilt rad, rad/s
 STEPS = 40           # steps that are tried at a time, of either sign
 BAND = 1e-4          # m, of settling: the specification of the thesis (section 5.5)
 SHOWN = 5.0          # s, of a response
@@ -27,7 +27,7 @@ class Response:
     step : float
         m.
     time, position, command : ndarray, shape (k,)
-        s; m from where the step began; A.
+        s; m from where the step began; A, of the first current that moves the axis.
     """
 
     step: float
@@ -55,27 +55,27 @@ class Samples:
     def __init__(self, loop: AxisLoop, gains: Matrix):
         if loop.sample_time <= 0.0:
             raise StabilityError(f"{loop.name}: sample_time = {loop.sample_time:g} s, expected a sampled loop")
-        self.K, self.lower, self.upper = loop.K, loop.lower, loop.upper
+        self.K, self.lower, self.upper = loop.K, loop.lower[:, None], loop.upper[:, None]
         self.A: Matrix = np.eye(len(loop.A)) + loop.sample_time * loop.A
-        self.B: Matrix = loop.sample_time * (loop.B + loop.E @ gains)[:, None]
+        self.B: Matrix = loop.sample_time * loop.injected(gains)
 
     def after(self, states: Matrix) -> tuple[Matrix, Matrix]:
-        """States after one sample, shape (n, m), and the limited commands, A, as deviations, shape (m,)."""
+        """States after one sample, shape (n, c), and the limited commands, A, as deviations, shape (m, c)."""
         wanted = self.K @ states
         # np.clip takes five times as long for as few.
         command = np.minimum(np.maximum(wanted, self.lower), self.upper)
-        return self.A @ states - self.B * (wanted - command), command
+        return self.A @ states - self.B @ (wanted - command), command
 
 
 def comes_back(loop: AxisLoop, found: Certificate, states: Matrix) -> NDArray[np.bool_]:
-    """Whether states, the columns of an array of shape (n, m), come back to rest: into the certified ellipsoid."""
+    """Whether states, the columns of an array of shape (n, c), come back to rest: into the certified ellipsoid."""
     samples = Samples(loop, found.gains)
     back = np.zeros(states.shape[1], bool)
     going = np.arange(states.shape[1])
     for _ in range(int(np.ceil(HORIZON / (LOOK * loop.sample_time)))):
         inside = found.level(states) <= 1.0
         back[going[inside]] = True
-        stay = ~inside & (np.abs(states[:2]) < LOST).all(axis=0)
+        stay = ~inside & (np.abs(states[loop.moving]) < LOST).all(axis=0)
         going, states = going[stay], states[:, stay]
         if len(going) == 0:
             break
@@ -111,5 +111,5 @@ def respond(loop: AxisLoop, gains: Matrix, step: float) -> Response:
     for k in range(count):
         position[k] = step + state[0, 0]
         state, now = samples.after(state)
-        command[k] = loop.at_rest + now[0]
+        command[k] = loop.at_rest + now[0, 0]
     return Response(step, np.asarray(loop.sample_time * np.arange(count), dtype=np.float64), position, command)

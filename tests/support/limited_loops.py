@@ -6,6 +6,7 @@ import numpy as np
 from motor import MOTOR
 
 from controller_fmu.regulator_3dof import Regulator3DOF
+from maglev.linear.model import Matrix
 from maglev.stability.axis_loop import AxisLoop
 from pmlsm.gap_functions import gap_functions
 
@@ -22,11 +23,19 @@ def five_states(limit: float = 4.0) -> AxisLoop:
     a[1] = demand
     inject = np.zeros((5, 3))
     inject[2:] = np.eye(3)
-    return AxisLoop("five states", "x", ("e", "rate", "xi1", "xi2", "xi3"), a, np.array([0.0, -thrust, 0.0, 0.0, 0.0]),
-                    inject, -demand / thrust, np.eye(5)[0], np.eye(5)[1], 0.0, -limit, limit, THESIS)
+    return of_one_command("five states", ("e", "rate", "xi1", "xi2", "xi3"), a, np.array([0.0, -thrust, 0.0, 0.0, 0.0]),
+                          inject, -demand / thrust, 0.0, limit, THESIS)
+
+
+def of_one_command(name: str, states: tuple[str, ...], a: Matrix, b: Matrix, inject: Matrix, k: Matrix, dt: float,
+                   limit: float, gains: Matrix) -> AxisLoop:
+    """Loop of x alone, whose first state is the error and whose second one is its rate."""
+    at_step, in_motion = np.eye(max(2, len(a)))[:2, :len(a)]
+    return AxisLoop(name, "x", "m", ("x",), states, (("i_q",),), a, b[:, None], inject, np.ones(1), k[None], at_step,
+                    in_motion, dt, np.array([-limit]), np.array([limit]), gains)
 
 
 def first_order(pole: float, gain: float, limit: float, sample_time: float = 0.0) -> AxisLoop:
     """x' = pole x + sat(−gain x), or with x[k+1] − x[k] = Ts (…)."""
-    return AxisLoop("first order", "x", ("x",), np.array([[pole - gain]]), np.array([1.0]), np.zeros((1, 3)),
-                    np.array([-gain]), np.array([1.0]), np.array([1.0]), sample_time, -limit, limit, np.zeros(3))
+    return of_one_command("first order", ("x",), np.array([[pole - gain]]), np.array([1.0]), np.zeros((1, 3)),
+                          np.array([-gain]), sample_time, limit, np.zeros(3))

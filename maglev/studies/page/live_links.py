@@ -8,14 +8,14 @@ from maglev.live.link import live_address
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
-from maglev.studies.page.again import FLAGS, values_of
+from maglev.studies.page.again import FLAGS, run_of, values_of
 
 HARMLESS = ("native", "fmi", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
 
 
 def why_not_live(about: Mapping[str, Any]) -> str:
     """Why the live page cannot fly the samples of a study as they were flown; empty if it can."""
-    name, run = about["scenario"], about["run"]
+    name, run = about["scenario"], run_of(about)
     if run["scenario"] != name or name not in packaged_runs():
         return f"it has the packaged runs alone, and {name} is none of these"
     plan = load_plan(name)

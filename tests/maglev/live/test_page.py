@@ -15,8 +15,8 @@ from motor import MOTOR
 
 from fmi_export.model_description import model_description
 from maglev.errors import FmuError, ScenarioError
-from maglev.live.content import FLOWN, flies_live, gap_table, live_runs, models_of, page_data, tilts
-from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, write_live
+from maglev.live.content import flies_live, gap_table, live_runs, models_of, not_live, page_data, tilts
+from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
 from maglev.own_stage.new import new_stage
@@ -27,6 +27,7 @@ from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rigs import RIGS
 
+FLOWN = tuple(name for rig in RIGS.values() for name in models_of(rig))
 LARGEST = 850_000   # bytes of the page with three stages, of which each takes 170 to 250 thousand
 
 
@@ -102,6 +103,11 @@ def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
     assert not flies_live(load_plan("2dof-identification-rig"))   # estimators
     assert not flies_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
     assert not flies_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
+    said = {name: why for why, names in not_live().items() for name in names}
+    assert "Plant5DOF (a law without references of roll and pitch), expected" in said["5dof-guided-first-linear"]
+    runs = {plan.name for name in packaged_files() for plan in load_plans(name) if not plan.check_only}
+    assert said.keys() == runs - {plan.name for plan in live_runs()}
+    assert f"<li>2dof-cogging: {said['2dof-cogging']}</li>" in reasons({said["2dof-cogging"]: ["2dof-cogging"]})
     assert all(plan.fmus["plant"].model in FLOWN for plan in live_runs())
 
 
@@ -191,6 +197,6 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
     with pytest.raises(ScenarioError, match="kind"):
         plans_of(scenario)
     for name, flown in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
-                        ("5dof-guided-first-linear", "LinearRegulator3DOF, Plant5DOF, expected")):
+                        ("5dof-guided-first-linear", r"LinearRegulator3DOF, Plant5DOF \(a law without")):
         with pytest.raises(FmuError, match=f"{name} cannot fly in the live page: it flies {flown}"):
             page_data(mine, [load_plan(name)])

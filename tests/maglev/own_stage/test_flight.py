@@ -10,7 +10,7 @@ from interop.loops import foreign, ours_from_zero
 
 import maglev
 from maglev.api.identifying import write_identification
-from maglev.errors import IdentificationError, MaglevError, RigError
+from maglev.errors import IdentificationError, RigError
 from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
@@ -215,20 +215,24 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "leaning.toml", "5dof", TILTING)
-    maglev.build(rig="leaning.toml", names=["StageLeaning"], native=True, target="host")
+    maglev.build(rig="leaning.toml", names=["StageLeaning", "PIDLeaning"], native=True, target="host")
     run = maglev.run("leaning-setpoints.toml", native=True)
     assert not run["plant.at_stop"].any()
     assert run.plan.axes["roll"].rotation
     for axis in ("y", "x", "z", "roll", "pitch"):
         assert abs(run[f"plant.{axis}.position"][-1] - run[f"controller.{axis}.reference"][-1]) < 0.1e-3
     assert run["controller.roll.reference"].max() > 2e-3
+    (tmp_path / "pid.toml").write_text('extends = "leaning-setpoints.toml"\nname = "pid"\n'
+                                       'fmus.controller.model = "PIDLeaning"\n', encoding="utf-8")
+    assert not maglev.run("pid.toml", native=True)["plant.at_stop"].any()
     # The system of its plant and controller flies in another tool.
     plan = run.plan.model_copy(update={"stop_time": 1.2})
     rows = foreign("fmpy.ssp", plan, Path("fmus/native"), tmp_path, Path("fmus/native/StageLeaning.ssp"))
     assert np.ptp(rows, axis=0).min() > 1e-4
     assert np.array_equal(rows, ours_from_zero(plan, Path("fmus/native")))
-    with pytest.raises(MaglevError, match="leaning.toml: its platform tilts, expected a stage without tilt"):
-        maglev.region("leaning.toml", "y", "25 mm")
+    found = maglev.region("leaning.toml", "y", "25 mm", fly=False)
+    assert found.loop.axes == ("y",)
+    assert 3e-3 < found["without"].certificate.step < found["without"].simulated
     # A controller to begin with, through its first steps of all axes.
     maglev.new_controller("lqi.py", stage="leaning.toml")
     (tmp_path / "short.toml").write_text('extends = "leaning-setpoints.toml"\nname = "short"\nstop_time = "2.5 s"\n',

@@ -13,7 +13,7 @@ from maglev.operating_range import OUTCOMES, Map, Origin, RigMaps, read_maps, sh
 from maglev.report.page import write_report
 from maglev.report.range_maps import range_section
 
-STAGES = ("2dof", "3dof")
+STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
 
 

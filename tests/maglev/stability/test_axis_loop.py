@@ -1,11 +1,14 @@
 """The loop of one axis against the whole linear loop, and against the regulator itself."""
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
 import pytest
 
 from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.regulator_5dof import Regulator5DOF
+from controller_fmu.status import LINEAR
 from maglev.errors import StabilityError
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
@@ -78,8 +81,8 @@ def test_a_moving_observer_has_seen_it_coming() -> None:
 def test_the_command_at_rest_takes_from_the_limit() -> None:
     loop = axis_loop("3dof", "y", "25 mm")
     assert loop.at_rest == pytest.approx(linearise("Plant3DOF", {"y": "25 mm"}).equilibrium.currents["alpha.i_d"])
-    assert (loop.at_rest + loop.lower, loop.at_rest + loop.upper) == pytest.approx((-4.0, 4.0))
-    assert loop.limit == pytest.approx(4.0 - abs(loop.at_rest))
+    assert (loop.at_rest + loop.lower[0], loop.at_rest + loop.upper[0]) == pytest.approx((-4.0, 4.0))
+    assert loop.limits == pytest.approx([4.0 - abs(loop.at_rest)])
 
 
 def test_antiwindup_that_is_off_has_no_gains() -> None:
@@ -104,7 +107,55 @@ def test_overshoot_and_settling_of_a_response() -> None:
     assert Response(0.01, time, 0.01 * np.ones(5), np.zeros(5)).settling == 0.0
 
 
-@pytest.mark.parametrize("axis", ["x", "roll"])
-def test_a_platform_that_tilts_is_refused(axis: str) -> None:
-    with pytest.raises(StabilityError, match="5dof: its platform tilts, .* motors come to their limits one by one"):
-        axis_loop("5dof", axis, "25 mm")
+@pytest.mark.parametrize(("axis", "axes", "commands"), [
+    ("y", ("y",), [4]), ("roll", ("roll", "y"), [1, 1, 2]), ("x", ("x", "y", "pitch"), [2, 2, 1, 1])])
+def test_limits_of_a_platform_that_tilts_move_other_axes(axis: str, axes: tuple[str, ...], commands: list[int]) -> None:
+    """All direct currents at once move y alone; those of one motor y and a tilt; a thrust the tilt that it drives."""
+    loop = axis_loop("5dof", axis, "25 mm")
+    assert (loop.axes, [len(each) for each in loop.commands]) == (axes, commands)
+    whole = linearise_loop("Plant5DOF", "Regulator5DOF", {"y": "25 mm"},
+                           plant_parameters={"x.bias": 0.0, "z.bias": 0.0}).poles
+    for pole in 1.0 + loop.sample_time * np.linalg.eigvals(loop.A):
+        assert np.abs(whole - pole).min() < 1e-6   # roll and pitch have the same
+    # What the bias takes of the currents at rest is taken from the limits.
+    rest = linearise_loop("Plant5DOF", "Regulator5DOF", {"y": "25 mm"}).plant.equilibrium.currents
+    assert loop.limits == pytest.approx([4.0 - max(abs(rest[current]) for current in each) for each in loop.commands])
+
+
+@pytest.mark.parametrize(("axis", "step"), [("roll", 15e-3), ("x", 40e-3)])
+def test_large_steps_are_those_of_the_regulator_itself_where_the_platform_tilts(axis: str, step: float) -> None:
+    """Limits and antiwindup of all motors, of the linear law, on the linear plant with all its axes."""
+    known = {"C3": 327.5, "C4": 8.48, "C5": 0.007, "y.ripple.amplitude": 0.0}   # so that the controller rests
+    free = {"x.bias": 0.0, "z.bias": 0.0, "y.bias": 0.0, **known}
+    loop = axis_loop("5dof", axis, "25 mm", controller="LinearRegulator5DOF", plant_parameters=free)
+    # The step leads away from level, and takes what holds a tilt from the limits.
+    held = step * loop.at_step[[loop.states.index(each[0]) for each in loop.commands]]
+    answer = respond(replace(loop, lower=loop.lower - held, upper=loop.upper - held), loop.gains, step)
+    plant = linearise("Plant5DOF", {"y": "25 mm"}, hold=2e-4, parameters=free)
+    rest = np.array([plant.equilibrium.currents[name.removesuffix("_cmd")] for name in plant.inputs])
+    block = Regulator5DOF(LINEAR)
+    assert block.start() == 0
+    state, places = np.zeros(len(plant.states)), (block.alpha1_place, block.alpha2_place, block.beta1_place,
+                                                  block.beta2_place)
+    motors = (block.alpha1, block.alpha2, block.beta1, block.beta2)
+    limited = False
+    block.sample()   # at rest, before the step
+    getattr(block, axis).reference = step
+    for k in range(6000):
+        seen = dict(zip(plant.outputs, plant.C @ state, strict=True))
+        block.x.measured, block.z.measured = seen["x.position"], seen["z.position"]
+        for name, place in zip(("alpha1", "alpha2", "beta1", "beta2"), places, strict=True):
+            place.gap_measured = 0.025 + seen[f"{name}.gap"]
+        block.sample()
+        assert answer.position[k] == pytest.approx(seen[f"{axis}.position"], abs=2e-6)
+        limited = limited or block.saturated
+        commands = np.array([each for motor in motors for each in (motor.i_d_cmd, motor.i_q_cmd)]) - rest
+        state = plant.A @ state + plant.B @ commands
+    assert limited
+    assert answer.overshoot > 0.2
+
+
+def test_limits_that_move_all_axes_are_refused() -> None:
+    """A payload off the centre: no two motors carry alike."""
+    with pytest.raises(StabilityError, match="its limits move x, y, pitch, roll, expected motors that carry alike"):
+        axis_loop("5dof", "x", "25 mm", plant_parameters={"payload.mass": 0.3, "payload.x": 0.1, "payload.z": 0.05})

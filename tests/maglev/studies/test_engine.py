@@ -145,6 +145,9 @@ def test_studies_as_data(client: Client, fastest_fmus: Path, tmp_path: Path) -> 
     assert run.metrics.rms_errors["h"] == frame["rms error of h"][5]
     with pytest.raises(MaglevError, match="there is no sample 6"):
         study.command(6)
+    study.about = {**study.about, "run": ["maglev", "run", "hold.toml"]}   # as a version before wrote it
+    with pytest.raises(MaglevError, match="run = 'maglev run hold.toml' of an earlier version, .*fly the study again"):
+        study.command(5)
 
 
 def of_a_crash(fmus: Path, folder: Path) -> PlannedStudy:
