@@ -38,7 +38,7 @@ def cell(value: float, error: float | None, by: float, unit: str) -> str:
     if value in (0.0, inf) and error is not None:
         return "beyond"
     text = "–" if value in (0.0, inf) else f"{by * value:.3g}"
-    return text + (f" ± {by * error:.1g}" if error is not None else "") + (unit if text != "–" else "")
+    return text + (f" ± {float(f'{by * error:.1g}'):g}" if error is not None else "") + (unit if text != "–" else "")
 
 
 def rows(name: str, axis: str, found: dict[str, Any]) -> list[str]:
