@@ -1,6 +1,7 @@
-"""One axis of motion: mass, guide, ripple, end stops, and its share of a Runge–Kutta step."""
+"""One axis of motion: mass, guide, ripple, end stops, flexible mode, and its share of a Runge–Kutta step."""
 
 from plant_fmu.end_stop import EndStop
+from plant_fmu.flexible_mode import FlexibleMode
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
 from pmlsm.saturation import saturate
@@ -19,6 +20,9 @@ class Axis:
     The constants of the motors and the amplitude of the ripple are accelerations at the nominal mass: their forces
     stay as they are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
 
+    Positions are against the floor that stops, guides and stators stand on. Where the floor shakes, its acceleration
+    acts on every part of the mover the other way round.
+
     It may be a rotation as well: rad, kg m² and N m instead of m, kg and N.
     """
 
@@ -33,12 +37,17 @@ class Axis:
         self.friction = GuideFriction(coulomb, presliding, viscous)
         self.ripple = Ripple(0.0, 5.0e-3)
         self.stop = EndStop(lower, upper)
+        self.mode = FlexibleMode()
         self.force = 0.0                       # N, input
+        self.floor_acceleration = 0.0          # m/s², input
         self.position = position_start         # m, state and output
         self.velocity = 0.0                    # m/s, state and output
         self.deflection = 0.0                  # w of the guide friction, state
         self.encoder = position_start          # m, output
+        self.flexible = False                  # whether there is a mode
+        self.swing = 0.0                       # m, how much more than the position the encoder sees, by the mode
         self.acceleration = 0.0                # m/s², at the last integration point
+        self.drift = bias                      # m/s², bias less the acceleration of the floor, in this integration step
         self.present_mass = mass               # kg, with the payload, in this integration step
         self.mass_ratio = 1.0                  # nominal over present mass
         self.position_0 = 0.0                  # state at the start of the integration step
@@ -53,6 +62,8 @@ class Axis:
         self.position = self.position_start
         self.velocity = 0.0
         self.deflection = 0.0
+        self.flexible = self.mode.start()
+        self.swing = 0.0
         return not self.beyond_stop()
 
     def beyond_stop(self) -> bool:
@@ -67,6 +78,9 @@ class Axis:
         """Begin an integration step."""
         self.present_mass = self.mass + self.payload
         self.mass_ratio = self.nominal_mass / self.present_mass
+        self.drift = self.bias - self.floor_acceleration
+        if self.flexible:
+            self.mode.begin()
         self.stop.engage(self.position)
         self.position_0 = self.position
         self.velocity_0 = self.velocity
@@ -93,8 +107,11 @@ class Axis:
         deflection = self.deflection
         external = (self.force + self.stop.force(self.position, velocity)
                     - self.friction.force(deflection, velocity))
-        acceleration = (motors + self.bias + self.mass_ratio * self.ripple.acceleration(self.position)
+        acceleration = (motors + self.drift + self.mass_ratio * self.ripple.acceleration(self.position)
                         + external / self.present_mass)
+        if self.flexible:   # the floor is no force on the mover: it moves both parts of it alike
+            floor = self.floor_acceleration
+            acceleration = self.mode.add_slope(acceleration + floor, weight, ahead) - floor
         self.acceleration = acceleration
         deflection_rate = self.friction.deflection_rate(deflection, velocity)
         self.position_sum += weight * velocity
@@ -110,5 +127,7 @@ class Axis:
         self.position = self.position_0 + self.position_sum
         self.velocity = self.velocity_0 + self.velocity_sum
         self.deflection = saturate(self.deflection_0 + self.deflection_sum, 1.0)
+        if self.flexible:
+            self.swing = self.mode.finish()
         return (-LARGEST_POSITION < self.position < LARGEST_POSITION
                 and -LARGEST_SPEED < self.velocity < LARGEST_SPEED)

@@ -33,6 +33,10 @@ class MotorMount:
         self.gap_rate = y.velocity - self.z * roll.velocity + self.x * pitch.velocity
         self.displacement = displacement
 
+    def seen_gap(self, y: Axis, roll: Axis, pitch: Axis) -> float:
+        """Gap (m) that the encoder measures, where flexible modes move it against the platform."""
+        return self.gap + (y.swing - self.z * roll.swing + self.x * pitch.swing)
+
     def beyond_stop(self) -> bool:
         """Whether the gap is beyond an end stop."""
         return self.stop.touched(self.gap)

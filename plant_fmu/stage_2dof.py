@@ -140,5 +140,5 @@ class Stage2DOF:
 
     def measure(self) -> None:
         """Set the encoder outputs."""
-        self.v.encoder = self.encoder.measure(self.v.position)
-        self.h.encoder = self.encoder.measure(self.h.position)
+        self.v.encoder = self.encoder.measure(self.v.position + self.v.swing)
+        self.h.encoder = self.encoder.measure(self.h.position + self.h.swing)

@@ -166,6 +166,6 @@ class Stage3DOF:
 
     def measure(self) -> None:
         """Set the encoder outputs."""
-        self.y.encoder = self.encoder.measure(self.y.position)
-        self.x.encoder = self.encoder.measure(self.x.position)
-        self.z.encoder = self.encoder.measure(self.z.position)
+        self.y.encoder = self.encoder.measure(self.y.position + self.y.swing)
+        self.x.encoder = self.encoder.measure(self.x.position + self.x.swing)
+        self.z.encoder = self.encoder.measure(self.z.position + self.z.swing)

@@ -306,15 +306,15 @@ class Stage5DOF:
 
     def measure(self) -> None:
         """Set the outputs of the encoders, and the yaw moment."""
-        self.x.encoder = self.encoder.measure(self.x.position)
-        self.z.encoder = self.encoder.measure(self.z.position)
+        self.x.encoder = self.encoder.measure(self.x.position + self.x.swing)
+        self.z.encoder = self.encoder.measure(self.z.position + self.z.swing)
         alpha1_mount = self.alpha1_mount
         alpha2_mount = self.alpha2_mount
         beta1_mount = self.beta1_mount
         beta2_mount = self.beta2_mount
-        alpha1_mount.gap_encoder = self.encoder.measure(alpha1_mount.gap)
-        alpha2_mount.gap_encoder = self.encoder.measure(alpha2_mount.gap)
-        beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.gap)
-        beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.gap)
+        alpha1_mount.gap_encoder = self.encoder.measure(alpha1_mount.seen_gap(self.y, self.roll, self.pitch))
+        alpha2_mount.gap_encoder = self.encoder.measure(alpha2_mount.seen_gap(self.y, self.roll, self.pitch))
+        beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.seen_gap(self.y, self.roll, self.pitch))
+        beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.seen_gap(self.y, self.roll, self.pitch))
         self.yaw_moment = (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
                            - beta1_mount.x * beta1_mount.thrust - beta2_mount.x * beta2_mount.thrust)

@@ -73,7 +73,10 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
     push = f"external torque for the {meaning}" if of.rotation else f"external force along {axis}"
     moved = (f"moment of inertia for the {meaning}" if of.rotation else
              f"mass that moves along {axis}; the constants are accelerations at {of.mass:g} kg")
-    inputs = (lying_at(real_input(of.external, unit("N"), push, 1e5, 1.0), f"{axis}.force"),)
+    inputs = [lying_at(real_input(of.external, unit("N"), push, 1e5, 1.0), f"{axis}.force")]
+    if not of.rotation:
+        shaking = f"acceleration of the floor along {axis}, which acts on the mover the other way round"
+        inputs.append(real_input(f"{axis}.floor_acceleration", "m/s2", shaking, 1e3, 1.0))
     outputs = [
         real_output(f"{axis}.position", unit("m"), f"true {meaning}", nominal, starts_from=(start,)),
         real_output(f"{axis}.velocity", unit("m/s"), f"rate of the {meaning}", 10.0 * nominal)]
@@ -94,10 +97,25 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
         *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size)
           for name, of_way, text, low, high, size in rows),
         *(stop_parameters(axis, axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
+        *mode_parameters(rig, of),
         parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
         switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off" if of.rotation else
                "off; stated, section 5.1.2", fixed=True))
-    return inputs, tuple(outputs), parameters
+    return tuple(inputs), tuple(outputs), parameters
+
+
+def mode_parameters(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
+    """Flexible mode of an axis; its frequency as far as a Runge–Kutta step of the stage follows it."""
+    inertia = "inertia" if of.rotation else "mass"
+    rows = (("frequency", "Hz", "frequency of the flexible mode, of the free mover; 0 = rigid", 0.0, rig.largest_mode,
+             100.0, f"the integration step, {1e3 * rig.longest_step:g} ms, follows none that is faster"),
+            ("damping", "", "damping ratio of the flexible mode", 0.0, 1.0, 0.01, ""),
+            ("mass_share", "", f"share of the {inertia} that swings in the flexible mode", 0.0, 0.8, 0.1, ""),
+            ("encoder_share", "", "share of the mode's deflection that the encoder sees: 0 none, 1 all",
+             -10.0, 10.0, 1.0, ""))
+    source = rig.source(f"axes.{of.name}.mode")
+    return tuple(parameter(f"{of.name}.mode.{name}", unit, text, source, low, high, nominal, fixed=True, hint=hint)
+                 for name, unit, text, low, high, nominal, hint in rows)
 
 
 def place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:

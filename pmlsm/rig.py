@@ -13,6 +13,8 @@ ATTRACTION = "m/(s2.T2)"
 COILS = "m/(s2.A.T)"
 IRON = "m/(s2.A2)"
 
+MOST_CYCLES = 0.1   # of a flexible mode in an integration step: its damping ratio is right to 0.0007 there
+
 # Unit of a quantity of a rotation, by that of a translation.
 ROTATION = {"m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "kg": "kg.m2", "N": "N.m", "N.s/m": "N.m.s", "N/m": "N.m/rad"}
 
@@ -38,6 +40,16 @@ class Ripple:
 
     amplitude: float = quantity("m/s2", 0.0, 1e3, 0.0)
     period: float = quantity("m", 0.0, 1.0, 5.0e-3)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Flexible mode of an axis, see `plant_fmu.flexible_mode`; none where the frequency is 0."""
+
+    frequency: float = quantity("Hz", 0.0, 1e5, 0.0)
+    damping: float = quantity("1", 0.0, 1.0, 0.01)
+    mass_share: float = quantity("1", 0.0, 0.8, 0.1)
+    encoder_share: float = quantity("1", -10.0, 10.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -97,6 +109,7 @@ class RigAxis:
         Constant acceleration, m/s².
     friction : Friction
     ripple : Ripple
+    mode : Mode
     """
 
     name: str
@@ -109,6 +122,7 @@ class RigAxis:
     bias: float = quantity("m/s2", -1e3, 1e3, 0.0)
     friction: Friction = Friction()
     ripple: Ripple = Ripple()
+    mode: Mode = Mode()
 
     def unit(self, of: str) -> str:
         """Unit of a quantity of this axis, by that of a translation."""
@@ -397,6 +411,11 @@ class Rig:
     def constants_of(self, axis: str) -> tuple[str, ...]:
         """Names of the constants in the row of an axis."""
         return tuple(constant.name for constant in self.constants if constant.axis == axis)
+
+    @property
+    def largest_mode(self) -> float:
+        """Largest frequency of a flexible mode that the integration follows, Hz."""
+        return MOST_CYCLES / self.longest_step
 
     def source(self, path: str) -> str:
         """Where the value at a path comes from: of the sources whose path begins it, the longest."""

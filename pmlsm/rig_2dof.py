@@ -7,6 +7,7 @@ from pmlsm.rig import (
     Design,
     Estimator,
     Friction,
+    Mode,
     Rig,
     RigAxis,
     RigMotor,
@@ -35,7 +36,8 @@ RIG = Rig(
             rotation=False,
             bias=0.2,
             friction=Friction(coulomb=2.0, presliding=0.0003, viscous=2.0),
-            ripple=Ripple(amplitude=0.0, period=0.005)),
+            ripple=Ripple(amplitude=0.0, period=0.005),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
         RigAxis(
             name='h',
             meaning='horizontal displacement',
@@ -51,7 +53,8 @@ RIG = Rig(
             rotation=False,
             bias=0.1,
             friction=Friction(coulomb=0.25, presliding=0.0003, viscous=1.0),
-            ripple=Ripple(amplitude=0.0, period=0.01905)),
+            ripple=Ripple(amplitude=0.0, period=0.01905),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
     ),
     motors=(
         RigMotor(

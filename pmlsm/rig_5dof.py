@@ -7,6 +7,7 @@ from pmlsm.rig import (
     Design,
     Estimator,
     Friction,
+    Mode,
     Rig,
     RigAxis,
     RigMotor,
@@ -35,7 +36,8 @@ RIG = Rig(
             rotation=False,
             bias=0.1,
             friction=Friction(coulomb=1.0, presliding=0.0005, viscous=2.0),
-            ripple=Ripple(amplitude=0.15, period=0.005)),
+            ripple=Ripple(amplitude=0.15, period=0.005),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
         RigAxis(
             name='x',
             meaning='horizontal displacement along x',
@@ -51,7 +53,8 @@ RIG = Rig(
             rotation=False,
             bias=0.05,
             friction=Friction(coulomb=1.2, presliding=0.0005, viscous=2.0),
-            ripple=Ripple(amplitude=0.0, period=0.01905)),
+            ripple=Ripple(amplitude=0.0, period=0.01905),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
         RigAxis(
             name='z',
             meaning='horizontal displacement along z',
@@ -67,7 +70,8 @@ RIG = Rig(
             rotation=False,
             bias=0.05,
             friction=Friction(coulomb=1.1, presliding=0.0005, viscous=2.0),
-            ripple=Ripple(amplitude=0.0, period=0.01905)),
+            ripple=Ripple(amplitude=0.0, period=0.01905),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
         RigAxis(
             name='roll',
             meaning='tilt about x',
@@ -83,7 +87,8 @@ RIG = Rig(
             rotation=True,
             bias=0.0,
             friction=Friction(coulomb=0.02, presliding=0.001, viscous=0.02),
-            ripple=Ripple(amplitude=0.0, period=0.005)),
+            ripple=Ripple(amplitude=0.0, period=0.005),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
         RigAxis(
             name='pitch',
             meaning='tilt about z',
@@ -99,7 +104,8 @@ RIG = Rig(
             rotation=True,
             bias=0.0,
             friction=Friction(coulomb=0.02, presliding=0.001, viscous=0.02),
-            ripple=Ripple(amplitude=0.0, period=0.005)),
+            ripple=Ripple(amplitude=0.0, period=0.005),
+            mode=Mode(frequency=0.0, damping=0.01, mass_share=0.1, encoder_share=0.0)),
     ),
     motors=(
         RigMotor(

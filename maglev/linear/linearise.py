@@ -22,7 +22,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     The model is exact: its matrices are derivatives of the equations, written out, not differences.
 
     In the model of a plant: motors (4.3), (5.3) with the modulation of the attraction, gravity, bias (through the
-    equilibrium), mass, viscous friction, ripple, and the lag of the amplifiers. Left out, for they are not
+    equilibrium), mass, viscous friction, ripple, flexible modes, the lag of the amplifiers. Left out, for they are not
     smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
     encoders. With friction on, motions that are short beside its presliding displacement meet its spring, which is not
     in here.
@@ -55,8 +55,9 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     Returns
     -------
     LinearModel
-        Of a plant: states are positions, velocities and, with lag, delivered i_d, i_q of each motor; outputs are
-        positions, and where the platform tilts, the gaps at the motors, which its controllers measure. Of a controller:
+        Of a plant: states are positions, velocities, with lag delivered i_d, i_q of each motor, and deflection and rate
+        of each flexible mode; outputs are positions, and where the platform tilts, the gaps at the motors, which its
+        controllers measure; beside these what encoders measure, where they see a mode. Of a controller:
         inputs are reference and rate of each axis and the measurements, outputs the commanded currents.
 
     Raises

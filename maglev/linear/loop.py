@@ -42,7 +42,8 @@ class Loop:
                                    f"{controller.sample_time} s: expected the same sample time of both")
         for name in plant.inputs:
             controller.index("output", name)
-        if np.linalg.matrix_rank(self.sensed) < np.linalg.matrix_rank(plant.C):
+        axes = len(plant.equilibrium.positions)   # the first states; what else encoders see needs no measurement
+        if np.linalg.matrix_rank(self.sensed[:, :axes]) < np.linalg.matrix_rank(plant.C[:, :axes]):
             for name in self.measured:
                 controller.index("input", name)
 
@@ -54,9 +55,8 @@ class Loop:
 
     @property
     def signals(self) -> dict[str, str]:
-        """Outputs of the plant by the inputs of the controller that they go to."""
-        names = {name.replace(".position", ".measured").replace(".gap", ".gap_measured"): name
-                 for name in self.plant.outputs}
+        """Outputs of the plant by the inputs of the controller that they go to, of the encoders where there are any."""
+        names = {measured_as(output): output for output in self.plant.outputs}
         return {name: output for name, output in names.items() if name in self.controller.inputs}
 
     @property
@@ -151,7 +151,8 @@ class Loop:
         position = name.replace(".measured", ".position")
         output = self.plant.C[self.plant.index("output", position)]
         moved = self.sensed[:, self.plant.index("state", position)]
-        return (output @ np.linalg.pinv(self.sensed))[None], moved[:, None]
+        axes = len(self.plant.equilibrium.positions)
+        return (output[:axes] @ np.linalg.pinv(self.sensed[:, :axes]))[None], moved[:, None]
 
     def margins(self, at: str) -> Margins:
         """Margins of the loop opened at one signal, a name as of `opened`; its errors, and one if it is unstable."""
@@ -172,6 +173,15 @@ class Loop:
     def state_name(self, name: str) -> str:
         """Name of a state of the controller in the closed loop."""
         return f"controller.{name}"
+
+
+def measured_as(output: str) -> str:
+    """Name that a controller has for what it measures of an output of the plant, such as "y.measured"."""
+    for own, measured in ((".gap_encoder", ".gap_measured"), (".gap", ".gap_measured"), (".encoder", ".measured"),
+                          (".position", ".measured")):
+        if output.endswith(own):
+            return output.removesuffix(own) + measured
+    return output
 
 
 def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Quantity], *, amplifier: bool = True,

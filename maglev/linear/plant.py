@@ -1,5 +1,6 @@
 """Linear model of a stage with its amplifiers."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -11,6 +12,7 @@ from maglev.linear.equilibrium import mass_factors, present_masses
 from maglev.linear.model import Equilibrium, LinearModel, Matrix
 from maglev.linear.motors.forces import MotorForces
 from maglev.linear.motors.places import MotorPlaces
+from plant_fmu.flexible_mode import FlexibleMode
 from plant_fmu.ripple import RIPPLE_PHASE
 from pmlsm.dq_transform import phase_currents
 from pmlsm.rig import Rig
@@ -43,24 +45,81 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     push = np.vstack([np.zeros((axes, axes)), by_force, np.zeros((2 * motors, axes))])
     if phases:
         drive = drive @ park_matrix(at)
+    motion, drives = motion[np.ix_(states, states)], np.hstack([drive, push])[states]
+    modes = {k: getattr(block, axis).mode for k, axis in enumerate(rig.axis_names)
+             if getattr(block, axis).mode.frequency > 0.0}
+    motion, drives = with_modes(motion, drives, {axes + k: mode for k, mode in modes.items()})
 
     state_units = {**{f"{axis.name}.position": axis.unit("m") for axis in rig.axes},
                    **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes},
-                   **{rig.dq_names[k]: "A" for k in kept}}
+                   **{rig.dq_names[k]: "A" for k in kept},
+                   **{f"{rig.axis_names[k]}.mode.{name}": rig.axes[k].unit(unit) for k in modes
+                      for name, unit in (("deflection", "m"), ("rate", "m/s"))}}
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     external = {axis.external: axis.unit("N") for axis in rig.axes}
     names = tuple(state_units)
     # Where the platform tilts, its encoders are at the motors.
     gaps = tuple(f"{motor}.gap" for motor in rig.motor_names) if rig.rotations else ()
     seen = np.vstack([np.eye(axes), places.gaps[:len(gaps)]])
-    model = LinearModel(name, names, (*commands, *external), (*names[:axes], *gaps), motion[np.ix_(states, states)],
-                        np.hstack([drive, push])[states], np.hstack([seen, np.zeros((len(seen), len(states) - axes))]),
-                        np.zeros((len(seen), len(commands) + axes)), {
-                            **state_units, **external, **dict.fromkeys(gaps, "m"), **dict.fromkeys(commands, "A")},
-                        None, at)
+    seen = np.hstack([seen, np.zeros((len(seen), len(names) - axes))])
+    encoders = by_encoders(rig, places, modes, names)
+    seen = np.vstack([seen, *encoders.values()])
+    units = {**state_units, **external, **dict.fromkeys(gaps, "m"), **dict.fromkeys(encoders, "m"),
+             **dict.fromkeys(commands, "A")}
+    model = LinearModel(name, names, (*commands, *external), (*names[:axes], *gaps, *encoders), motion, drives, seen,
+                        np.zeros((len(seen), len(commands) + axes)), units, None, at)
     if hold is not None:
-        model = sampled(model, rotation, phases, hold)
+        model = sampled(model, rotation @ measuring(rig, places, model.outputs), phases, hold)
     return model if forces else model.select(commands, model.outputs)
+
+
+def with_modes(motion: Matrix, drives: Matrix, modes: Mapping[int, FlexibleMode]) -> tuple[Matrix, Matrix]:
+    """Add deflection and rate of flexible modes as states, by the rows of the accelerations that they change.
+
+    p'' = a/(1 − μ) + μ e, r'' = −a/(1 − μ) − e with e = ω² r + 2 ζ ω r'; a is the row of a rigid mover.
+    """
+    n = len(motion)
+    motion = np.pad(motion, (0, 2 * len(modes)))
+    drives = np.pad(drives, ((0, 2 * len(modes)), (0, 0)))
+    for k, (row, mode) in enumerate(modes.items()):
+        r, rate, omega = n + 2 * k, n + 2 * k + 1, 2.0 * pi * mode.frequency
+        pull = np.zeros(len(motion))
+        pull[r], pull[rate] = omega**2, 2.0 * mode.damping * omega
+        for matrix in (motion, drives):
+            matrix[row] /= 1.0 - mode.mass_share
+            matrix[rate] = -matrix[row]
+        motion[rate] -= pull
+        motion[row] += mode.mass_share * pull
+        motion[r, rate] = 1.0
+    return motion, drives
+
+
+def by_encoders(rig: Rig, places: MotorPlaces, modes: Mapping[int, FlexibleMode],
+                states: Sequence[str]) -> dict[str, Matrix]:
+    """What encoders measure by the states, by name, where it is not the position or the gap: they see a mode."""
+    shares = np.zeros((len(rig.axes), len(states)))
+    for k, mode in modes.items():
+        shares[k, states.index(f"{rig.axis_names[k]}.mode.deflection")] = mode.encoder_share
+    found = {f"{axis.name}.encoder": (rig.axes.index(axis), shares[rig.axes.index(axis)]) for axis in rig.measured}
+    rows = {name: np.eye(len(rig.axes), len(states))[k] + share for name, (k, share) in found.items() if share.any()}
+    if rig.rotations and (places.gaps @ shares).any():
+        seen = places.gaps @ (np.eye(len(rig.axes), len(states)) + shares)
+        rows |= {f"{motor}.gap_encoder": row for motor, row in zip(rig.motor_names, seen, strict=True)}
+    return rows
+
+
+def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Matrix:
+    """Positions that a controller commutates with by the outputs, (axes, outputs): the true ones, or by encoders."""
+    found = np.eye(len(rig.axes), len(outputs))
+    if f"{rig.motor_names[0]}.gap_encoder" in outputs:
+        first = outputs.index(f"{rig.motor_names[0]}.gap_encoder")
+        found[:] = 0.0
+        found[:, first:first + len(rig.motors)] = np.linalg.pinv(places.gaps)
+    for k, axis in enumerate(rig.axis_names):
+        if f"{axis}.encoder" in outputs or axis in [each.name for each in rig.measured]:
+            found[k] = 0.0
+            found[k, outputs.index(f"{axis}.encoder") if f"{axis}.encoder" in outputs else k] = 1.0
+    return found
 
 
 def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, Matrix, Matrix]:
@@ -111,10 +170,13 @@ def inverse_park_matrix(at: Equilibrium) -> Matrix:
 
 
 def sampled(model: LinearModel, rotation: Matrix, phases: bool, hold: float) -> LinearModel:
-    """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled."""
+    """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled.
+
+    `rotation` is that of i_d, i_q by the outputs, A/m, shape (2 motors, outputs).
+    """
     held = model.discretise(hold)
     if phases:
         return held
     commutation = np.zeros((len(held.inputs), len(held.outputs)))
-    commutation[:len(rotation), :rotation.shape[1]] = -rotation
+    commutation[:len(rotation)] = -rotation
     return replace(held, A=held.A + held.B @ commutation @ held.C, commutation=commutation)

@@ -161,6 +161,9 @@ class Reader:
             if axis.stop is not None and not axis.stop.lower < axis.start < axis.stop.upper:
                 self.refuse(f"axes.{axis.name}.start", f"{axis.start:g} m, expected a place between its stops at "
                             f"{axis.stop.lower:g} and {axis.stop.upper:g} m")
+            if axis.mode.frequency > rig.largest_mode:
+                self.refuse(f"axes.{axis.name}.mode.frequency", f"{axis.mode.frequency:g} Hz, expected at most "
+                            f"{rig.largest_mode:g} Hz, as far as longest_step = {rig.longest_step:g} s follows it")
         for name in horizontal:
             if not rig.motors_of(name):
                 self.refuse(f"axes.{name}", "no motor drives it, expected one of the motors to")

@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from itertools import accumulate
 from typing import Any
 
-from pmlsm.rig import RigAxis, Ripple, Stop
+from pmlsm.rig import Mode, RigAxis, Ripple, Stop
 
 LONGEST = 120   # characters of a line
 BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
@@ -45,9 +45,9 @@ def stop_of(axis: RigAxis) -> Stop:
     return axis.stop or NO_STOP
 
 
-def not_default(part: Ripple | Stop) -> list[tuple[str, float]]:
+def not_default(part: Ripple | Stop | Mode) -> list[tuple[str, float]]:
     """Names and values of what the constructor of an axis does not take and is not as it has it."""
-    default = Stop(part.lower, part.upper) if isinstance(part, Stop) else Ripple()
+    default = Stop(part.lower, part.upper) if isinstance(part, Stop) else type(part)()
     return [(name, value) for name, value in vars(part).items() if value != getattr(default, name)]
 
 

@@ -172,6 +172,10 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     loop = linearise_loop(stage, name, {vertical: gap}, plant_parameters=level, controller_parameters=settings)
     rest = (linearise_loop(stage, name, {vertical: gap}, plant_parameters=parameters, controller_parameters=settings)
             if described.rotations else loop).plant.equilibrium
+    swinging = [state.removesuffix(".deflection") for state in loop.plant.states if state.endswith(".mode.deflection")]
+    if swinging:
+        raise StabilityError(f"{stage}: {swinging[0]}.frequency is above 0 Hz, expected 0 Hz: a certificate is of "
+                             "a rigid mover")
     title = f"{axis} of {stage} with {name} at {vertical} = {1e3 * rest.positions[vertical]:g} mm"
     found = close(title, described, axis, loop, rest.currents, block)
     if found.rates[0].real >= 0.0:

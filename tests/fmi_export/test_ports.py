@@ -9,7 +9,7 @@ STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha
 CONTROLLED = {**STAGES, "5DOF": (("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), 5)}
 PLANT_AXIS = ("mass", "bias", "friction.coulomb", "friction.presliding", "friction.viscous", "stop.lower",
               "stop.upper", "stop.stiffness", "stop.damping", "ripple.amplitude", "ripple.period",
-              "position_start", "locked")
+              "position_start", "locked", "mode.frequency", "mode.damping", "mode.mass_share", "mode.encoder_share")
 SUPPLIED = ("i_a", "i_b", "i_c", "i_d", "i_q", "voltage", "winding.rise", "saturated")
 
 
@@ -51,7 +51,8 @@ def supplies(motors: tuple[str, ...]) -> set[str]:
 def test_plant_ports(stage: str) -> None:
     axes, motors, constants = STAGES[stage]
     name = f"Plant{stage}"
-    assert ports(name, "input") == each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes, "force")
+    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd")
+                                    | each(axes, "force", "floor_acceleration"))
     assert ports(name, "output") == (each(axes, "encoder", "position", "velocity") | {"at_stop"}
                                      | each(motors, *SUPPLIED))
     assert ports(name, "parameter") == (
@@ -62,7 +63,7 @@ def test_plant_ports(stage: str) -> None:
 
 def test_ports_of_a_stage_that_tilts() -> None:
     axes, motors, name = ("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), "Plant5DOF"
-    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes[:3], "force")
+    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes[:3], "force", "floor_acceleration")
                                     | each(axes[3:], "torque"))
     assert ports(name, "output") == (
         each(axes, "position", "velocity") | {"x.encoder", "z.encoder", "yaw_moment", "at_stop"}

@@ -1,6 +1,6 @@
 """Blocks at an operating point, and their one-sample maps differentiated by central differences."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -17,9 +17,10 @@ MOTORS = {name: RIG_OF[name].motor_names for name in PLANTS}
 TILTING = {name for name in PLANTS if RIG_OF[name].rotations}
 
 
-def smooth_stage(name: str, lag: bool) -> Any:
-    """Stage with what is smooth: no Coulomb friction, no rounding, no stops; with or without lag."""
+def smooth_stage(name: str, lag: bool, modes: Mapping[str, float] | None = None) -> Any:
+    """Stage with what is smooth: no Coulomb friction, no rounding, no stops; with or without lag, with modes."""
     stage = DEFINITIONS[name].new_block()
+    set_all(stage, [*(modes or {})], [*(modes or {}).values()])
     stage.encoder.resolution = 0.0
     for axis in AXES[name]:
         part = getattr(stage, axis)
@@ -44,7 +45,7 @@ def plant_at(name: str, stage: Any, positions: Sequence[float], rest: Equilibriu
 
 
 def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
-    """Set positions, velocities and currents i_d, i_q of each motor of a started stage."""
+    """Set positions, velocities, i_d, i_q of each motor and deflections with rates of modes of a started stage."""
     axes, motors = AXES[name], MOTORS[name]
     n = len(axes)
     for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
@@ -54,6 +55,10 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
         places = [getattr(stage, f"{motor}_mount").displacement for motor in motors]
     else:
         places = [float(place) for place in state[1:n]]
+    for k, part in enumerate(flexible(name, stage)):
+        first = 2 * n + 2 * len(motors) + 2 * k
+        part.mode.deflection, part.mode.rate = (float(value) for value in state[first:first + 2])
+        part.swing = part.mode.encoder_share * part.mode.deflection
     for k, motor in enumerate(motors):
         i_d, i_q = (float(i) for i in state[2 * n + 2 * k:2 * n + 2 * k + 2])
         supply = getattr(stage, motor)
@@ -68,7 +73,13 @@ def read_plant(name: str, stage: Any) -> list[float]:
     axes = [getattr(stage, axis) for axis in AXES[name]]
     supplies = [getattr(stage, motor) for motor in MOTORS[name]]
     return [*(axis.position for axis in axes), *(axis.velocity for axis in axes),
-            *(current for supply in supplies for current in (supply.i_d, supply.i_q))]
+            *(current for supply in supplies for current in (supply.i_d, supply.i_q)),
+            *(value for axis in flexible(name, stage) for value in (axis.mode.deflection, axis.mode.rate))]
+
+
+def flexible(name: str, stage: Any) -> list[Any]:
+    """Axes of a stage that have a flexible mode."""
+    return [axis for axis in (getattr(stage, each) for each in AXES[name]) if axis.mode.frequency > 0.0]
 
 
 def set_all(block: Any, names: Sequence[str], values: Sequence[float]) -> None:
@@ -102,17 +113,20 @@ def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
         set_all(controller, names, np.array(read_all(controller, names)) + change)
         assert controller.step(0.0, controller.sample_time) == 0
     state = read_all(controller, loop.controller.states)
-    return np.array([*positions, *np.zeros(len(positions)), *held, *state])
+    modes = np.zeros(2 * len(flexible(plant, stage)))
+    return np.array([*positions, *np.zeros(len(positions)), *held, *modes, *state])
 
 
 def measure(name: str, controller: Any, stage: Any, axis: str = "", change: float = 0.0) -> None:
     """Let a controller measure a stage, exactly but for a change of what it sees of one axis (m or rad)."""
     for each in AXES[name]:
-        getattr(controller, each).measured = getattr(stage, each).position + (change if each == axis else 0.0)
+        part = getattr(stage, each)
+        getattr(controller, each).measured = part.position + part.swing + (change if each == axis else 0.0)
     for motor in MOTORS[name] if name in TILTING else ():
         mount = getattr(stage, f"{motor}_mount")
         moved = {"y": 1.0, "roll": -mount.z, "pitch": mount.x}.get(axis, 0.0)
-        getattr(controller, f"{motor}_place").gap_measured = mount.gap + moved * change
+        seen = mount.gap + stage.y.swing - mount.z * stage.roll.swing + mount.x * stage.pitch.swing
+        getattr(controller, f"{motor}_place").gap_measured = seen + moved * change
 
 
 def step_both(name: str, controller: Any, stage: Any) -> None:

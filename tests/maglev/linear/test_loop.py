@@ -19,6 +19,10 @@ CASES = [("Plant2DOF", "Regulator2DOF", {"v": 20e-3}), ("Plant2DOF", "LinearRegu
          ("Plant5DOF", "Regulator5DOF", {"y": 25e-3}), ("Plant5DOF", "PID5DOF", {"y": 23e-3, "roll": 4e-3, "z": -6e-3}),
          ("Plant5DOF", "Regulator5DOF", {"y": 22e-3, "x": 8e-3, "z": -3e-3, "roll": 7e-3, "pitch": -5e-3}),
          ("Plant5DOF", "LinearRegulator5DOF", {"y": 24e-3, "x": 5e-3, "roll": -2e-3, "pitch": 3e-3})]
+FLEXIBLE = {"Plant3DOF": {"y.mode.frequency": 60.0, "y.mode.mass_share": 0.3, "y.mode.encoder_share": 0.4,
+                          "z.mode.frequency": 85.0, "z.mode.damping": 0.03, "z.mode.encoder_share": -0.5},
+            "Plant5DOF": {"x.mode.frequency": 70.0, "x.mode.encoder_share": 0.6, "pitch.mode.frequency": 80.0,
+                          "pitch.mode.mass_share": 0.25, "pitch.mode.encoder_share": 0.7}}
 
 
 def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.ndarray) -> np.ndarray:
@@ -31,11 +35,14 @@ def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.n
     return np.array([*read_plant(plant, stage), *read_all(controller, loop.controller.states)])
 
 
-@pytest.mark.parametrize(("plant", "controller", "at"), CASES)
-def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict[str, float | str]) -> None:
+@pytest.mark.parametrize(("plant", "controller", "at", "modes"), [
+    *((*case, None) for case in CASES), ("Plant3DOF", "PID3DOF", {"y": 25e-3, "z": 4e-3}, FLEXIBLE["Plant3DOF"]),
+    ("Plant5DOF", "PID5DOF", {"y": 25e-3, "x": 3e-3}, FLEXIBLE["Plant5DOF"])])
+def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict[str, float | str],
+                                           modes: dict[str, float | str | bool] | None) -> None:
     """The whole matrix, and the poles: slow ones to 1e-5, those of lag and observers to 1e-4."""
-    loop = linearise_loop(plant, controller, at)
-    block, stage = block_of(controller, {}), smooth_stage(plant, True)
+    loop = linearise_loop(plant, controller, at, plant_parameters=modes)
+    block, stage = block_of(controller, {}), smooth_stage(plant, True, modes)
     assert block.start() == 0
     state = rest(plant, block, stage, loop)
     assert sampled_map(plant, block, stage, loop, state) == pytest.approx(state, rel=1e-7, abs=1e-9)
@@ -53,6 +60,28 @@ def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict
     for rate in loop.rates:
         assert np.abs(theirs - rate).min() < (1e-5 if rate.real > -300.0 else 1e-4) * abs(rate), rate
     assert loop.stable
+
+
+def test_the_gain_margin_with_a_flexible_mode_is_where_the_flying_loop_begins_to_swing() -> None:
+    """What is measured of x, times so much: 3 % below the margin a deviation dies out, 3 % above it grows."""
+    mode = {"x.mode.frequency": 30.0, "x.mode.mass_share": 0.2, "x.mode.encoder_share": -1.0}
+    rigid, loop = (linearise_loop("Plant3DOF", "PID3DOF", {"y": 25e-3}, plant_parameters=each) for each in (None, mode))
+    limit = loop.margins("x").gain_up
+    assert limit < 0.5 * rigid.margins("x").gain_up, "the mode takes most of the margin"
+    ends = []
+    for factor in (0.97 * limit, 1.03 * limit):
+        block, stage = block_of("PID3DOF", {}), smooth_stage("Plant3DOF", True, mode)
+        assert block.start() == 0
+        state = rest("Plant3DOF", block, stage, loop)
+        state[1] += 1e-7
+        plant_state("Plant3DOF", stage, state[:len(loop.plant.states)].tolist())
+        course = []
+        for _ in range(3000):
+            measure("Plant3DOF", block, stage, "x", (factor - 1.0) * (stage.x.position + stage.x.swing))
+            step_both("Plant3DOF", block, stage)
+            course.append(abs(stage.x.mode.deflection))
+        ends.append(max(course[-200:]) / max(course[400:600]))
+    assert ends[0] < 0.9 and ends[1] > 1.1
 
 
 def test_stage_settles_as_the_slowest_pole_says() -> None:

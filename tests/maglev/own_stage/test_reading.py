@@ -48,7 +48,7 @@ def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> No
     assert own.motors == rig.motors
     for name in ("height", "motor_stop", "sample_time", "modulation", "resolution"):
         assert getattr(own, name) == getattr(rig, name)
-    for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple"):
+    for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple", "mode"):
         assert [getattr(axis, name) for axis in own.axes] == [getattr(axis, name) for axis in rig.axes]
 
 
