@@ -63,8 +63,8 @@ def test_plant_ports(stage: str) -> None:
 
 def test_ports_of_a_stage_that_tilts() -> None:
     axes, motors, name = ("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2"), "Plant5DOF"
-    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes[:3], "force", "floor_acceleration")
-                                    | each(axes[3:], "torque"))
+    assert ports(name, "input") == (each(motors, "i_a_cmd", "i_b_cmd", "i_c_cmd") | each(axes[3:], "torque")
+                                    | each(axes[:3], "force", "floor_acceleration"))
     assert ports(name, "output") == (
         each(axes, "position", "velocity") | {"x.encoder", "z.encoder", "yaw_moment", "at_stop"}
         | each(motors, "gap", "gap_encoder", *SUPPLIED))

@@ -23,6 +23,8 @@ def test_rows_are_the_stage(rig: str, gap: float, currents: list[float]) -> None
     getattr(stage, axes[0]).position = gap
     for k, motor in enumerate(motors):
         getattr(stage, motor).i_d, getattr(stage, motor).i_q = currents[2 * k], currents[2 * k + 1]
+    for axis in axes:
+        getattr(stage, axis).begin()   # takes the bias
     stage.add_slope(0.0, 0.0)
     m = 2 * len(motors)
     positions = np.array([[gap, *[0.0] * (len(axes) - 1)]])

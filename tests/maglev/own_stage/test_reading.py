@@ -65,6 +65,8 @@ def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
         stage = definition(f"Plant{name.capitalize()}").new_block()
         stage.start()
         stage.attraction_modulation = stage.h.bias = stage.v.bias = 0.0
+        stage.h.begin()
+        stage.v.begin()
         stage.motor.i_q = 1.0
         stage.add_slope(0.0, 0.0)
         assert stage.h.acceleration * 1.594 == pytest.approx(-30.0 * factor)
