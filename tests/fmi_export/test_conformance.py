@@ -23,6 +23,7 @@ BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEF
 
 # Without a unit.
 RATIOS = ("attraction_modulation", "gamma", "seed", "convergence.tolerance", "geometry.recoil_permeability")
+OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
 
 
 @pytest.mark.parametrize("name", DEFINITIONS)
@@ -52,7 +53,7 @@ def test_description_is_complete(fmus: Path, name: str) -> None:
         if v.type == "Real":
             assert v.nominal is not None, v.name
             own = v.name.removeprefix("plant.").removeprefix("controller.")
-            assert v.unit in units or own in RATIOS or own.endswith(".lost"), v.name
+            assert v.unit in units or own in RATIOS or own.endswith((".lost", *OF_MODES)), v.name
             if v.causality != "output":
                 assert float(v.min) <= float(v.start) <= float(v.max), v.name
     controller = not name.startswith("Plant")
