@@ -39,6 +39,7 @@ def test_variables_are_those_of_the_parts(name: str) -> None:
     assert not found
     inputs = {v.name: v.variability for v in loop.variables if v.causality == "input"}
     pushed = {f"{axis}.{'torque' if axis in ('roll', 'pitch') else 'force'}": "continuous" for axis in axes}
+    pushed |= {f"{axis}.floor_acceleration": "continuous" for axis in axes if axis not in ("roll", "pitch")}
     assert inputs == pushed | {f"{axis}.{port}": "discrete" for axis in axes
                                for port in ("reference", "reference_rate")}
 
