@@ -1,0 +1,94 @@
+"""Fly every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
+
+    python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+
+It draws the pictures of docs/tolerances.md, prints its tables, and writes what was found beside this file; with --rig
+that of one rig, and the others stay. It needs native FMUs (`maglev build --native --target host`) and takes some ten
+minutes on two processors. A study that is done is not flown again.
+"""
+
+import argparse
+from pathlib import Path
+
+import maglev
+from maglev.schema.layers import PACKAGED
+from maglev.studies.schema import StudyFile, read_study
+from pmlsm.rig import Rig
+from pmlsm.rigs import RIGS
+from studies.operating_range.__main__ import LAWS, NAMES
+from studies.operating_range.maps import origin_of
+from studies.tolerances.maps import (
+    FOUND,
+    QUESTIONS,
+    Outcomes,
+    Question,
+    RigMaps,
+    read_found,
+    read_outcomes,
+    table,
+    write_found,
+)
+from studies.tolerances.pictures import write_picture
+
+SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
+BESIDE = {False: "5 mm", True: "2 mrad"}   # steps of horizontal axes with it, or of the tilts of a platform that tilts
+
+SCENARIO = """\
+extends = ["{steps}", "{measurement}"]
+name = "tolerance-{rig}-{law}"
+title = "{title}: a step with measurements and a supply that are not ideal"
+stop_time = "5 s"
+"""
+
+
+def encoders(rig: Rig) -> list[str]:
+    """Names of what is measured."""
+    return [axis.name for axis in rig.measured] + [motor for motor in rig.motor_names if rig.rotations]
+
+
+def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
+    """Study of a question with a law; its scenario is written into a folder."""
+    scenario = folder / f"tolerance-{rig.name}-{law}.toml"
+    folder.mkdir(parents=True, exist_ok=True)
+    scenario.write_text(SCENARIO.format(
+        steps=(PACKAGED / "steps" / f"{rig.name}-{law}.toml").as_posix(), title=rig.title, rig=rig.name, law=law,
+        measurement=(PACKAGED / "loops" / f"{rig.name}-measurement.toml").as_posix()), encoding="utf-8")
+    gap, start = rig.vertical.name, 1e3 * rig.vertical.start
+    vary = [{"name": each.name, "kind": "list", "values": [f"{value:g} {each.unit}" for value in each.values],
+             "set": [each.sets.format(encoder) for encoder in encoders(rig)] if "{}" in each.sets else [each.sets]}
+            for each in (question.down, question.along)]
+    steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
+             "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}
+    beside = {f"reference.{axis.name}.end": BESIDE[bool(rig.rotations)] for axis in rig.rotations or rig.horizontal}
+    return read_study({"name": f"tolerance-{rig.name}-{law}-{question.name}", "scenario": str(scenario.resolve()),
+                       "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
+
+
+def main() -> None:
+    """Fly, draw, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rig", choices=LAWS)
+    parser.add_argument("--out", type=Path, default=Path("results"))
+    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--data", type=Path, default=FOUND)
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    rigs = read_found(options.data) if options.rig else {}
+    for name, laws in LAWS.items() if options.rig is None else [(options.rig, LAWS[options.rig])]:
+        rig, paths = RIGS[name], list[Path]()
+        maps: dict[str, dict[str, Outcomes]] = {}
+        for question in QUESTIONS:
+            for law in laws:
+                flown = maglev.study(study_of(rig, law, question, options.out / "tolerances"), native=True,
+                                     out=options.out, jobs=options.jobs, resume=True)
+                paths.append(flown.path)
+                maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(flown.path, question)
+        origin = origin_of(paths)
+        rigs[name] = RigMaps(SIZES, maps, origin.version, origin.commit)
+        write_picture(options.docs / f"tolerances-{name}.png", rig.title, rigs[name])
+        print(f"\n{name}\n\n{table(rigs[name])}", flush=True)
+    write_found(options.data, rigs)
+
+
+if __name__ == "__main__":
+    main()
