@@ -215,7 +215,7 @@ def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
     ({"y.mass": float("nan")}, ScenarioError, "y.mass"),
     ({"y.mass": (7.0, 6.0)}, ScenarioError, "expected the lower value first"),
     ({"y.mass": (6.0, 7.0, 8.0)}, ScenarioError, "expected a value or a pair"),
-    ({"C1": "0.6 m"}, ScenarioError, "expected a plain number, in m/(s2.A)"),
+    ({"C1": "0.6 m"}, ScenarioError, "expected a quantity in m/(s2.A)"),
     ({"y.locked": 1.0}, ScenarioError, "expected True or False"),
     ({"action": "volts"}, ScenarioError, "action = 'volts'"),
     ({"reference": "ramp"}, ScenarioError, "reference = 'ramp'"),
