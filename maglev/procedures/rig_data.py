@@ -81,16 +81,16 @@ def plant_column(result: RunResult, name: str) -> Array:
 
 def measured_positions(result: RunResult, rig: Rig) -> Array:
     """Positions by the encoders, shape (n, axes); where the platform tilts, y and tilts by the gaps at the motors."""
-    described = rig.described
-    names = [f"{axis.name}.encoder" for axis in described.measured]
-    names += [f"{motor}.gap_encoder" for motor in rig.motors if described.rotations]
-    seen = np.stack([plant_column(result, name) for name in names], axis=1)
-    return np.asarray(seen @ rig.places.measuring(described).T)
+    return np.stack([measured_position(result, rig, axis) for axis in rig.axes], axis=1)
 
 
 def measured_position(result: RunResult, rig: Rig, axis: str) -> Array:
-    """Position of one axis by the encoders."""
-    return measured_positions(result, rig)[:, rig.axes.index(axis)]
+    """Position of one axis by the encoders that show it."""
+    described = rig.described
+    names = [f"{each.name}.encoder" for each in described.measured]
+    names += [f"{motor}.gap_encoder" for motor in rig.motors if described.rotations]
+    shares = zip(names, rig.places.measuring(described)[rig.axes.index(axis)], strict=True)
+    return np.asarray(sum(share * plant_column(result, name) for name, share in shares if share))
 
 
 def horizontal_axes(rig: Rig) -> list[str]:
