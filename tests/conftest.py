@@ -30,10 +30,15 @@ settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 @pytest.fixture(scope="session", autouse=True)
 def interruptible() -> Iterator[None]:
-    """Ctrl-C as at a terminal, here and in commands that tests start: a shell lets its background jobs ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Ctrl-C and the end of a terminal as at a terminal, here and in commands that tests start.
+
+    A shell lets its background jobs ignore the one, `nohup` the other.
+    """
+    before = {number: signal.signal(number, handler) for number, handler in
+              ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL))}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
