@@ -6,8 +6,8 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
-.PHONY: demo generate report live claims estimation docs check check-all check-built test tests quick build native lint bench live-check \
-	axe-check accuracy mutants clean
+.PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
+	live-check axe-check accuracy mutants clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -54,7 +54,11 @@ test: .venv/.test
 # They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start. Files go in
 # the order of tests/conftest.py, the longest first.
 tests: .venv/.test
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 --fmus=.venv/fmus
+	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
+
+# The few tests that take a minute or more each: what they look at seldom changes.
+thorough: .venv/.test
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
 
 # The tests that need no FMU, compiler or browser: to be run after every change.
 quick: .venv/.test

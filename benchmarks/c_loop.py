@@ -17,6 +17,7 @@ from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import PREFIX, host_platform
 from fmi_export.native.compiler import library
 from fmi_export.native.prefix import prefix_header
+from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
 from maglev.catalogue import PACKAGES, definition
@@ -77,7 +78,8 @@ def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"loop{platform.ending}"
         blocks = translated(texts)
-        prefix = prefix_header("loop", [text for name, text in blocks.items() if name.endswith(".h")])
+        headers = [text for name, text in blocks.items() if name.endswith(".h")]
+        prefix = prefix_header("loop", headers, SHELLS[2].headers[0])
         path.write_bytes(library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform))
         run = ctypes.CDLL(str(path)).run
     run.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]

@@ -48,6 +48,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
+    config.addinivalue_line("markers", "thorough: takes a minute, such as to compile a C library; `make thorough`")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -16,7 +16,7 @@ from fmpy.model_description import ModelDescription, ModelVariable, read_build_d
 from fmpy_validation import names_parsed_once, validate_fmu
 from lxml import etree
 from native_binaries import windows_library
-from native_builds import compiled, unpacked_sources
+from native_builds import compiled, require_native_tools, unpacked_sources
 
 from fmi_export.model_description import model_description
 from fmi_export.model_description_3 import build_description, model_description_3, terminals_and_icons
@@ -111,6 +111,13 @@ def test_platforms() -> None:
     of_fmi_2 = {target for each in SHELLS[2].platforms.values() for target in each.targets}
     assert {target for each in SHELLS[3].platforms.values() for target in each.targets} - of_fmi_2 \
         == set(WINDOWS_ON_ARM.targets)
+
+
+@pytest.mark.thorough
+@pytest.mark.usefixtures("slow")
+def test_windows_on_arm() -> None:
+    """Its C library is compiled for this alone."""
+    require_native_tools()
     made = library({"one.c": "__declspec(dllexport) double one(void) { return 1.0; }"}, "one", WINDOWS_ON_ARM)
     assert windows_library(made).processor == ARM64_WINDOWS
 

@@ -73,6 +73,7 @@ def test_a_run_is_that_of_the_native_fmus_but_for_the_mathematical_library(
     assert max(np.ptp(values) for column, values in here.items() if column.endswith("position")) > 1e-3
 
 
+@pytest.mark.thorough
 def test_with_the_same_mathematical_library_the_bits_are_the_same(
         wasm_fmus: Path, native_fmus: Path, tmp_path: Path) -> None:
     """A program of this machine with the C library that the modules have: what libm rounds is all that differs."""

@@ -99,6 +99,7 @@ def test_command_line(tmp_path: Path) -> None:
     assert "expected a name, = and a value" in error_line(maglev("region", "3dof", "x", "--gap", "25mm", "--set", "a"))
 
 
+@pytest.mark.thorough
 def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
     flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, fly=False)
