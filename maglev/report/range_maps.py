@@ -1,12 +1,7 @@
-"""How far each controller can go, as HTML: maps that come with the package, of the stages that a report has runs of.
-
-A map is an SVG with one path for each outcome: a line along each run of cells in a row. The style says how thick it is,
-which tells outcomes apart without colour.
-"""
+"""How far each controller can go, as HTML: maps that come with the package, of the stages that a report has runs of."""
 
 from collections.abc import Iterable, Mapping
 from html import escape
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +20,12 @@ from maglev.operating_range import (
     shares_table,
 )
 from maglev.procedures.outcome import ValueTable
+from maglev.report.cell_maps import cell_map, legend, stripes
 from maglev.report.findings import value_table
 from pmlsm.rigs import RIGS
 
 LINK = '<li><a href="#operating-range">How far each controller can go</a></li>'
-CELL, LEFT, BOTTOM, EDGE = 10, 40, 36, 8   # units of the pictures: of a cell, and around the map
+CELL = 10   # units of the pictures
 
 
 def range_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | None = None) -> str:
@@ -48,7 +44,9 @@ def range_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | None = 
         return ""
     occurring = seen(found for maps in shown.values() for found in maps.laws.values())
     return ('\n\n<section id="operating-range">\n<h2>How far each controller can go</h2>\n' + introduction(shown)
-            + legend(occurring) + "\n".join(rig_maps(rig, maps) for rig, maps in shown.items()) + "\n</section>")
+            + legend([*((f'<path class="o{outcome}" d="M0 0h3M0 1h3"/>', OUTCOMES[outcome]) for outcome in occurring),
+                      ('<path class="o0" d="M0 0h3M0 1h3"/><path class="dot" d="M1 0h0"/>', SETTLED_NOMINAL)])
+            + "\n".join(rig_maps(rig, maps) for rig, maps in shown.items()) + "\n</section>")
 
 
 def introduction(shown: Mapping[str, RigMaps]) -> str:
@@ -77,20 +75,6 @@ def listed(values: NDArray[np.float64]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def legend(occurring: Iterable[int]) -> str:
-    """What the stripes mean, thickest first, and the dot."""
-    names = [(f'<path class="o{outcome}" d="M0 0h3M0 1h3"/>', OUTCOMES[outcome]) for outcome in occurring]
-    names.append(('<path class="o0" d="M0 0h3M0 1h3"/><path class="dot" d="M1 0h0"/>', SETTLED_NOMINAL))
-    return '<ul class="range-legend">' + "".join(
-        f'<li><svg viewBox="0 0 {3 * CELL} {2 * CELL}" aria-hidden="true">{cells(paths)}</svg> {escape(name)}</li>'
-        for paths, name in names) + "</ul>\n"
-
-
-def cells(paths: str, left: float = 0) -> str:
-    """Paths in cells, of which the first has its middle at the left edge of y = 0."""
-    return f'<g transform="translate({left} {CELL / 2:g})scale({CELL})">{paths}</g>'
-
-
 def rig_maps(rig: str, maps: RigMaps) -> str:
     """Maps of a rig, those of a step beside the gap in a row, and the table of their shares."""
     title = RIGS[rig].title if rig in RIGS else rig
@@ -114,22 +98,9 @@ def map_picture(law: str, found: Map, step: int) -> str:
     _, nominal, _ = shares(found)[step]
     said = ", ".join(f"{OUTCOMES[outcome]} {100 * nominal[outcome]:.0f} %" for outcome in seen([found])
                      if nominal[outcome])
-    rows, columns = found.nominal.shape[:2]
-    width, height = LEFT + CELL * columns + EDGE, CELL * rows + BOTTOM
-    title = f"{law}. {step_text(found, found.steps[step])}: {said}"
-    ticks = [f'<text x="{LEFT + CELL * (k + 0.5):g}" y="{CELL * rows + 14}">{1e3 * found.target[k]:g}</text>'
-             for k in ticked(columns)]
-    ticks += [f'<text class="end" x="{LEFT - 4}" y="{CELL * (rows - k - 0.5) + 4:g}">{1e3 * found.initial[k]:g}</text>'
-              for k in ticked(rows)]
-    return (f'<svg viewBox="0 0 {width} {height}" role="img"><title>{escape(title)}</title>'
-            f"{cells(map_paths(found, step), LEFT)}{''.join(ticks)}"
-            f'<text x="{LEFT + CELL * columns / 2:g}" y="{height - 6}">target gap, mm</text>'
-            f'<text transform="translate(12 {CELL * rows / 2:g})rotate(-90)">initial gap, mm</text></svg>')
-
-
-def ticked(count: int) -> list[int]:
-    """Places on an axis that are labelled: the first, the middle and the last."""
-    return sorted({0, count // 2, count - 1})
+    return cell_map(f"{law}. {step_text(found, found.steps[step])}: {said}", map_paths(found, step), CELL,
+                    ("target gap, mm", [f"{1e3 * gap:g}" for gap in found.target]),
+                    ("initial gap, mm", [f"{1e3 * gap:g}" for gap in found.initial]))
 
 
 def map_paths(found: Map, step: int) -> str:
@@ -139,16 +110,3 @@ def map_paths(found: Map, step: int) -> str:
     dots = "".join(f"M{column}.5 {row}h0" for row, column in np.argwhere(fragile).tolist())
     return ("".join(f'<path class="o{outcome}" d="{path}"/>' for outcome, path in paths.items() if path)
             + (f'<path class="dot" d="{dots}"/>' if dots else ""))
-
-
-def stripes(where: NDArray[np.bool_]) -> str:
-    """Path along every run of cells in rows, such as "M3 0h2" for the fourth and the fifth cell of the first row."""
-    parts = []
-    for row, values in enumerate(where.tolist()):
-        column = 0
-        for inside, run in groupby(values):
-            length = len(list(run))
-            if inside:
-                parts.append(f"M{column} {row}h{length}")
-            column += length
-    return "".join(parts)

@@ -9,17 +9,12 @@ flown again.
 """
 
 import argparse
-from pathlib import Path
 
-import maglev
 from maglev.operating_range import FILE, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import RIGS
-from studies.operating_range.maps import origin_of, read_map, shares_text, write_maps, write_pictures
-
-LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
-        "5dof": ("nonlinear", "linear", "pid")}
-NAMES = {"pid": "PID"}
+from studies.laws import NAMES, Fly, map_laws, origin_of
+from studies.operating_range.maps import read_map, shares_text, write_maps, write_pictures
 
 
 def study_of(rig: str, law: str) -> StudyFile:
@@ -31,25 +26,14 @@ def study_of(rig: str, law: str) -> StudyFile:
     return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
 
 
-def main() -> None:
-    """Fly, draw, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rig", choices=LAWS)
-    parser.add_argument("--out", type=Path, default=Path("results"))
-    parser.add_argument("--docs", type=Path, default=Path("docs"))
-    parser.add_argument("--data", type=Path, default=FILE)
-    parser.add_argument("--jobs", type=int)
-    options = parser.parse_args()
-    rigs = read_maps(options.data) if options.rig else {}
-    for rig, laws in LAWS.items() if options.rig is None else [(options.rig, LAWS[options.rig])]:
-        flown = {law: maglev.study(study_of(rig, law), native=True, out=options.out, jobs=options.jobs, resume=True)
-                 for law in laws}
-        maps = {NAMES.get(law, law): read_map(found.path) for law, found in flown.items()}
-        rigs[rig] = RigMaps(maps, origin_of(found.path for found in flown.values()))
-        write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
-        print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
-    write_maps(options.data, rigs)
+def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
+    """Fly, draw, print."""
+    flown = {law: fly(study_of(rig, law)) for law in laws}
+    maps = {NAMES.get(law, law): read_map(path) for law, path in flown.items()}
+    write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
+    print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
+    return RigMaps(maps, origin_of(flown.values()))
 
 
 if __name__ == "__main__":
-    main()
+    map_laws(__doc__, FILE, read_maps, write_maps, fly_rig)

@@ -1,7 +1,7 @@
 """How far a law can go: maps of a study over two gaps, what else steps and constants, and pictures."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +21,10 @@ from maglev.operating_range import (
     STOPPED,
     TRIPPED,
     Map,
-    Origin,
     RigMaps,
     seen,
     shares_table,
 )
-from maglev.studies.dataset import metadata_of
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -82,14 +80,6 @@ def read_map(path: Path) -> Map:
                                                                                "constants"))
     found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
     return Map(initial, target, steps, constants, found, what)
-
-
-def origin_of(paths: Iterable[Path]) -> Origin:
-    """What studies' datasets rest on: their versions, commits, where known, and FMUs."""
-    found = [metadata_of(path)["provenance"] for path in paths]
-    commits = sorted({each["commit"] for each in found} - {None})
-    return Origin(", ".join(sorted({each["version"] for each in found})), ", ".join(commits) or None,
-                  {fmu["model"]: fmu["guid"] for each in found for fmu in each["fmus"]})
 
 
 def shares_text(laws: Mapping[str, Map]) -> str:

@@ -2,32 +2,22 @@
 
     python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
-It draws the pictures of docs/tolerances.md, prints its tables, and writes what was found beside this file; with --rig
-that of one rig, and the others stay. It needs native FMUs (`maglev build --native --target host`) and takes some ten
-minutes on two processors. A study that is done is not flown again.
+It draws the pictures of docs/tolerances.md, prints its tables, and writes what was found as data that come with the
+package, which the report draws; with --rig that of one rig, and the others stay. It needs native FMUs
+(`maglev build --native --target host`) and takes some ten minutes on two processors. A study that is done is not flown
+again.
 """
 
 import argparse
 from pathlib import Path
 
-import maglev
 from maglev.schema.layers import PACKAGED
 from maglev.studies.schema import StudyFile, read_study
+from maglev.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, read_tolerances
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
-from studies.operating_range.__main__ import LAWS, NAMES
-from studies.operating_range.maps import origin_of
-from studies.tolerances.maps import (
-    FOUND,
-    QUESTIONS,
-    Outcomes,
-    Question,
-    RigMaps,
-    read_found,
-    read_outcomes,
-    table,
-    write_found,
-)
+from studies.laws import NAMES, Fly, map_laws, origin_of
+from studies.tolerances.maps import read_outcomes, table, write_found
 from studies.tolerances.pictures import write_picture
 
 SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
@@ -64,31 +54,20 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
                        "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
 
 
-def main() -> None:
-    """Fly, draw, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rig", choices=LAWS)
-    parser.add_argument("--out", type=Path, default=Path("results"))
-    parser.add_argument("--docs", type=Path, default=Path("docs"))
-    parser.add_argument("--data", type=Path, default=FOUND)
-    parser.add_argument("--jobs", type=int)
-    options = parser.parse_args()
-    rigs = read_found(options.data) if options.rig else {}
-    for name, laws in LAWS.items() if options.rig is None else [(options.rig, LAWS[options.rig])]:
-        rig, paths = RIGS[name], list[Path]()
-        maps: dict[str, dict[str, Outcomes]] = {}
-        for question in QUESTIONS:
-            for law in laws:
-                flown = maglev.study(study_of(rig, law, question, options.out / "tolerances"), native=True,
-                                     out=options.out, jobs=options.jobs, resume=True)
-                paths.append(flown.path)
-                maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(flown.path, question)
-        origin = origin_of(paths)
-        rigs[name] = RigMaps(SIZES, maps, origin.version, origin.commit)
-        write_picture(options.docs / f"tolerances-{name}.png", rig.title, rigs[name])
-        print(f"\n{name}\n\n{table(rigs[name])}", flush=True)
-    write_found(options.data, rigs)
+def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
+    """Fly, draw, print."""
+    rig, paths = RIGS[name], list[Path]()
+    maps: dict[str, dict[str, Outcomes]] = {}
+    for question in QUESTIONS:
+        for law in laws:
+            paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
+            maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
+    origin = origin_of(paths)
+    found = RigMaps(SIZES, maps, origin.version, origin.commit)
+    write_picture(options.docs / f"tolerances-{name}.png", rig.title, found)
+    print(f"\n{name}\n\n{table(found)}", flush=True)
+    return found
 
 
 if __name__ == "__main__":
-    main()
+    map_laws(__doc__, FILE, read_tolerances, write_found, fly_rig)

@@ -26,7 +26,8 @@ from maglev.studies.design import values_of
 from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
-from studies.operating_range.maps import origin_of, outcomes, read_map, shares_text, write_maps, write_pictures
+from studies.laws import origin_of
+from studies.operating_range.maps import outcomes, read_map, shares_text, write_maps, write_pictures
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -6,10 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmlsm.rigs import RIGS
-from studies.operating_range.__main__ import LAWS, NAMES
-from studies.tolerances.__main__ import study_of
-from studies.tolerances.maps import (
+from maglev.tolerances import (
     ASTRAY,
     HOLDS,
     OUTCOMES,
@@ -17,14 +14,15 @@ from studies.tolerances.maps import (
     STOPPED,
     TRIPPED,
     last_that_holds,
-    outcomes,
-    read_found,
-    table,
-    write_found,
+    read_tolerances,
 )
+from pmlsm.rigs import RIGS
+from studies.laws import LAWS, NAMES
+from studies.tolerances.__main__ import study_of
+from studies.tolerances.maps import outcomes, table, write_found
 
 DOCS = Path(__file__).parents[2] / "docs"
-FOUND = read_found()
+FOUND = read_tolerances()
 
 
 @pytest.mark.parametrize(("tripped", "touched", "gap", "tilt", "outcome"), [
@@ -58,7 +56,7 @@ def test_a_study_sets_what_its_question_is_about(tmp_path: Path, rig: str) -> No
 
 def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
     write_found(tmp_path / "found.json", FOUND)
-    again = read_found(tmp_path / "found.json")
+    again = read_tolerances(tmp_path / "found.json")
     page = (DOCS / "tolerances.md").read_text(encoding="utf-8")
     for name, rig in FOUND.items():
         assert list(rig.maps) == [question.name for question in QUESTIONS]

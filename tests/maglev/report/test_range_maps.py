@@ -12,6 +12,8 @@ from report_tab import Tab
 from maglev.operating_range import OUTCOMES, Map, Origin, RigMaps, read_maps, shares
 from maglev.report.page import write_report
 from maglev.report.range_maps import range_section
+from maglev.report.tolerance_maps import LOOKS, tolerance_section
+from maglev.tolerances import QUESTIONS, read_tolerances
 
 STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
@@ -63,6 +65,21 @@ def test_every_cell_is_drawn_as_the_data_have_it(stage: str) -> None:
         assert [text.text for text in svg.iter("text")] == [*gaps, "target gap, mm", "initial gap, mm"]
 
 
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_cell_of_a_map_of_tolerances_is_drawn_as_the_data_have_it(stage: str) -> None:
+    maps = read_tolerances()[stage]
+    flown = [(law, question, found[step]) for question in QUESTIONS for step in range(len(maps.sizes))
+             for law, found in maps.maps[question.name].items()]
+    for (law, question, found), svg in zip(flown, pictures(tolerance_section([stage]), stage), strict=True):
+        paths = {path.get("class"): drawn(path.get("d") or "", found.shape) for path in svg.iter("path")}
+        assert paths.keys() == {LOOKS[outcome] for outcome in np.unique(found)}
+        for outcome in np.unique(found):   # the harmless row is the lowest
+            assert paths[LOOKS[outcome]][::-1].tolist() == (found == outcome).astype(int).tolist()
+        assert (svg.findtext("title") or "").startswith(f"{law}. {question.down.name} and {question.along.name}")
+        texts = [text.text for text in svg.iter("text")]
+        assert texts[1:len(question.along.values)] == [f"{value:g}" for value in question.along.values[1:]]
+
+
 def test_the_legend_tells_every_outcome_that_occurs() -> None:
     section = range_section(["4dof"], {"4dof": of_every_outcome()})
     legend, = [each for each in ElementTree.fromstring(section).iter("ul") if each.get("class") == "range-legend"]
@@ -86,8 +103,17 @@ def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
     maps = tab.page.locator("#operating-range .range svg:visible")
     assert maps.count() == 14
     assert all(box["width"] > 100 and box["height"] > 100 for box in (each.bounding_box() for each in maps.all()))
+    tolerances = tab.page.locator("#tolerances .range svg:visible")
+    assert tolerances.count() == 4 * 7
+    labels = tab.evaluate("""() => [...document.querySelectorAll("#tolerances .range svg")].flatMap((svg) => {
+        const boxes = [...svg.querySelectorAll("text")].map((text) => text.getBoundingClientRect());
+        return boxes.filter((a, i) => boxes.some((b, k) => k < i && a.left < b.right && b.left < a.right
+            && a.top + 3 < b.bottom && b.top + 3 < a.bottom)).length;
+    })""")
+    assert not any(labels), "labels of a map cover each other"
     tab.page.select_option("#index-rig", "2dof")
     assert maps.count() == 6
+    assert tolerances.count() == 4 * 3
     tab.close()
 
 
@@ -101,9 +127,9 @@ def test_a_report_shows_the_stages_that_it_has_runs_of() -> None:
 
 def test_the_section_is_absent_without_data_of_the_stage() -> None:
     assert range_section(["3dof"], {"2dof": read_maps()["2dof"]}) == ""
-    assert range_section([""]) == ""
+    assert range_section([""]) == tolerance_section([""]) == ""
     page = page_of([])
-    assert "operating-range" not in page.attributes("id")
+    assert not {"operating-range", "tolerances"} & {*page.attributes("id")}
     assert "#operating-range" not in page.attributes("href")
 
 
@@ -119,3 +145,4 @@ def test_the_maps_say_what_they_rest_on() -> None:
 
 def test_the_maps_take_few_bytes() -> None:
     assert len(range_section(STAGES).encode()) < LARGEST
+    assert len(tolerance_section(STAGES).encode()) < 2 * LARGEST
