@@ -6,8 +6,7 @@ from typing import Literal, NamedTuple
 from maglev.units import to_unit
 
 # Units that people read, by the SI unit, and what a small value has in place of them.
-PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s",
-                 "A2.s": "A² s"}
+PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
 SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm s": "µm s", "mrad s": "µrad s"}
 SMALL = 0.1   # of the unit, below which it has another one
 
@@ -109,7 +108,7 @@ METRICS = by_name(
     MeasuredQuantity("recovery time", "event", "s", needs="band", infinite="not back"),
     MeasuredQuantity("integral absolute error", "event", "m.s"),
     MeasuredQuantity("rms current", "effort", "A", recorded="currents"),      # of a phase
-    MeasuredQuantity("joule integral", "effort", "A2.s", recorded="currents"),   # ohmic loss per ohm of a phase
+    MeasuredQuantity("ohmic loss", "effort", "J", recorded="currents"),          # of all phases
     MeasuredQuantity("command noise", "effort", "A", recorded="commands"),
     MeasuredQuantity("lowest", "column", needs="columns"),     # value over the run
     MeasuredQuantity("highest", "column", needs="columns"),

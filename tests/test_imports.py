@@ -31,6 +31,8 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
            # An environment reads velocities by the controllers' observer.
            "maglev.gym": {"controller_fmu"},
            "maglev.own_stage": {"controller_fmu"},
+           # What currents lose is a matter of the plant's windings.
+           "maglev.judging": {"plant_fmu"},
            # A controller of the user's can be made of any part.
            "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
                                        "closed_loop_fmu"}}

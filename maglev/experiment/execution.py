@@ -22,6 +22,7 @@ from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
+from maglev.judging.windings import phase_resistances
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
@@ -132,7 +133,7 @@ def kept(files: ResultFiles, recording: Recording, every: int) -> str:
 
 def measured(plan: RunPlan, recording: Recording) -> Metrics:
     """What is measured on a run that was recorded to its end, on all of it."""
-    return evaluate(plan, recording.time, recording.columns)
+    return evaluate(plan, recording.time, recording.columns, phase_resistances(plan))
 
 
 def completed(experiment: Experiment, recording: Recording) -> RunResult:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
-from math import inf
+from math import inf, isnan
 from typing import Any, NamedTuple
 
 from maglev.judging.metrics import Metrics
@@ -72,7 +72,7 @@ def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
             for each in event.deviations if on == "event" else event.efforts:
                 found = getattr(each, name)
                 yield from (Value(each.of, value, event.time, band, event.name) for band, value in
-                            (found.items() if name == "recovery_time" else [(None, found)]))
+                            (found.items() if name == "recovery_time" else [(None, found)]) if not isnan(value))
     elif on == "run":
         yield Value("", {"trip_time": inf if metrics.tripped is None else metrics.tripped,
                          "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MeasurementError, nearest
+from maglev.judging.windings import winding_of
 from maglev.schema.run_plan import RunPlan
+from plant_fmu.winding import COPPER
 
 Array = NDArray[np.float64]
 
@@ -68,7 +70,7 @@ class Effort:
 
     of: str
     rms_current: float      # A, over the phases and the time
-    joule_integral: float   # A² s, ∫ of the sum of the squared phase currents: the ohmic loss per ohm of a phase
+    ohmic_loss: float       # J, of all phases; NaN where their resistance is not known
     command_noise: float    # A, rms change from sample to sample over √2, of the command that changes most
 
 
@@ -113,7 +115,8 @@ def metrics_data(metrics: Metrics) -> dict[str, Any]:
     return found
 
 
-def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metrics:
+def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
+             resistances: Mapping[str, float] | None = None) -> Metrics:
     """Measure a run.
 
     Parameters
@@ -124,6 +127,8 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
         Ascending times of the samples, s.
     columns : mapping of str to ndarray, shape (n,)
         Recorded variables by full name ("plant.y.position"), SI.
+    resistances : mapping of str to float, optional
+        Of a cold phase by motor, ohm, for losses.
 
     Raises
     ------
@@ -158,7 +163,7 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array]) -> Metric
         extremes={name: (float(values.min()), float(values.max())) for name, values in columns.items()
                   if values.dtype == np.float64 and np.isfinite(values).all()},
         events=event_responses(plan, time, columns, {
-            axis: positions[axis] - references[axis] for axis in plan.axes}) if plan.events else (),
+            axis: positions[axis] - references[axis] for axis in plan.axes}, resistances or {}) if plan.events else (),
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None
@@ -280,10 +285,13 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
     return TrackingError(axis, float(error[steady].mean()), peak, transient)
 
 
-def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array],
-                    errors: Mapping[str, Array]) -> tuple[EventResponse, ...]:
+def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], errors: Mapping[str, Array],
+                    resistances: Mapping[str, float]) -> tuple[EventResponse, ...]:
     """Measure every event of a plan; arguments as of `evaluate`, and the errors (m, of a rotation rad) by axis."""
     found = []
+    ohms = {name: resistances.get(name, math.nan) * (
+        1.0 + COPPER * columns.get(f"{winding_of(motor)}.rise", np.zeros(len(time))))
+        for name, motor in plan.motors.items()}
     for event, until in zip(plan.events, plan.event_ends, strict=True):
         # The sample at the end belongs to what begins there, but for that at the end of the run.
         first, last = np.searchsorted(time, [event.time - TIME_TOLERANCE, until - TIME_TOLERANCE])
@@ -299,7 +307,8 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array],
             event.name, event.time, float(time[inside][-1]),
             tuple(deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
                   for axis, names in plan.axes.items()),
-            tuple(effort(motor, time[inside], currents[motor], commands[motor]) for motor in plan.motors)))
+            tuple(effort(motor, time[inside], currents[motor], commands[motor], ohms[motor][inside])
+                  for motor in plan.motors)))
     return tuple(found)
 
 
@@ -309,15 +318,15 @@ def deviation(axis: str, time: Array, error: Array, bands: Sequence[float]) -> D
                      integral(time, np.abs(error)))
 
 
-def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequence[Array]) -> Effort:
-    """Measure currents and commands (A) of a motor in the window of an event.
+def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequence[Array], resistance: Array) -> Effort:
+    """Measure currents and commands (A) of a motor, with the resistance (ohm) of a phase, in the window of an event.
 
     The noise of a command is the rms of its changes from sample to sample over √2 (von Neumann's mean square successive
     difference): of white noise its standard deviation, whatever slow course it rides on; of a sinusoid of amplitude A
     and frequency f, sampled every T, A |sin πfT|.
     """
     squares = np.sum(np.square(currents), axis=0) if currents else np.zeros(len(time))
-    return Effort(motor, float(np.sqrt(squares.mean() / max(1, len(currents)))), integral(time, squares),
+    return Effort(motor, float(np.sqrt(squares.mean() / max(1, len(currents)))), integral(time, resistance * squares),
                   max((float(np.sqrt(np.mean(np.diff(each) ** 2) / 2.0)) for each in commands if len(each) > 1),
                       default=0.0))
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.judging.measures import measures
 from maglev.judging.metrics import Metrics, evaluate
+from maglev.judging.windings import phase_resistances
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
@@ -61,7 +62,7 @@ def metrics_at_rest(plan: RunPlan, time: NDArray[np.float64], drives: Mapping[st
     columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
     for axis in plan.axes.values():
         columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
-    return evaluate(plan, time, columns)
+    return evaluate(plan, time, columns, phase_resistances(plan))
 
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],

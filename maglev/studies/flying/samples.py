@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
 from maglev.judging.metrics import evaluate
+from maglev.judging.windings import phase_resistances
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
 from maglev.studies.targets import Target
@@ -108,7 +109,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
                        for target, value in zip(job.targets, sample, strict=True)}
             try:
                 time, columns = flight.fly(changes)
-                found = named_values(plan, evaluate(plan, time, columns))
+                found = named_values(plan, evaluate(plan, time, columns, phase_resistances(plan, changes)))
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
                 continue

@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from maglev.errors import MeasurementError
 from maglev.judging.measures import measures
 from maglev.judging.metrics import evaluate, settling_time, step_samples
-from maglev.schema.run_plan import Axis, MetricSettings
+from maglev.judging.windings import phase_resistances, winding_of
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import Axis, MetricSettings, Motor, StartValue
 
 TIME = np.arange(0, 10001) * 1e-3
 
@@ -157,7 +159,7 @@ def test_events_of_known_signals():
     error = np.where((t >= 0.0) & (TIME < 7.0), -4e-3 * np.exp(-2.0 * t), 5e-6)
     pushed = plan(motors=motors, events=[event, last], event_ends=[7.0, 10.0])
     metrics = evaluate(pushed, TIME, hold(**phases, noise=noise, sine=3.0 * np.sin(200.0 * TIME), **{
-        "plant.y.position": error}))
+        "plant.y.position": error}), {"alpha": 7.0})
     first, second = metrics.events
     assert (first.time, first.end, second.end) == (3.0, TIME[6999], 10.0), "the sample at 7 s belongs to the next event"
     (y,), (alpha, beta) = first.deviations, first.efforts
@@ -166,14 +168,34 @@ def test_events_of_known_signals():
     assert y.recovery_time[1e-5] == pytest.approx(math.log(400.0) / 2.0, abs=1e-3)
     assert y.integral_absolute_error == pytest.approx(2e-3 * (1.0 - math.exp(-2.0 * 3.999)), rel=1e-5)
     assert alpha.rms_current == pytest.approx(2.0 / math.sqrt(2.0))
-    assert alpha.joule_integral == pytest.approx(1.5 * 2.0**2 * 3.999)
+    assert alpha.ohmic_loss == pytest.approx(7.0 * 1.5 * 2.0**2 * 3.999)
     assert alpha.command_noise == pytest.approx(0.3, rel=0.03)
     assert beta.command_noise == pytest.approx(3.0 * math.sin(200.0 * 1e-3 / 2.0), rel=1e-2)
     (after,) = second.deviations
     assert (after.peak_deviation, after.recovery_time[1e-5]) == (5e-6, 0.0)
     found = {(each.quantity, each.of, each.time): each for each in measures(pushed, metrics)}
     assert found["integral absolute error", "y", 3.0].text == "2 mm s"
-    assert found["joule integral", "alpha", 3.0].event == "push" and ("rms current", "beta", 3.0) not in found
+    assert found["ohmic loss", "alpha", 3.0].event == "push" and ("rms current", "beta", 3.0) not in found
+
+
+def test_a_loss_is_that_of_a_warm_winding_and_absent_where_no_resistance_is_known():
+    """1 A in 2 ohm for 10 s; copper that is 100 K warmer has 39.3 % more (assumed by the plant's winding)."""
+    motors = {"alpha": Motor(currents=["plant.alpha.phase_a.current"])}
+    pushed = plan(motors=motors, events=[SimpleNamespace(name="push", time=0.0)], event_ends=[10.0])
+    columns = hold(**{"plant.alpha.phase_a.current": np.ones_like(TIME)})
+    warm = columns | {f"{winding_of(motors['alpha'])}.rise": np.full_like(TIME, 100.0)}
+    losses = [evaluate(pushed, TIME, each, {"alpha": 2.0}).events[0].efforts[0].ohmic_loss for each in (columns, warm)]
+    assert losses == pytest.approx([20.0, 27.86])
+    assert "ohmic loss" not in {each.quantity for each in measures(pushed, evaluate(pushed, TIME, columns))}
+
+
+def test_resistances_are_those_of_the_sample_the_run_or_the_description():
+    run = load_plan("3dof-push")
+    described = {motor.name: motor.winding.resistance for motor in run.rig.motors}
+    assert phase_resistances(run) == described
+    run.fmus["plant"].start["alpha.winding.resistance"] = StartValue(4.0, "Ohm", "4 Ohm")
+    assert phase_resistances(run) == described | {"alpha": 4.0}
+    assert phase_resistances(run, {"plant.alpha.winding.resistance": 5.0}) == described | {"alpha": 5.0}
 
 
 def test_who_is_not_back_at_the_end_of_the_window_is_not_back():

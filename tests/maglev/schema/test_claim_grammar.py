@@ -174,7 +174,7 @@ def test_one_name_is_a_list_of_it() -> None:
 def test_quantities_are_told_apart_and_have_units_to_print() -> None:
     assert not set(METRICS) & set(PROCEDURE_VALUES)
     for quantity in [*METRICS.values(), *PROCEDURE_VALUES.values()]:
-        assert quantity.unit in {None, "s", "A", "N", *PRINTED_UNITS}
+        assert quantity.unit in {None, "s", "A", "N", "J", *PRINTED_UNITS}
         assert not (quantity.yes_no and quantity.unit)
     assert {quantity.on == "procedure" for quantity in METRICS.values()} == {False}
     assert {quantity.on for quantity in PROCEDURE_VALUES.values()} == {"procedure"}
