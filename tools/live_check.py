@@ -22,7 +22,7 @@ from maglev.live.content import live_runs
 from maglev.live.page import write_live
 from maglev.schema.run_plan import RunPlan
 
-SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
+SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 POSITION = "maglevLive.history.last().axes"
 
 
@@ -193,7 +193,7 @@ def tilting_hands(browser: Browser, url: str) -> None:
 
 
 def fingers(browser: Browser, url: str) -> None:
-    """On a phone: a finger beside the mover scrolls, one on it moves it; what fell says why, and lifts off again."""
+    """On a phone: a finger beside the mover scrolls or turns the view, one on it moves it; what fell lifts off."""
     tab = Tab(browser, url + "#run=3dof-setpoints-improved", "phone")
     page, touches = tab.page, tab.context.new_cdp_session(tab.page)
 
@@ -205,13 +205,19 @@ def fingers(browser: Browser, url: str) -> None:
             page.wait_for_timeout(20)
         touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
-    x, y = middle(page)
-    swipe(x - 175.0, y, 0.0, -150.0)
+    beside = page.evaluate("(({ left, bottom }) => [left + 12, bottom - 12])"
+                           "(document.getElementById('stage').getBoundingClientRect())")
+    yaw = page.evaluate("maglevLive.orbit.yaw")
+    swipe(*beside, 0.0, -150.0)
     wait_until(page, "scrollY > 60")
     require(not page.is_visible("#released"), "a finger beside the mover moves its reference")
+    require(abs(page.evaluate("maglevLive.orbit.yaw") - yaw) < 3.0, "a finger that scrolls turns the view")
     top = page.evaluate("document.getElementById('stage').getBoundingClientRect().top")
     require(top >= 0.0, f"the picture scrolls away, to {top} px")
     page.evaluate("scrollTo(0, 0)")
+    swipe(*beside, 120.0, 4.0)
+    require(page.evaluate("scrollY") == 0, "a finger that turns the view scrolls the page")
+    require(abs(page.evaluate("maglevLive.orbit.yaw") - yaw) > 20.0, "a finger beside the mover does not turn the view")
     swipe(*middle(page), 40.0, 8.0)   # as far as the mover cannot follow
     require(page.evaluate("scrollY") == 0, "a finger on the mover scrolls the page")
     wait_until(page, "maglevLive.frame.flags.stop")
@@ -222,6 +228,26 @@ def fingers(browser: Browser, url: str) -> None:
     wait_until(page, "maglevLive.frame.time > 0.5 && !maglevLive.frame.flags.stop")
     require(not page.locator("#lift").is_visible(), "what flies is offered to lift off")
     tab.close()
+
+
+def stories(browser: Browser, url: str) -> None:
+    """Each experiment on each stage: what came of it is said, nothing moves on the page, and it can be flown anew."""
+    for run, id in ((run, id) for run in ("2dof-setpoints", "3dof-setpoints-improved", "5dof-setpoints")
+                    for id in ("off", "weight", "pid", "weak")):
+        tab = Tab(browser, f"{url}#run={run}&story={id}")
+        page = tab.page
+        place = "JSON.stringify(document.getElementById('stage').getBoundingClientRect())"
+        before = page.evaluate(place)
+        wait_until(page, "document.getElementById('moment').textContent !== ''", 60.0)
+        said, fell = page.inner_text("#moment"), page.evaluate("maglevLive.frame.flags.stop")
+        print(f"  {run} {id}: {said}")
+        require(fell == (id in ("off", "weak")), f"{run} {id}: {'it fell' if fell else 'it did not fall'}")
+        require(("The PID met" in said and "the nonlinear law got there" in said) == (id == "pid"), said)
+        require(page.evaluate(place) == before, f"{run} {id}: the picture jumps")
+        if fell:
+            page.click("#lift")
+            wait_until(page, "maglevLive.frame.time > 1.3 && !maglevLive.frame.flags.stop")
+        tab.close()
 
 
 def middle(page: Page) -> tuple[float, float]:
@@ -270,7 +296,9 @@ def pictures(browser: Browser, url: str, folder: Path) -> None:
             ("5dof", "desktop", "light", "#run=5dof-setpoints&ghost=PID5DOF"),
             ("5dof-dark", "desktop", "dark", "#run=5dof-tracking"),
             ("5dof-phone", "phone", "light", "#run=5dof-setpoints"),
-            ("phone", "phone", "light", "#run=3dof-setpoints-improved")):
+            ("phone", "phone", "light", "#run=3dof-setpoints-improved"),
+            ("story", "phone", "dark", "#run=2dof-setpoints&story=off"),
+            ("sides", "tablet", "light", "#run=3dof-setpoints-improved&view=sides")):
         tab = Tab(browser, url + fragment, size, color_scheme=scheme)
         tab.page.wait_for_timeout(2500)
         width, available = tab.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
@@ -284,6 +312,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--fmus", type=Path, default=Path("fmus"))
     parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--hands", action="store_true", help="hands alone, without the runs and the frames")
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -291,11 +320,14 @@ def main() -> None:
         print(f"page: {path.stat().st_size / 1000:.0f} kB")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         try:
-            compare_runs(browser, path.as_uri(), arguments.fmus)
+            if not arguments.hands:
+                compare_runs(browser, path.as_uri(), arguments.fmus)
             hands(browser, path.as_uri())
             tilting_hands(browser, path.as_uri())
             fingers(browser, path.as_uri())
-            pace(browser, path.as_uri())
+            stories(browser, path.as_uri())
+            if not arguments.hands:
+                pace(browser, path.as_uri())
             if arguments.pictures:
                 pictures(browser, path.as_uri(), arguments.pictures)
         except Problem as problem:

@@ -26,6 +26,7 @@ from pmlsm.velocity_rows import GRAVITY
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
 SIGNALS = ("constant", "steps", "sinusoids")
 
+ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no description says so
 GAPS = 65   # of the table of shape functions
 
 
@@ -158,9 +159,10 @@ def rig_data(rig: Rig) -> dict[str, Any]:
     gap = rig.vertical.stop or rig.motor_stop
     assert gap is not None   # on the axis or at the motors
     along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
-    return {"title": rig.title, "sheet": sheet, "gap": gap_table(motor), "room": {"along": along, "gap": gap.upper},
-            "mass": {axis.name: axis.mass for axis in rig.axes}, "sharing": rig.sharing,
-            "vertical": rig.constants_of(rig.vertical.name), "tilts": tilts(rig),
+    return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
+            "room": {"along": along, "gap": gap.upper}, "mass": {axis.name: axis.mass for axis in rig.axes},
+            "sharing": rig.sharing, "vertical": rig.constants_of(rig.vertical.name), "tilts": tilts(rig),
+            "places": places(rig),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal}}
 
 
@@ -171,6 +173,25 @@ def tilts(rig: Rig) -> dict[str, Any]:
     """
     return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in
             zip(rig.horizontal, reversed(rig.rotations), (1, -1), ("x", "z"), strict=False)}
+
+
+def places(rig: Rig) -> dict[str, list[tuple[float, float]]]:
+    """By motor where the ones with its current are above the platform, along the horizontal axes from its middle, m.
+
+    A stage whose guides hold the tilts has no places: there the motors that drive an axis lie evenly on both sides, as
+    far out as lets those of the two axes pass each other, and a single one in the middle; drawn freely.
+    """
+    if rig.rotations:
+        return {motor.name: [(motor.x, motor.z)] for motor in rig.motors}
+    arm, found = ARM * rig.motor().pole_pitch, dict[str, list[tuple[float, float]]]()
+    for axis in rig.horizontal:
+        motors = rig.motors_of(axis.name)
+        count = int(rig.sharing) * len(motors)
+        alone = count == 1 and len(rig.horizontal) == 1
+        spread = [0.0] if alone else [arm * (1.0 - 2.0 * k / max(1, count - 1)) for k in range(count)]
+        for k, motor in enumerate(motors):
+            found[motor.name] = [(0.0, at) if axis is rig.horizontal[0] else (at, 0.0) for at in spread[k::len(motors)]]
+    return found
 
 
 def gap_table(motor: MotorGeometry) -> dict[str, Any]:

@@ -14,6 +14,12 @@ function pointed(event) {
     && y >= each.top && y < each.top + each.height);
   const row = page.history?.last();
   if (!view || !row) return null;
+  if (view.kind === "space") {
+    const taken = ["position", "reference"].some((what) => inside(hull(platformCorners(view, row, what)), [x, y], NEAR));
+    const moved = view.camera.moved(x, y), [first, second] = drivenAxes(page.run);
+    return { view, taken, places: { [first]: 1e-3 * moved.x, ...(second && { [second]: 1e-3 * moved.z }),
+      [vertical()]: 1e-3 * moved.y } };
+  }
   const taken = ["position", "reference"].some((what) => {
     const [left, top, width, height] = boxIn(view, page.run, row, what);
     return x > left - NEAR && x < left + width + NEAR && y > top - NEAR && y < top + height + NEAR;
@@ -30,7 +36,14 @@ const dragsMover = () => document.querySelector("input[name=drag]:checked")?.val
 
 function grab(event) {
   const found = pointed(event), row = page.history?.last();
-  if (!found?.taken) return;
+  if (!found?.taken) {
+    if (found?.view.kind === "space") {
+      page.turning = { x: event.clientX, y: event.clientY, ...page.orbit };
+      at("stage").setPointerCapture(event.pointerId);
+    }
+    return;
+  }
+  page.dragged = true;
   const what = dragsMover() ? "position" : "reference";
   page.drag = { mover: dragsMover(), view: found.view, offsets: Object.fromEntries(Object.entries(found.places)
     .map(([axis, place]) => [axis, row.axes[axis][what] - place])) };
@@ -39,10 +52,23 @@ function grab(event) {
   event.preventDefault();
 }
 
+const DEGREES = 0.35;   // that a px turns the view by
+
+/** Turn the view in space by degrees. */
+function turnView(yaw, pitch, from = page.orbit) {
+  if (!page.orbit) return;
+  page.orbit = { yaw: from.yaw + yaw, pitch: Math.min(HIGHEST, Math.max(LOWEST, from.pitch + pitch)) };
+  page.dirty = true;
+}
+
 function move(event) {
+  if (page.turning) {
+    turnView(-DEGREES * (event.clientX - page.turning.x), DEGREES * (event.clientY - page.turning.y), page.turning);
+    return;
+  }
   const found = pointed(event);
   if (!page.drag) {
-    at("stage").style.cursor = found?.taken ? "grab" : "";
+    at("stage").style.cursor = found?.taken ? "grab" : found?.view.kind === "space" ? "move" : "";
     return;
   }
   if (!found || found.view.kind !== page.drag.view.kind || found.view.axis !== page.drag.view.axis) return;
@@ -54,7 +80,7 @@ function move(event) {
 
 function letGo() {
   if (page.drag?.mover) for (const axis of Object.keys(page.drag.offsets)) post({ type: "hold", axis, value: null });
-  page.drag = null;
+  page.drag = page.turning = null;
 }
 
 /** Move a reference by a step from where it is. */
@@ -86,6 +112,10 @@ const KEYS = {
   ArrowDown: () => (upward() ? nudge(upward(), -REFERENCE_STEP) : nudge(vertical(), REFERENCE_STEP)),
   PageUp: () => nudge(vertical(), -REFERENCE_STEP),
   PageDown: () => nudge(vertical(), REFERENCE_STEP),
+  a: () => turnView(10, 0),
+  d: () => turnView(-10, 0),
+  w: () => turnView(0, 5),
+  s: () => turnView(0, -5),
 };
 
 function pressed(event) {
@@ -149,6 +179,7 @@ function showPanel() {
   at("run").value = state.run;
   at("about").textContent = run.title;
   at("speed").value = String(state.speed);
+  at("view").value = state.view;
   panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
   panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
   for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
@@ -156,7 +187,7 @@ function showPanel() {
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
   at("copy-command").hidden = !run.command;   // what is in no file no command flies
-  at("planned").hidden = !Object.keys(state.settings).length;
+  at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
 }
 
 function setParameter(full, text) {
@@ -191,8 +222,7 @@ function buildPanel() {
   choices(at("dragging"), "drag", "Dragging moves", () => {})([["reference", "the reference"], ["mover", "the mover"]],
     "reference");
   at("run").addEventListener("change", () => {
-    begin(readFragment(`#run=${at("run").value}&speed=${page.state.speed}`).state);
-    at("released").hidden = true;
+    begin({ ...readFragment(`#run=${at("run").value}&speed=${page.state.speed}`).state, view: page.state.view });
     play(true);
     say("");
   });
@@ -204,9 +234,19 @@ function buildPanel() {
   at("antiwindup").addEventListener("change", () => change({ "controller.antiwindup": at("antiwindup").checked }));
   at("play").addEventListener("click", () => play(!page.playing));
   at("restart").addEventListener("click", restart);
-  at("lift").addEventListener("click", () => { restart(); play(true); });
+  at("lift").addEventListener("click", liftOff);
   at("released").addEventListener("click", release);
-  at("planned").addEventListener("click", () => { page.state.settings = {}; restart(); });
+  at("planned").addEventListener("click", asPlanned);
+  for (const { id, label } of STORIES) {
+    make("button", { type: "button", value: id, "aria-pressed": "false" }, at("stories"), label)
+      .addEventListener("click", () => tellStory(id));
+  }
+  at("view").addEventListener("change", () => {
+    page.state.view = at("view").value;
+    page.orbit = page.state.view === "sides" ? null : { ...ORBIT };
+    stateChanged();
+    layout();
+  });
   at("copy-link").addEventListener("click", () => copy(location.href, "link"));
   at("copy-command").addEventListener("click", () => copy(commandOf(page.state), "command"));
   const stage = at("stage");
@@ -219,7 +259,7 @@ function buildPanel() {
   addEventListener("resize", () => page.run && layout());
   addEventListener("hashchange", () => {
     const { state, problems } = readFragment(location.hash);
-    begin(state);
+    openState(state);
     say(problems.join("; "), problems.length > 0);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);

@@ -6,7 +6,7 @@ const worker = new Worker(URL.createObjectURL(new Blob([document.getElementById(
 const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, frames: 0, problems: [], waiting: [], flown: {} };
+  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: null, story: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -34,18 +34,47 @@ function stateChanged() {
   page.dirty = true;
 }
 
-/** Begin a run from its start. */
-function begin(state) {
+/** Begin a run from its start; `planned` is what the worker does in it of its own accord, an experiment. */
+function begin(state, planned = []) {
   page.state = state;
   page.run = live.runs[state.run];
+  page.story = null;
+  page.lit = {};
+  if (!planned.length) state.story = "";
   page.history = page.ghost = null;
-  post({ type: "start", run: state.run, controller: state.controller, other: state.ghost, settings: { ...state.settings } });
+  post({ type: "start", run: state.run, controller: state.controller, other: state.ghost, settings: { ...state.settings },
+    planned });
   post({ type: "speed", value: state.speed });
+  at("released").hidden = true;
+  at("moment").textContent = "";
+  page.orbit = state.view === "sides" ? null : page.orbit ?? { ...ORBIT };
   stateChanged();
   layout();
+  showStory();
 }
 
-const restart = () => { begin(page.state); say("Started anew."); };
+const ORBIT = { yaw: -30, pitch: 20 };   // degrees: where the picture in space is seen from at first
+
+/** From the start again, an experiment with all that is done in it. */
+function restart() {
+  if (page.state.story) { tellStory(page.state.story); return; }
+  begin(page.state);
+  say("Started anew.");
+}
+
+/** From the start again, without what has brought it down. */
+function liftOff() {
+  begin({ ...page.state, settings: page.state.story ? {} : page.state.settings });
+  play(true);
+  say("");
+}
+
+/** The run as its file plans it: also its controller. */
+function asPlanned() {
+  begin({ ...page.state, settings: {}, controller: page.run.fmus.controller.model });
+  play(true);
+  say("As planned again.");
+}
 
 /** Change parameters: in flight where they can, with a new start where not. */
 function change(settings) {
@@ -79,6 +108,13 @@ function play(on) {
   page.playing = on;
   at("play").textContent = on ? "Pause" : "Play";
   post({ type: "play", on });
+}
+
+/** Begin what an address asks for. */
+function openState(state) {
+  const { story } = state;
+  begin(state);
+  if (story) tellStory(story);
 }
 
 const vertical = () => page.run.vertical;
@@ -116,11 +152,14 @@ function started({ width }) {
 const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
   infeasible: "no current makes what is demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
 
+const LIT = 400;   // ms
+const GHOST_DOWN = "The stage that flies along touches an end stop.";
+
 /** What a stop that is touched means: why the mover does not leave it, in currents. */
 function touched(time) {
   const { run } = page, row = page.history.last(), place = row.axes[vertical()].position;
   const ends = endsOf(run, vertical(), valueOf), end = ends.findIndex((each) => Math.abs(each - place) < 0.5e-3);
-  const needed = Math.abs(carryingCurrent(run, row, valueOf));
+  const needed = Math.abs(carryingCurrent(run, end < 0 ? row : atGap(run, row, ends[end]), valueOf));
   const most = Math.min(valueOf("controller.current_limit") || Infinity, valueOf(`plant.${run.motors[0]}.amplifier.peak`));
   if (end < 0 || !(needed > most)) return `At ${time.toFixed(2)} s an end stop is touched.`;
   const where = `At ${time.toFixed(2)} s the mover ${end ? "fell onto" : "is drawn to"} its stop at ${(1e3 * ends[end]).toFixed(1)} mm`;
@@ -132,16 +171,20 @@ function frame(message) {
   page.history?.add(message.rows);
   page.ghost?.add(message.ghostRows);
   page.dirty = true;
-  const before = at("flags").dataset.now ?? "";
-  const now = Object.keys(EVENTS).filter((name) => message.flags[name]);
+  followStory(message.time);
+  const before = at("flags").dataset.now ?? "", clock = performance.now();
+  for (const name of Object.keys(EVENTS)) if (message.flags[name]) page.lit[name] = clock;
+  // One that comes and goes is shown for long enough to be read.
+  const now = Object.keys(EVENTS).filter((name) => clock - page.lit[name] < LIT);
   if (before !== now.join()) {
     at("flags").dataset.now = now.join();
     at("flags").replaceChildren(...now.map((name) => make("span", { class: `flag ${name}` }, null, EVENTS[name])));
-    at("lift").hidden = !message.flags.stop;
-    if (message.flags.stop && !before.includes("stop")) say(touched(message.time), true);
-    if (!message.flags.stop && before.includes("stop")) say("");
+    at("lift").hidden = !now.includes("stop");
+    if (now.includes("stop") && !before.includes("stop")) say(touched(message.time), true);
+    if (!now.includes("stop") && before.includes("stop")) say("");
   }
-  if (message.ghostFlags?.stop && !page.ghostDown) say("The stage that flies along touches an end stop.", true);
+  if (message.ghostFlags?.stop && !page.ghostDown && !page.story) say(GHOST_DOWN, true);
+  if (!message.ghostFlags?.stop && page.ghostDown && at("status").textContent === GHOST_DOWN) say("");
   page.ghostDown = message.ghostFlags?.stop;
 }
 
@@ -153,7 +196,7 @@ function refused({ text }) {
 const RECEIVED = {
   loaded: () => {
     const { state, problems } = readFragment(location.hash);
-    begin(state);
+    openState(state);
     play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
     say(problems.length ? problems.join("; ") : page.playing ? "" : "Paused, for your system asks for little motion.",
       problems.length > 0);
@@ -189,8 +232,9 @@ function draw(now) {
   page.dirty = false;
   page.frames++;
   const row = page.history.last(), ghost = page.ghost?.last() ?? null;
-  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours);
+  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours, page.orbit);
   page.strips.draw(at("strips"), page.history, page.ghost, page.colours, !page.playing);
+  if (!page.dragged) drawHint(at("stage"), page.views[0], page.run, row, page.colours);
   drawPlane(at("plane"), page.run, page.history, page.ghost, valueOf, page.colours);
   readings(now);
   post({ type: "drawn" });
@@ -200,7 +244,7 @@ function draw(now) {
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "force", "north", "south"]
+  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "force", "north", "south", "plate", "weight", "alarm"]
     .map((name) => [name, colour(name)]));
   page.run?.axes.forEach((axis, i) => { page.colours[axis] = colour(`axis-${i}`); });
   page.dirty = true;
@@ -208,11 +252,11 @@ function readColours() {
 
 function layout() {
   const stage = at("stage");
-  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth));
+  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth, page.orbit));
   stage.style.height = `${height}px`;
   const least = 75 * page.strips.strips.length;
-  at("strips").style.height = `${Math.max(least, Math.min(520, innerHeight - height - 125))}px`;   // all on one screen
-  stage.setAttribute("aria-label", `The stage: ${upward() ? "two views from the side and one from above"
-    : "a view from the side"}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
+  at("strips").style.height = `${Math.max(least, Math.min(520, innerHeight - height - 215))}px`;   // all on one screen
+  stage.setAttribute("aria-label", `The stage, ${page.orbit ? "in space; a, d, w, s turn the view"
+    : "from the sides"}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
   readColours();
 }

@@ -20,8 +20,8 @@ from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
-SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "stage.js", "controls.js", "main.js", "hands.js",
-           "start.js")
+SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "stage.js", "camera.js", "space.js",
+           "controls.js", "stories.js", "main.js", "hands.js", "start.js")
 
 
 def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:

@@ -15,8 +15,9 @@ const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
 const roomOf = ({ rig: { sheet, room } }) => ({ width: 1e3 * (POLES * sheet.pole_pitch + 2 * room.along) + MARGIN.width,
   height: YOKE + TEETH + 1e3 * (room.gap + sheet.magnet_height) + BACK + MARGIN.height });
 
-/** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. */
-function viewsOf(run, width, height) {
+/** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm; in space where there is an orbit. */
+function viewsOf(run, width, height, orbit) {
+  if (orbit) return [spaceView(run, width, height, orbit)];
   // Motors that drive one axis look alike from the side.
   const room = roomOf(run), sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, room, sheet: run.rig.sheet,
     motors: motorsOf(run, axis), slots: Math.floor(SLOTTED * room.width / (1e3 * run.rig.sheet.slot_pitch)) }));
@@ -34,7 +35,8 @@ function viewsOf(run, width, height) {
 }
 
 /** Height that the stage wants on a page of a width (px). */
-function stageHeight(run, width) {
+function stageHeight(run, width, orbit) {
+  if (orbit) return Math.min(430, Math.max(250, Math.min(0.52 * width, 0.43 * innerHeight)));
   const room = roomOf(run), side = (share) => share * width / room.width * room.height + MARGIN.text;
   if (drivenAxes(run).length === 1) return Math.min(340, side(1));
   return width < NARROW ? 2 * side(1) : Math.min(430, 2 * side(0.68));
@@ -132,6 +134,11 @@ function drawMover(context, view, along, gap, colours) {
 
 /** Box (px: left, top, width, height) of the mover in a view, or of its reference. */
 function boxIn(view, run, row, what) {
+  if (view.kind === "space") {
+    const [x, y] = [0, 1].map((i) => platformCorners(view, row, what).map((corner) => corner[i]));
+    const [left, top] = [Math.min(...x), Math.min(...y)];
+    return [left, top, Math.max(...x) - left, Math.max(...y) - top];
+  }
   const mm = (axis) => 1e3 * row.axes[axis][what];
   if (view.kind === "side") return moverOutline(view, mm(view.axis), mm(run.vertical));
   const [across, along] = drivenAxes(run), size = POLES * run.rig.sheet.pole_pitch * 1e3 * view.scale;
@@ -181,44 +188,6 @@ function drawScales(context, view, run, values, colours) {
     : `, motor${run.rig.sharing > 1 ? "s" : ""}${run.motors.length > 1 ? ` ${first}` : ""}`;
   context.fillText(`from the side: ${view.axis}${tilt ? "," : " and"} air gap ${run.vertical}${tilt
     ? ` and ${tilt.axis} ×${TILT}` : ""}${named}`, left + 4, top);
-}
-
-/** Air gap (m) of a motor, at its place where the mover tilts. */
-const gapOf = (run, row, motor, values) => Object.values(run.rig.tilts).reduce((gap, { axis, sign, place }) =>
-  gap + sign * values(`plant.${motor}.${place}`) * row.axes[axis].position, row.axes[run.vertical].position);
-
-/** Forces (N) on the mover, from currents and gaps by (4.3), (5.3): for the picture only. */
-function forcesOf(run, row, values) {
-  const { rig, vertical } = run, constant = (name) => values(`plant.${name}`);
-  const [attraction, coils, iron] = rig.vertical.map(constant);
-  const thrust = Object.fromEntries(drivenAxes(run).map((axis) => [axis, 0]));
-  let lift = 0;
-  for (const motor of run.motors) {
-    const { d, q } = row.motors[motor], [f1, f2, f3, f4] = gapFunctions(rig.gap, gapOf(run, row, motor, values));
-    const axis = run.drives[motor];
-    lift += rig.sharing * rig.mass[vertical] * (attraction * f2 - coils * f3 * d + iron * f4 * (d * d + q * q));
-    thrust[axis] -= rig.sharing * rig.mass[axis] * constant(rig.thrust[axis]) * f1 * q;
-  }
-  return { lift, thrust, weight: (values(`plant.${vertical}.mass`) + (values("plant.payload.mass") ?? 0)) * live.gravity };
-}
-
-/** Direct current (A) with which the motors carry the mover from where it is; undefined where none does. */
-function carryingCurrent(run, row, values) {
-  const beyond = (d) => {
-    const motors = Object.fromEntries(run.motors.map((motor) => [motor, { ...row.motors[motor], d, q: 0 }]));
-    const { lift, weight } = forcesOf(run, { ...row, motors }, values);
-    return lift - weight;
-  };
-  // A parabola through three of its points.
-  const [left, none, right] = [-1, 0, 1].map(beyond), [b, a] = [(right - left) / 2, (right + left) / 2 - none];
-  const root = Math.sqrt(b * b - 4 * a * none);
-  return [2 * none / (-b + root), 2 * none / (-b - root)].filter(Number.isFinite).sort((p, q) => Math.abs(p) - Math.abs(q))[0];
-}
-
-/** Shape functions of the forces at an air gap (m), interpolated in the table that comes with the page. */
-function gapFunctions({ first, step, values }, gap) {
-  const at = Math.min(values.length - 1.001, Math.max(0, (gap - first) / step)), k = Math.floor(at);
-  return values[k].map((low, i) => low + (at - k) * (values[k + 1][i] - low));
 }
 
 function drawSide(context, view, run, row, ghost, values, colours) {
@@ -290,10 +259,25 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   arrow(context, x, y, newton * row.axes[across].force, -newton * row.axes[along].force, "push", colours);
 }
 
-function drawStage(canvas, run, row, ghost, values, colours) {
-  const { context, width, height } = fitted(canvas), views = viewsOf(run, width, height);
-  for (const view of views) {
-    (view.kind === "side" ? drawSide : drawAbove)(context, view, run, row, ghost, values, colours);
-  }
+/** Say on the mover what one can do with it. */
+function drawHint(canvas, view, run, row, colours) {
+  const context = canvas.getContext("2d"), [left, top, width, height] = boxIn(view, run, row, "position");
+  const [x, y] = [left + 0.6 * width, top + (view.kind === "space" ? 0.86 : 0.78) * height], text = "↔ drag me ↕";
+  context.font = "600 14px system-ui, sans-serif";
+  const half = context.measureText(text).width / 2 + 9;
+  context.fillStyle = colours.text;
+  context.beginPath();
+  context.roundRect(x - half, y - 13, 2 * half, 26, 13);
+  context.fill();
+  context.fillStyle = colours.paper;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText(text, x, y + 1);
+}
+
+function drawStage(canvas, run, row, ghost, values, colours, orbit) {
+  const { context, width, height } = fitted(canvas), views = viewsOf(run, width, height, orbit);
+  const draw = { side: drawSide, above: drawAbove, space: drawSpace };
+  for (const view of views) draw[view.kind](context, view, run, row, ghost, values, colours);
   return views;
 }

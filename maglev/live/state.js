@@ -62,7 +62,7 @@ function readFragment(fragment) {
   if (asked !== null && !live.runs[asked]) problems.push(`run = ${asked}: there is no such run here`);
   const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => live.runs[each]);
   const run = live.runs[name], known = controllersOf(run);
-  const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {} };
+  const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {}, view: "space", story: "" };
   for (const key of ["controller", "ghost"]) {
     const model = entries.get(key);
     if (known.includes(model)) state[key] = model;
@@ -72,8 +72,12 @@ function readFragment(fragment) {
     if (SPEEDS.includes(Number(entries.get("speed")))) state.speed = Number(entries.get("speed"));
     else problems.push(`speed = ${entries.get("speed")}, expected one of ${SPEEDS.join(", ")}`);
   }
+  for (const [key, known] of [["view", ["space", "sides"]], ["story", STORIES.map(({ id }) => id)]]) {
+    if (known.includes(entries.get(key))) state[key] = entries.get(key);
+    else if (entries.has(key)) problems.push(`${key} = ${entries.get(key)}, expected one of ${known.join(", ")}`);
+  }
   for (const [full, text] of entries) {
-    if (["run", "controller", "ghost", "speed"].includes(full)) continue;
+    if (["run", "controller", "ghost", "speed", "view", "story"].includes(full)) continue;
     const variable = variableOf(run, state.controller, full) ?? variableOf(run, run.fmus.controller.model, full);
     try {
       if (!variable) throw new Error(`${full}: there is no such parameter of ${name}`);
@@ -86,8 +90,10 @@ function readFragment(fragment) {
 }
 
 /** Fragment that asks for a state. */
-function fragmentOf({ run, controller, ghost, speed, settings }) {
+function fragmentOf({ run, controller, ghost, speed, settings, view, story }) {
   const entries = [["run", run]];
+  if (view === "sides") entries.push(["view", view]);
+  if (story) return `#${[...entries, ["story", story]].map((entry) => entry.join("=")).join("&")}`;
   if (controller !== live.runs[run].fmus.controller.model) entries.push(["controller", controller]);
   if (ghost) entries.push(["ghost", ghost]);
   if (speed !== 1) entries.push(["speed", speed]);

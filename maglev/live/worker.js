@@ -10,6 +10,7 @@ const library = { modules: {}, fmus: {} };
 let runs = {};
 let flight = null, ghost = null;
 let playing = false, speed = 1;
+let acts = [];                       // messages that wait for their time of the flight (s), the first ones first
 let asked = 0, clock = 0;            // s of the flight that are due, ms of the clock when that was so
 let rows = [], ghostRows = [];
 let lastFrame = 0, waiting = false;  // whether the page has not drawn the last frame yet
@@ -26,7 +27,8 @@ async function load({ about, plans, binaries }) {
   postMessage({ type: "loaded" });
 }
 
-function start({ run, controller, other, settings }) {
+function start({ run, controller, other, settings, planned = [] }) {
+  acts = [...planned];
   flight = null;
   ghost = null;
   rows = [];
@@ -70,6 +72,10 @@ function fly() {
   const every = Math.round(ROW_INTERVAL / flight.run.step);
   try {
     while (flight.time + flight.run.step <= asked) {
+      while (acts.length && flight.time >= acts[0].at - TIME_TOLERANCE) {
+        const act = acts.shift();
+        HANDLERS[act.type](act);
+      }
       flight.step();
       if (ghost) stepGhost();
       if (flight.k % every === 0) {

@@ -15,7 +15,7 @@ from motor import MOTOR
 
 from fmi_export.model_description import model_description
 from maglev.errors import FmuError, ScenarioError
-from maglev.live.content import flies_live, gap_table, live_runs, models_of, not_live, page_data, tilts
+from maglev.live.content import flies_live, gap_table, live_runs, models_of, not_live, page_data, places, tilts
 from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
@@ -28,7 +28,7 @@ from pmlsm.gap_functions import gap_functions
 from pmlsm.rigs import RIGS
 
 FLOWN = tuple(name for rig in RIGS.values() for name in models_of(rig))
-LARGEST = 850_000   # bytes of the page with three stages, of which each takes 170 to 250 thousand
+LARGEST = 1_300_000   # bytes of the page with three stages
 
 
 def element(page: str, name: str) -> bytes:
@@ -126,6 +126,20 @@ def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
             gap.position, tilt.position = 0.02, 5e-3
             mount.place(gap, about_x, about_z, 0.0)
             assert mount.gap - 0.02 == pytest.approx(side["sign"] * 0.1 * 5e-3)
+
+
+def test_motors_are_drawn_where_they_are() -> None:
+    """Of the description where the platform tilts; else on both sides of it, and alone in the middle."""
+    for rig in RIGS.values():
+        found = places(rig)
+        assert {name: len(at) for name, at in found.items()} == dict.fromkeys(rig.motor_names, int(rig.sharing))
+        for motor in rig.motors if rig.rotations else ():
+            assert found[motor.name] == [(motor.x, motor.z)]
+        if not rig.rotations:   # its force goes through the middle
+            for axis in rig.horizontal:
+                at = [place for motor in rig.motors_of(axis.name) for place in found[motor.name]]
+                assert np.sum(at, axis=0) == pytest.approx([0.0, 0.0]) and len(set(at)) == len(at)
+    assert places(RIGS["2dof"]) == {"motor": [(0.0, 0.0)]}
 
 
 def test_descriptions_are_those_of_the_model_description(data: Any) -> None:

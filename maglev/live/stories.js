@@ -1,0 +1,167 @@
+"use strict";
+// What the stage is in two sentences, and four experiments that show why: each flies live, and says what came of it.
+
+const STORY_START = 1;                    // s of the flight at which something is done
+const DROP = { mass: 1, height: 0.01 };   // kg that fall on the platform, m
+const CHANGE = 3.5e-3;                    // m of the gap: what the linearisation at one gap no longer holds
+const SPARE = 1.3;                        // weak amplifiers give this many times the current that carries
+
+const numbers = {
+  mm: (metres, digits = 1) => `${(1e3 * metres).toFixed(digits)} mm`,
+  ms: (seconds) => `${Math.round(1e3 * seconds)} ms`,
+  amperes: (current) => `${Math.abs(current).toFixed(1)} A`,
+};
+
+/** Time (s) after the story's event of the first row of a flight for which something holds; undefined if for none. */
+function firstAfter(rows, since, holds) {
+  for (let row = rows.since(since); row < rows.count; row++) if (holds((column) => rows.at(row, column))) return rows.at(row, 0) - since;
+  return undefined;
+}
+
+/** Time (s) after an event until a flight's gap meets an end, and that end. */
+function gapLost(run, rows, since) {
+  const [low, high] = endsOf(run, run.vertical, valueOf), gap = columnOf.position(run.axes.indexOf(run.vertical));
+  const after = rows && firstAfter(rows, since, (at) => at(gap) < low + 1e-5 || at(gap) > high - 1e-5);
+  if (after === undefined) return undefined;
+  const fell = rows.at(rows.since(since + after), gap) > (low + high) / 2;
+  return { after, where: fell ? "its lower stop" : "its upper stop", end: fell ? high : low };
+}
+
+/** Rate (1/s) at which an error of the gap grows under a current that holds: of the picture's forces, by differences. */
+function growth(run, row, values) {
+  const d = carryingCurrent(run, row, values), step = 1e-5, gap = row.axes[run.vertical].position;
+  const lift = (at) => {
+    const motors = Object.fromEntries(run.motors.map((motor) => [motor, { ...row.motors[motor], d, q: 0 }]));
+    return forcesOf(run, { axes: { ...row.axes, [run.vertical]: { position: at } }, motors }, values).lift;
+  };
+  return Math.sqrt((lift(gap - step) - lift(gap + step)) / (2 * step) / values(`plant.${run.vertical}.mass`));
+}
+
+const motorValues = (run, variable, value) => Object.fromEntries(run.motors.map((motor) => [`plant.${motor}.${variable}`, value]));
+const slow = (from, until, speed) => [{ at: from, type: "speed", value: speed }, { at: until, type: "speed", value: 1 }];
+const lawLike = (run, text) => controllersOf(run).find((model) => lawOf(run, model) === text);
+
+/** Experiments. `text` says in two sentences what is done; `acts` are messages to the worker at times of the flight, `tell`
+ * is what a flight shows, undefined for as long as it does not. */
+const STORIES = [
+  { id: "off", label: "Controller off",
+    text: () => "After one second the amplifiers are switched off, seen ten times slower. The magnets alone cannot hold it: pulled "
+      + "the more the nearer, the less the farther, it leaves either way.",
+    acts: (run) => [{ at: STORY_START, type: "tune", values: motorValues(run, "amplifier.off", true) },
+      ...slow(STORY_START - 0.02, STORY_START + 0.12, 0.1)],
+    tell: (run, rows) => {
+      const lost = gapLost(run, rows, STORY_START);
+      return lost && `Without current it met ${lost.where} after ${numbers.ms(lost.after)}; in that while the controller would have `
+        + `acted ${(lost.after / run.step).toFixed(0)} times.`;
+    } },
+  { id: "weight", label: "Drop a weight",
+    text: () => `A weight of ${DROP.mass} kg falls on it from ${numbers.mm(DROP.height, 0)}, seen five times slower. Nobody tells the `
+      + "controller: its internal model finds the current that carries it.",
+    acts: (run, controller) => {
+      const payload = KNOBS.find(({ id }) => id === "payload");
+      return [{ at: STORY_START, type: "kick", axis: run.vertical, impulse: DROP.mass * Math.sqrt(2 * live.gravity * DROP.height) },
+        { at: STORY_START, type: "tune", values: knobSettings(payload, run, controller, DROP.mass), shown: true },
+        ...slow(STORY_START - 0.02, STORY_START + 0.4, 0.2)];
+    },
+    tell: (run, rows, time) => {
+      if (time < STORY_START + 2) return undefined;
+      const axis = run.axes.indexOf(run.vertical), sum = (at) => run.motors.reduce((all, _, m) => all + at(columnOf.direct(run.axes, m)), 0);
+      let most = 0, back = 0;
+      for (let row = rows.since(STORY_START); row < rows.count; row++) {
+        const error = rows.at(row, columnOf.position(axis)) - rows.at(row, columnOf.reference(axis));
+        most = Math.max(most, error);
+        if (Math.abs(error) > 1e-4) back = rows.at(row, 0) - STORY_START;
+      }
+      const current = (row) => numbers.amperes(sum((column) => rows.at(row, column)) / run.motors.length);
+      return `It sank by ${numbers.mm(most, 2)} and was back within 0.1 mm after ${numbers.ms(back)}; ${
+        run.motors.length * run.rig.sharing > 1 ? "each motor's" : "the"} current went from ${
+        current(rows.since(STORY_START) - 1)} to ${current(rows.count - 1)}.`;
+    } },
+  { id: "pid", label: "PID against nonlinear", ghost: (run) => lawLike(run, "PID"),
+    text: () => `Both are told to go ${numbers.mm(CHANGE)} down at once, seen five times slower; the transparent one, outlined in red, has the PID. The `
+      + "nonlinear law reckons with a pull that changes with the gap, the PID is tuned for one gap.",
+    acts: (run, controller, start) => [{ at: STORY_START, type: "reference", axis: run.vertical, value: start[run.vertical] + CHANGE },
+      ...slow(STORY_START - 0.02, STORY_START + 0.3, 0.2)],
+    tell: (run, rows, time, ghost) => {
+      if (time < STORY_START + 1.5) return undefined;
+      const [ours, theirs] = [rows, ghost].map((flight) => gapLost(run, flight, STORY_START));
+      const said = (lost) => (lost ? `met ${lost.where} after ${numbers.ms(lost.after)}` : "got there and stays");
+      return `The PID ${said(theirs)}; the nonlinear law ${said(ours)}.`;
+    } },
+  { id: "weak", label: "Weak amplifier",
+    text: () => `After one second the amplifiers give only ${SPARE} times the current that carries it, then it is pushed down. What `
+      + "holds at rest cannot bring back what is farther away, whatever the law.",
+    acts: (run, controller, start, needed) => [
+      { at: STORY_START, type: "tune", values: motorValues(run, "amplifier.peak", Number((SPARE * Math.abs(needed)).toPrecision(2))), shown: true },
+      { at: STORY_START + 1, type: "kick", axis: run.vertical, impulse: impulseOf(run.vertical) },
+      ...slow(STORY_START + 0.98, STORY_START + 1.3, 0.2)],
+    tell: (run, rows) => {
+      const lost = gapLost(run, rows, STORY_START + 1), row = page.history.last();
+      if (!lost) return undefined;
+      const needed = carryingCurrent(run, atGap(run, row, lost.end), valueOf), peak = valueOf(`plant.${run.motors[0]}.amplifier.peak`);
+      return `It needed more than the ${numbers.amperes(peak)} there were and met ${lost.where} after ${numbers.ms(lost.after)}; `
+        + `to leave from there takes ${numbers.amperes(needed)}.`;
+    } },
+];
+
+/** What floats, and why it falls: of the run that flies, where it starts. */
+function introduction(run) {
+  const row = restRow(run), rate = growth(run, row, valueOf);
+  const tenfold = Number.isFinite(rate) ? `: an error of the gap grows tenfold in ${numbers.ms(Math.log(10) / rate)}` : "";
+  return `${run.rig.mass[run.vertical]} kg hang in the air, ${numbers.mm(row.axes[run.vertical].position, 0)} below the iron that their magnets `
+    + `pull at. The pull grows as the gap closes, so left alone they fall or stick${tenfold}; a controller sets the currents ${
+      Math.round(1 / run.step)} times a second.`;
+}
+
+/** Where a run starts (m, rad), as rows of a flight are. */
+function restRow(run) {
+  const axes = Object.fromEntries(run.axes.map((axis) => [axis, { position: valueOf(`plant.${axis}.position_start`) ?? 0 }]));
+  return { axes, motors: Object.fromEntries(run.motors.map((motor) => [motor, { d: 0, q: 0 }])) };
+}
+
+/** Begin an experiment on the stage that flies: its start, held there until something is done. */
+function tellStory(id) {
+  const story = STORIES.find((each) => each.id === id), run = live.runs[homeOf(page.run)];
+  page.run = run;
+  const controller = story.controller?.(run) ?? lawLike(run, "nonlinear") ?? run.fmus.controller.model, ghost = story.ghost?.(run) ?? "";
+  page.state = { ...page.state, run: homeOf(run), controller, ghost, speed: 1, settings: {}, story: id };
+  known.clear();
+  const row = restRow(run), start = Object.fromEntries(run.axes.map((axis) => [axis, row.axes[axis].position]));
+  const acts = [...run.axes.map((axis) => ({ at: 0, type: "reference", axis, value: start[axis] })),
+    ...story.acts(run, controller, start, carryingCurrent(run, row, valueOf))].sort((one, other) => one.at - other.at);
+  begin(page.state, acts);
+  page.story = { ...story, run, shown: acts.filter(({ shown }) => shown) };
+  play(true);
+  say("");
+  at("released").hidden = false;
+  at("moment").textContent = "";
+}
+
+/** Run of a stage that its experiments begin with: that of its description, or the first of those with most references that
+ * change least of the plant. */
+function homeOf({ rig }) {
+  if (live.runs[rig.home]) return rig.home;
+  const worth = (name) => 100 * live.runs[name].signals.length - Object.keys(live.runs[name].fmus.plant.start).length;
+  return Object.keys(live.runs).filter((name) => live.runs[name].rig === rig)
+    .reduce((one, other) => (worth(other) > worth(one) ? other : one));
+}
+
+/** Follow an experiment: what it sets is shown once it is set, and what came of it once it has come. */
+function followStory(time) {
+  const { story } = page;
+  if (!story || page.run !== story.run) return;
+  for (const act of story.shown.filter((each) => time >= each.at)) {
+    story.shown.splice(story.shown.indexOf(act), 1);
+    Object.assign(page.state.settings, act.values);
+    stateChanged();
+  }
+  const told = at("moment").textContent === "" && story.tell(story.run, page.history, time, page.ghost);
+  if (told) at("moment").textContent = told;
+}
+
+/** The line under the title, or the story that is told. */
+function showStory() {
+  const { state, run } = page;
+  at("what").textContent = state.story ? STORIES.find(({ id }) => id === state.story).text() : introduction(run);
+  for (const button of at("stories").children) button.setAttribute("aria-pressed", String(button.value === state.story));
+}
