@@ -15,6 +15,7 @@ class PanelKind(NamedTuple):
     tolerance: float             # SI, of the lines in a page; of a user's outputs a share of the largest value
     digits: int                  # of a readout, behind the point
     floor: float | None = None   # SI, from which on it is logarithmic; None: linear
+    place: bool = False          # where the axis is: of an air gap drawn downwards, as the gap grows
 
     def printed_unit(self, axis_unit: str = "m") -> str:
         """Unit in which it is drawn, such as mm; mrad if the axis is in rad."""
@@ -31,20 +32,23 @@ class PanelKind(NamedTuple):
         """The floor in the unit in which it is drawn."""
         return None if self.floor is None else self.scale * self.floor
 
-    def title(self, of: str, axis_unit: str = "m") -> str:
-        """Title with the unit, such as "speed of x (mm/s)"."""
+    def words(self, of: str, gap: bool = False) -> str:
+        """Title without the unit, such as "speed of x"; it says where an axis is an air gap."""
+        return self.name.format(f"gap {of}" if gap else of)
+
+    def title(self, of: str, axis_unit: str = "m", gap: bool = False) -> str:
+        """Title with the unit, such as "speed of x (mm/s)" or "gap y (mm)"."""
         unit = self.printed_unit(axis_unit)
-        return self.name.format(of) + (f" ({unit})" if unit else "")
+        return self.words(of, gap) + (f" ({unit})" if unit else "")
 
-
-    def data(self, of: str, axis_unit: str = "m") -> dict[str, Any]:
+    def data(self, of: str, axis_unit: str = "m", gap: bool = False) -> dict[str, Any]:
         """What the scripts of pages know about it."""
-        return {"of": of, "name": self.name.format(of), "unit": self.printed_unit(axis_unit), "scale": self.scale,
-                "digits": self.digits, "floor": self.drawn_floor}
+        return {"of": of, "name": self.words(of, gap), "unit": self.printed_unit(axis_unit), "scale": self.scale,
+                "digits": self.digits, "floor": self.drawn_floor, "down": self.place and gap}
 
 
 PANELS = {
-    "position": PanelKind("axis", "{}", "m", 1e-6, 4),   # with the reference
+    "position": PanelKind("axis", "{}", "m", 1e-6, 4, place=True),   # with the reference
     "speed": PanelKind("axis", "speed of {}", "m/s", 0.2e-3, 2),
     "error": PanelKind("axis", "|error| of {}", "m", 0.2e-6, 4, floor=1e-6),
     "commands": PanelKind("motor", "{} commands", "A", 20e-3, 3),

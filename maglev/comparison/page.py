@@ -9,7 +9,7 @@ from maglev.comparison.table import Row, legend, summary
 from maglev.experiment.execution import RunResult
 from maglev.panels import PANELS
 from maglev.report.findings import html_table
-from maglev.report.page import PIXELS, PLOT_SCRIPTS, TOOLS, json_in_html, read
+from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.plots.static import static_picture
@@ -40,7 +40,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
         figures="\n".join(f"<figure><noscript>{static_picture(shown)}</noscript>"
                           f'<div class="plot" data-figure="figure-{number}" '
-                          f'style="min-height:{TOOLS + PIXELS * len(shown.panels)}px"></div></figure>'
+                          f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
         scripts="\n".join(f"<script>\n{read(script)}</script>" for script in PLOT_SCRIPTS))

@@ -33,7 +33,7 @@ from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
 
 FOLDER = Path(__file__).parent
-PIXELS, TOOLS = 204, 40      # height of a panel, and of the buttons above
+PIXELS, TOOLS, TIMES = 204, 40, 28   # height of a panel, of the buttons above, and of its times, which one panel has
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "scale", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
@@ -129,10 +129,10 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
               "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
-        caption, panels, rig = shown.chart.caption, len(shown.chart.panels), rig_name(name)
+        caption, rig = shown.chart.caption, rig_name(name)
         about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
     else:
-        caption, panels = shown.figure.caption, len(shown.panels)
+        caption = shown.figure.caption
         rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
         about = "".join(f"<li>{run_link(run, judgements)}{live_link(run) if live else ''}"
                         + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
@@ -140,8 +140,14 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f"<noscript>{static_picture(shown)}</noscript>\n"
-            f'<div class="plot" data-figure="{shown.id}" style="min-height:{TOOLS + PIXELS * panels}px"></div>\n'
-            f"{claim_table.claims_of_figure(shown, judgements)}</figure>")
+            f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px"></div>\n'
+            f"{claim_table.claims_of_figure(shown, judgements)}</div></figure>")
+
+
+def plot_height(shown: Shown | ShownChart) -> int:
+    """Height of a plot, px; panels of runs have their times below the last one alone."""
+    panels = len(shown.chart.panels if isinstance(shown, ShownChart) else shown.panels)
+    return TOOLS + PIXELS * panels - (TIMES * (panels - 1) if isinstance(shown, Shown) else 0)
 
 
 def index_entry(shown: Shown | ShownChart) -> str:

@@ -394,6 +394,11 @@ class RunPlan(Table):
         return [after if event.end is None else event.end for event, after in zip(self.events, later, strict=False)]
 
     @property
+    def windows(self) -> list[tuple[str, float, float]]:
+        """Names of its events with their windows: from when to when, s."""
+        return [(event.name, event.time, end) for event, end in zip(self.events, self.event_ends, strict=True)]
+
+    @property
     def output_every(self) -> int:
         """Number of communication steps between two recorded samples."""
         return round(self.output_interval / self.step)

@@ -10,7 +10,7 @@ function chartPanels(panels) {
     const air = 0.03 * (Math.max(...places) - Math.min(...places)) || 1;
     return {
       title, xTitle, low: Math.min(...places) - air, high: Math.max(...places) + air, logarithmic: false,
-      format: (value) => shortNumber(value), levels: [], areas: [], instants: [], marks: [],
+      format: (value) => shortNumber(value), levels: [], areas: [], instants: [], windows: [], marks: [],
       lines: curves.map(({ label, kin, marked, x, y, margin = null }) => {
         const k = kins.indexOf(kin);
         const round = Math.floor(k / HUES);

@@ -13,7 +13,7 @@ from maglev.report.plots.figure_bounds import figure_bounds
 from maglev.report.plots.figures import (
     MOVING,
     Shown,
-    axis_unit,
+    axis_of,
     error_of,
     needed_tolerances,
     recorded_columns,
@@ -85,6 +85,7 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
                    for name, motor in plan.motors.items()},
         "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
         "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
+        "windows": plan.windows,
         **packed,
     }
 
@@ -101,7 +102,7 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
               f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
              if run.plan.name in labels and len(run.time)]
     return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
-            "panels": [{"kind": panel.kind, **PANELS[panel.kind].data(panel.of, axis_unit(shown, panel))}
+            "panels": [{"kind": panel.kind, **PANELS[panel.kind].data(panel.of, *axis_of(shown, panel))}
                        for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
             "marks": figure_marks(shown, judgements),

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
+WINDOW = "#4d4aa8"   # of events' windows, as in the pages
 FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
 
 
@@ -83,7 +84,11 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
     for panel in panels[-1]:
         panel.set_xlabel("time (s)")
     mark_limits(figure, [*first.axes, *first.motors], runs.values())
+    mark_windows(figure, runs.values())
     mark_events(figure, runs)
+    for axis, row in zip(first.axes.values(), panels, strict=False):
+        if axis.vertical and PANELS["position"].place:
+            row[0].invert_yaxis()   # an air gap grows downwards
     return figure
 
 
@@ -103,6 +108,17 @@ def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]
                 panel.axhline(value, color="0.3", linewidth=0.8, linestyle="-.", label=label)
                 label = "_"   # in the legend once
         panel.legend(**BESIDE)
+
+
+def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
+    """Mark the windows of the scenarios' events, each once, with their names in the panels on top."""
+    for name, start, end in dict.fromkeys(window for run in runs for window in run.plan.windows):
+        for panel in figure.axes:
+            panel.axvspan(start, end, color=WINDOW, alpha=0.12, linewidth=0)
+            panel.axvline(start, color=WINDOW, linewidth=0.6)
+        for panel in figure.axes[:2]:
+            panel.annotate(name, (start, 1.0), (3, -3), xycoords=panel.get_xaxis_transform(), fontsize="small",
+                           textcoords="offset points", verticalalignment="top", color=WINDOW, annotation_clip=True)
 
 
 def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
@@ -129,9 +145,9 @@ def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -
         left.plot(run.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
         right.semilogy(run.time, np.maximum(np.abs(position - reference), errors.drawn_floor or 0.0), linewidth=0.8,
                        color=f"C{number}")
-    left.set_ylabel(places.title(name, axis.unit))
+    left.set_ylabel(places.title(name, axis.unit, axis.vertical))
     left.legend(**BESIDE)
-    right.set_ylabel(errors.title(name, axis.unit))
+    right.set_ylabel(errors.title(name, axis.unit, axis.vertical))
 
 
 def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:

@@ -1,6 +1,6 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
-const PANEL = { height: 176, left: 62, right: 12, top: 8, bottom: 36 };   // px
+const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8 };   // px; below the last one, below others
 const SVG = "http://www.w3.org/2000/svg";
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
@@ -106,11 +106,14 @@ function swatch(parent, { css, dash, marked, symbol }) {
 function legend(plot, panel, parent) {
   const list = html("div", { class: "legend" }, parent);
   for (const line of panel.lines) {
-    const button = html("button", { type: "button", "aria-pressed": String(!plot.hidden.has(line.name)) }, list);
+    const button = html("button", { type: "button", "aria-pressed": String(!plot.hidden.has(line.name)), "data-name": line.name }, list);
     swatch(button, line);
     button.append(line.name);
     button.addEventListener("click", () => {
       if (!plot.hidden.delete(line.name)) plot.hidden.add(line.name);
+      for (const each of plot.element.querySelectorAll(".legend button")) {
+        each.setAttribute("aria-pressed", String(!plot.hidden.has(each.dataset.name)));
+      }
       plot.drawn = drawPanels(plot);
     });
   }
@@ -123,8 +126,8 @@ function legend(plot, panel, parent) {
   }
 }
 
-/** Frame, grid and labels of a panel. */
-function axes(picture, panel, across, up, width, height) {
+/** Frame, grid and labels of a panel; of panels with one time the last one alone says which. */
+function axes(picture, panel, across, up, width, height, last) {
   const grid = "stroke: var(--line); stroke-width: 1";
   for (const [value, text] of up.ticks(5)) {
     const y = up.place(value);
@@ -134,36 +137,56 @@ function axes(picture, panel, across, up, width, height) {
   for (const [value, text] of across.ticks(Math.max(3, Math.floor(width / 80)))) {
     const x = PANEL.left + across.place(value);
     svg("path", { d: `M${x.toFixed(1)} ${PANEL.top}v${height}`, style: grid }, picture);
-    svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, picture, text);
+    if (last) svg("text", { x, y: PANEL.top + height + 14, "text-anchor": "middle" }, picture, text);
   }
-  svg("text", { x: PANEL.left + width / 2, y: PANEL.top + height + 29, "text-anchor": "middle" }, picture, panel.xTitle);
+  if (last) svg("text", { x: PANEL.left + width / 2, y: PANEL.top + height + 29, "text-anchor": "middle" }, picture, panel.xTitle);
   svg("rect", { x: PANEL.left, y: PANEL.top, width, height, style: "fill: none; stroke: var(--faint)" }, picture);
 }
 
-/** Draw one panel of a plot into its place, anew each time. */
+/** Bands for the windows of a scenario's events; returns their names, of those that have room for it. */
+function drawWindows(inner, windows, across, width, height) {
+  const names = [];
+  for (const { name, low, high, css } of windows) {
+    const [from, to] = [Math.max(0, across.place(low)), Math.min(width, across.place(high))];
+    if (to <= from) continue;
+    svg("rect", { class: "window", x: from, width: to - from, y: PANEL.top, height, style: `fill: var(--${css}); opacity: 0.09` }, inner);
+    if (across.place(low) >= 0) svg("path", { d: `M${from} ${PANEL.top}v${height}`, style: `stroke: var(--${css}); stroke-width: 1` }, inner);
+    if (to - from > 6.5 * name.length + 6) names.push({ x: from + 4, y: PANEL.top + 11, text: name, css: "window-name" });
+  }
+  return names;
+}
+
+/** Height of a panel's picture, px. */
+const tall = (last) => PANEL.top + PANEL.plot + (last ? PANEL.bottom : PANEL.between);
+
+/** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
 function drawPanel(plot, p) {
   const panel = plot.panels[p];
   const place = plot.places[p];
   const view = plot.views[p];
   const whole = Math.max(240, plot.element.clientWidth);
-  const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.height - PANEL.top - PANEL.bottom];
+  const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
+  const last = !plot.runs.length || p === plot.panels.length - 1;
   const lines = panel.lines.filter(({ name }) => !plot.hidden.has(name));
   const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
-  const up = scaleOf(...fitted(lines, limits, view.low, view.high, panel.logarithmic), PANEL.top + height, PANEL.top,
+  const ends = [PANEL.top + height, PANEL.top];
+  const up = scaleOf(...fitted(lines, limits, view.low, view.high, panel.logarithmic), ...(panel.down ? ends.reverse() : ends),
     panel.logarithmic);
-  place.replaceChildren();
-  const head = html("div", { class: "panel-head" }, place);
-  html("strong", {}, head, panel.title);
-  legend(plot, panel, head);
-  const picture = svg("svg", { viewBox: `0 0 ${whole} ${PANEL.height}`, class: "panel-plot", role: "img",
-    "aria-label": `${panel.title} over ${panel.xTitle}: ${lines.map(({ name }) => name).join(", ")}` }, place);
-  axes(picture, panel, across, up, width, height);
+  if (!place.firstChild) {
+    const head = html("div", { class: "panel-head" }, place);
+    html("strong", {}, head, panel.title);
+    legend(plot, panel, head);
+  }
+  const picture = svg("svg", { viewBox: `0 0 ${whole} ${tall(last)}`, class: "panel-plot", role: "slider", tabindex: 0,
+    "aria-label": `${panel.title} over ${panel.xTitle}: ${lines.map(({ name }) => name).join(", ")}` });
+  axes(picture, panel, across, up, width, height, last);
   // An inner picture cuts off what is outside.
   const inner = svg("svg", { x: PANEL.left, y: PANEL.top, width, height,
     viewBox: `0 ${PANEL.top} ${width} ${height}` }, picture);
+  const labels = drawWindows(inner, panel.windows, across, width, height);
   for (const { low, high, css } of panel.areas) {
-    const [top, bottom] = [up.place(high), up.place(low)];
+    const [top, bottom] = [up.place(high), up.place(low)].sort((a, b) => a - b);
     svg("rect", { class: "bound", x: 0, width, y: top, height: Math.max(1, bottom - top), style: `fill: var(--${css}); opacity: 0.18` }, inner);
   }
   for (const { value, css, dash, name } of panel.levels) {
@@ -174,14 +197,17 @@ function drawPanel(plot, p) {
     svg("path", { class: "instant", "data-name": name, d: `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`,
       style: `stroke: var(--${css}); stroke-width: 1.5; stroke-dasharray: ${DASHES.dash}` }, inner);
   }
-  const labels = [];
   const labelled = new Set();
   for (const { x, value, low, high, css, dash, name, short } of panel.marks) {
     const d = value === null ? `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`
       : `M${across.place(low).toFixed(1)} ${up.place(value).toFixed(1)}H${across.place(high).toFixed(1)}`;
     svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner);
+    // A label leaves with what it names.
+    const seen = value === null ? x >= view.low && x <= view.high
+      : high >= view.low && low <= view.high && up.place(value) >= PANEL.top && up.place(value) <= PANEL.top + height;
+    if (!seen || labelled.has(name)) continue;
     labels.push({ x: value === null ? across.place(x) + 4 : Math.max(0, across.place(low)) + 4,
-      y: value === null ? PANEL.top + height - 6 : up.place(value) + (up.place(value) < PANEL.top + 15 ? 12 : -4), text: labelled.has(name) ? "" : short });
+      y: value === null ? PANEL.top + height - 6 : up.place(value) + (up.place(value) < PANEL.top + 15 ? 12 : -4), text: short });
     labelled.add(name);
   }
   for (const line of lines) {
@@ -199,28 +225,37 @@ function drawPanel(plot, p) {
     }
   }
   // Above the lines, on paper.
-  for (const { x, y, text } of labels) if (text) svg("text", { class: "mark-label", x, y }, inner, text);
+  for (const { x, y, text, css = "" } of labels) svg("text", { class: `mark-label ${css}`, x, y }, inner, text);
+  const former = place.querySelector(".panel-plot"), focused = former && former === document.activeElement;
+  if (former) former.replaceWith(picture);
+  else place.append(picture);
   handle(plot, p, picture, across, lines, height);
+  if (focused) picture.focus({ preventScroll: true });
 }
 
 async function drawPanels(plot, only = null) {
+  plot.turn += 1;
+  const { turn } = plot;
   for (let p = 0; p < plot.panels.length; p++) {
     if (only !== null && plot.views[p] !== plot.views[only]) continue;
     drawPanel(plot, p);
     await breath();
-    if (plot.gone) return;
+    // Of panels that share their view, what is asked for later draws all.
+    if (plot.gone || (plot.runs.length && turn !== plot.turn)) return;
   }
 }
 
-/** Make a plot in an element; returns it with `drawn`, a promise. Panels with the same full range share their view. */
-function makePlot(element, panels, linked, range = null) {
+/** Make a plot in an element; returns it with `drawn`, a promise. Panels over the time of runs, by name, share their view. */
+function makePlot(element, panels, runs, range = null) {
+  const linked = runs.length > 0;
   const everything = { low: Math.min(...panels.map(({ low }) => low)), high: Math.max(...panels.map(({ high }) => high)) };
   const shared = { ...everything, ...(range ? { low: range[0], high: range[1] } : {}), full: everything };
   const views = panels.map(({ low, high }) => (linked ? shared : { low, high, full: { low, high } }));
   element.replaceChildren();
-  const plot = { element, panels, views, hidden: new Set(), gone: false };
+  const plot = { element, panels, views, runs, hidden: new Set(), gone: false, turn: 0, handles: [] };
   tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));
-  plot.places = panels.map(() => html("div", { class: "panel", style: `min-height: ${PANEL.height + 28}px` }, element));
+  plot.places = panels.map((_, p) => html("div", { class: "panel",
+    style: `min-height: ${tall(!linked || p === panels.length - 1) + 28}px` }, element));
   plot.drawn = drawPanels(plot);
   return plot;
 }

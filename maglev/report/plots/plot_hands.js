@@ -36,12 +36,64 @@ function tools(plot, parent) {
   button("save", "save this plot as SVG", () => save(plot));
 }
 
-/** Readout under the pointer, and zooming by dragging; a double click shows all. */
+/** Show what a panel's lines are at an abscissa; the cursor alone where values are not asked for, nothing at null. */
+function pointAt(plot, p, here, values) {
+  const panel = plot.panels[p], { across, lines, cursor, picture, readout } = plot.handles[p] ?? {};
+  if (!across) return;   // not yet drawn
+  const inside = here !== null && here >= across.low && here <= across.high;
+  cursor.setAttribute("d", inside ? `M${(PANEL.left + across.place(here)).toFixed(1)} ${PANEL.top}v${PANEL.plot}` : "");
+  readout.hidden = !inside || !values;
+  if (readout.hidden) return;
+  readout.replaceChildren();
+  const said = [`${panel.xTitle}: ${shortNumber(here)}`];
+  html("div", {}, readout, said[0]);
+  for (const line of lines) {
+    const value = lineAt(line, here);
+    if (value === null) continue;
+    const row = html("div", {}, readout);
+    swatch(row, line);
+    said.push(`${line.name}: ${panel.format(value)}${line.note}`);
+    row.append(said.at(-1));
+  }
+  readout.style.left = `${here > (across.low + across.high) / 2 ? PANEL.left + 8 : picture.clientWidth - readout.offsetWidth - 20}px`;
+  picture.setAttribute("aria-valuenow", here);
+  picture.setAttribute("aria-valuetext", said.join("; "));
+}
+
+/** Point at an abscissa in a panel, in those that share its view, and in the other plots that are drawn of the same runs. */
+function pointAll(plot, p, here) {
+  plot.here = here;
+  plot.views.forEach((view, q) => { if (view === plot.views[p]) pointAt(plot, q, here, true); });
+  for (const other of Object.values(plots)) {
+    if (other !== plot && other.runs.some((run) => plot.runs.includes(run))) other.panels.forEach((_, q) => pointAt(other, q, here, false));
+  }
+}
+
+/** Keys of a panel: arrows move the cursor, with shift by more; plus and minus zoom about it, 0 shows all. */
+function keys(plot, p, event) {
+  const view = plot.views[p], span = view.high - view.low, here = plot.here ?? (view.low + view.high) / 2;
+  const by = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 }[event.key];
+  if (by) pointAll(plot, p, Math.min(Math.max(here + by * span / (event.shiftKey ? 10 : 100), view.low), view.high));
+  else if (event.key === "Home" || event.key === "End") pointAll(plot, p, event.key === "Home" ? view.low : view.high);
+  else if (event.key === "+" || event.key === "=") showRange(plot, p, here - span / 4, here + span / 4);
+  else if (event.key === "-") showRange(plot, p, here - span, here + span);
+  else if (event.key === "0") showRange(plot, p, view.full.low, view.full.high);
+  else if (event.key === "Escape") pointAll(plot, p, null);
+  else return;
+  event.preventDefault();
+}
+
+/** Readout under the pointer or by keys, and zooming by dragging; a double click shows all. */
 function handle(plot, p, picture, across, lines, height) {
   const place = plot.places[p];
-  const cursor = svg("path", { style: "stroke: var(--faint); pointer-events: none" }, picture);
+  const cursor = svg("path", { class: "cursor", style: "stroke: var(--faint); pointer-events: none" }, picture);
   const chosen = svg("rect", { y: PANEL.top, height, width: 0, style: "fill: var(--link); opacity: 0.2" }, picture);
-  const readout = html("div", { class: "readout", hidden: "" }, place);
+  const readout = place.querySelector(".readout") ?? html("div", { class: "readout", hidden: "" }, place);
+  plot.handles[p] = { across, lines, cursor, picture, readout };
+  picture.setAttribute("aria-valuemin", across.low);
+  picture.setAttribute("aria-valuemax", across.high);
+  picture.setAttribute("aria-valuenow", (across.low + across.high) / 2);
+  if (!readout.hidden) pointAt(plot, p, plot.here ?? null, true);   // it was pointed at before it was drawn anew
   let from = null;
   const at = (event) => {
     const box = picture.getBoundingClientRect();
@@ -51,28 +103,16 @@ function handle(plot, p, picture, across, lines, height) {
   const x = (value) => PANEL.left + across.place(value);
   picture.addEventListener("pointermove", (event) => {
     const here = at(event);
-    cursor.setAttribute("d", `M${x(here).toFixed(1)} ${PANEL.top}v${height}`);
     if (from !== null) {
       chosen.setAttribute("x", Math.min(x(from), x(here)));
       chosen.setAttribute("width", Math.abs(x(here) - x(from)));
     }
-    const panel = plot.panels[p];
-    readout.replaceChildren();
-    html("div", {}, readout, `${panel.xTitle}: ${shortNumber(here)}`);
-    for (const line of lines) {
-      const value = lineAt(line, here);
-      if (value === null) continue;
-      const row = html("div", {}, readout);
-      swatch(row, line);
-      row.append(`${line.name}: ${panel.format(value)}${line.note}`);
-    }
-    readout.hidden = false;
-    readout.style.left = `${here > (across.low + across.high) / 2 ? PANEL.left + 8 : picture.clientWidth - readout.offsetWidth - 20}px`;
+    pointAll(plot, p, here);
   });
-  picture.addEventListener("pointerleave", () => {
-    readout.hidden = true;
-    cursor.setAttribute("d", "");
-  });
+  picture.addEventListener("pointerleave", () => pointAll(plot, p, null));
+  picture.addEventListener("focus", () => { if (picture.matches(":focus-visible")) pointAll(plot, p, plot.here ?? (across.low + across.high) / 2); });
+  picture.addEventListener("blur", () => { if (picture.isConnected) pointAll(plot, p, null); });
+  picture.addEventListener("keydown", (event) => keys(plot, p, event));
   picture.addEventListener("pointerdown", (event) => {
     // On a touch screen dragging scrolls the page.
     if (event.pointerType === "touch" || event.button !== 0) return;
@@ -97,17 +137,19 @@ function handle(plot, p, picture, across, lines, height) {
 function pictureText(plot) {
   const pictures = [...plot.element.querySelectorAll(".panel-plot")];
   const width = pictures[0].viewBox.baseVal.width;
-  const whole = svg("svg", { xmlns: SVG, width, height: pictures.length * (PANEL.height + 22), "font-family": "sans-serif", "font-size": 12 });
+  const heights = pictures.map((picture) => picture.viewBox.baseVal.height + 22);
+  const top = (p) => heights.slice(0, p).reduce((sum, height) => sum + height, 0);
+  const whole = svg("svg", { xmlns: SVG, width, height: top(heights.length), "font-family": "sans-serif", "font-size": 12 });
   svg("rect", { width: "100%", height: "100%", style: "fill: var(--paper)" }, whole);
   pictures.forEach((picture, p) => {
-    const group = svg("g", { transform: `translate(0 ${p * (PANEL.height + 22)})`, style: "fill: var(--text)" }, whole);
+    const group = svg("g", { transform: `translate(0 ${top(p)})`, style: "fill: var(--text)" }, whole);
     const { title, lines } = plot.panels[p];
     const label = svg("text", { x: PANEL.left, y: 14, "font-weight": "bold" }, group, title);
     for (const line of lines) svg("tspan", { dx: 14, "font-weight": "normal", style: `fill: var(--${line.css})` }, label, `— ${line.name}`);
     const copy = picture.cloneNode(true);
     copy.setAttribute("y", 22);
     copy.setAttribute("width", width);
-    copy.setAttribute("height", PANEL.height);
+    copy.setAttribute("height", heights[p] - 22);
     for (const line of copy.querySelectorAll(".line[style*=stroke]")) line.setAttribute("fill", "none");
     group.append(copy);
   });

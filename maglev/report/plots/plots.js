@@ -118,6 +118,8 @@ function figurePanels(id) {
   const figure = report.figures[id];
   const runs = runsOf(id);
   const ends = runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
+  const windows = Object.values(Object.fromEntries(runs.flatMap(({ name }) => report.runs[name].windows)
+    .map(([name, low, high]) => [`${name} ${low} ${high}`, { name, low, high, css: "open" }])));
   const instants = runs.flatMap(({ name, label }) => report.runs[name].events.map(({ time, text }) => ({
     x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
@@ -127,7 +129,7 @@ function figurePanels(id) {
     high: Math.max(...ends), logarithmic: panel.floor !== null && panel.unit,
     format: (value) => numberText(value, panel.digits),
     lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel)),
-    levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants,
+    levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants, windows, down: panel.down,
     marks: panelMarks(figure, p, Math.max(...ends)),
   }));
 }
@@ -141,8 +143,8 @@ async function decodeAndDraw(id) {
       await breath();
     }
     if (!drawing[id]) return;   // released meanwhile
-    plots[id] = figure.chart ? makePlot(element, chartPanels(chartOf(id)), false)
-      : makePlot(element, figurePanels(id), true, figure.view ?? (figure.until ? [0, figure.until] : null));
+    plots[id] = figure.chart ? makePlot(element, chartPanels(chartOf(id)), [])
+      : makePlot(element, figurePanels(id), runsOf(id).map(({ name }) => name), figure.view ?? (figure.until ? [0, figure.until] : null));
     await plots[id].drawn;
     element.style.minHeight = `${element.offsetHeight}px`;   // so that nothing jumps when it is released
   } catch (error) {
@@ -234,7 +236,7 @@ window.addEventListener("beforeprint", () => {
   for (const element of document.querySelectorAll("[data-figure]:empty")) {
     const picture = document.createElement("div");
     picture.className = "on-paper";
-    picture.innerHTML = element.parentElement.querySelector("noscript")?.textContent ?? "";
+    picture.innerHTML = element.closest("figure").querySelector("noscript")?.textContent ?? "";
     element.before(picture);
   }
 });

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from maglev.panels import PANELS
 from maglev.report.plots.charts import ShownChart
-from maglev.report.plots.figures import Panel, Shown, axis_unit, needed_columns, recorded_columns, shown_by
+from maglev.report.plots.figures import Panel, Shown, axis_of, needed_columns, recorded_columns, shown_by
 from maglev.report.plots.series import thin
 
 Array = NDArray[np.float64]
@@ -33,18 +33,35 @@ class Line(NamedTuple):
     marked: bool = False
 
 
+class PanelPicture(NamedTuple):
+    """What a panel shows: titles, lines, the floor of a logarithmic one, and names of windows from when to when (s).
+
+    `down` is whether ordinates grow downwards.
+    """
+
+    title: str
+    x_title: str
+    lines: Sequence[Line]
+    floor: float | None = None
+    down: bool = False
+    windows: Sequence[tuple[str, float, float]] = ()
+
+
 def static_picture(shown: Shown | ShownChart) -> str:
     """The panels of a figure as SVG below each other."""
-    panels: list[tuple[str, str, list[Line], float | None]]
+    panels: list[PanelPicture]
     if isinstance(shown, ShownChart):
-        panels = [(panel.y_title, panel.x_title, [
+        panels = [PanelPicture(panel.y_title, panel.x_title, [
             Line(curve.label, f"run-{k % COLOURS}", np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float),
-                 curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)], None)
+                 curve.marked or len(curve.x) < 2) for k, curve in enumerate(panel.curves)])
             for panel in shown.chart.panels]
     else:
-        panels = [(PANELS[panel.kind].title(panel.of, axis_unit(shown, panel)), "time (s)",
-                   list(panel_lines(shown, panel)), PANELS[panel.kind].drawn_floor) for panel in shown.panels]
-    return "\n".join(panel_picture(*panel) for panel in panels)
+        windows = tuple(dict.fromkeys(window for run in shown.recorded for window in run.plan.windows))
+        panels = [PanelPicture(PANELS[panel.kind].title(panel.of, unit, gap), "time (s)",
+                               list(panel_lines(shown, panel)), PANELS[panel.kind].drawn_floor,
+                               PANELS[panel.kind].place and gap, windows)
+                  for panel in shown.panels for unit, gap in [axis_of(shown, panel)]]
+    return "\n".join(map(panel_picture, panels))
 
 
 def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
@@ -70,18 +87,26 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
             yield Line(label, colour, run.time, factor * columns[name])
 
 
-def panel_picture(title: str, x_title: str, lines: Sequence[Line], floor: float | None) -> str:
+def panel_picture(panel: PanelPicture) -> str:
     """One panel as SVG: title and names of the lines, frame with labels, and the lines; none if it has no points."""
+    title, x_title, floor = panel.title, panel.x_title, panel.floor
     logarithmic = floor is not None
-    lines = [finite(line, floor) for line in lines]
+    lines = [finite(line, floor) for line in panel.lines]
     lines = [line for line in lines if len(line.x)]
     if not lines:
         return ""
     x_low, x_high = limits(lines, 0, 0.0)
     low, high = limits(lines, 1, 0.05)
+    bottom, top = (high, low) if panel.down else (low, high)
     drawn = []
+    for name, start, end in panel.windows:
+        if start < x_high and end > x_low:
+            left, right = (LEFT + WIDTH * (min(max(time, x_low), x_high) - x_low) / (x_high - x_low)
+                           for time in (start, end))
+            drawn.append(f'<path d="M{left:.0f} {TOP}H{right:.0f}v{HEIGHT}H{left:.0f}z" class="window"/>'
+                         f'<text x="{left + 3:.0f}" y="{TOP + 11}" class="window-name">{escape(name)}</text>')
     for value, label in labels(low, high, logarithmic):
-        y = TOP + HEIGHT * (high - value) / (high - low)
+        y = TOP + HEIGHT * (top - value) / (top - bottom)
         drawn.append(f'<path d="M{LEFT} {y:.0f}h{WIDTH}" class="grid"/><text x="{LEFT - 5}" y="{y + 4:.0f}" '
                      f'text-anchor="end">{label}</text>')
     for value, label in labels(x_low, x_high, False):
@@ -89,7 +114,7 @@ def panel_picture(title: str, x_title: str, lines: Sequence[Line], floor: float 
         drawn.append(f'<text x="{x:.0f}" y="{TOP + HEIGHT + 14}" text-anchor="middle">{label}</text>')
     for line in lines:
         across = LEFT + WIDTH * (line.x - x_low) / (x_high - x_low)
-        drawn.append(shape(line, across, TOP + HEIGHT * (high - line.y) / (high - low),
+        drawn.append(shape(line, across, TOP + HEIGHT * (top - line.y) / (top - bottom),
                            MOST_POINTS * (1 + logarithmic)))
     names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines)
     return (f'<svg class="still" viewBox="0 0 {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW}" role="img" '

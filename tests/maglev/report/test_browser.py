@@ -32,7 +32,7 @@ def panels_of(tab, figure: str) -> list[dict]:
 
 def test_a_figure_overlays_its_runs_and_has_units(desktop):
     panels = panels_of(desktop, "figure-4-25")
-    assert [panel["title"] for panel in panels] == ["v (mm)", "h (mm)"]
+    assert [panel["title"] for panel in panels] == ["gap v (mm)", "h (mm)"]
     assert [panel["xTitle"] for panel in panels] == ["time (s)"] * 2
     for panel in panels:
         assert [line["name"] for line in panel["lines"]] == ["reference", "nonlinear", "linear"]
@@ -104,8 +104,9 @@ def test_a_line_is_drawn_where_its_values_are(desktop):
     up = {float(label["text"]): label["box"]["y"] + label["box"]["height"] / 2
           for label in seen["labels"] if label["anchor"] == "end"}
     (low, low_px), (high, high_px) = min(up.items()), max(up.items())
+    assert low_px < high_px, "an air gap grows downwards"
     at = [low + (high - low) * (px - low_px) / (high_px - low_px)
-          for px in (seen["box"]["y"] + seen["box"]["height"], seen["box"]["y"])]
+          for px in (seen["box"]["y"], seen["box"]["y"] + seen["box"]["height"])]
     np.testing.assert_allclose(at, [21.0, 26.0], atol=0.15)
 
 
@@ -209,8 +210,56 @@ def test_pointing_at_a_plot_tells_the_values(desktop):
     assert reference == pytest.approx(21.0 + 1e3 * SPEED * time, abs=2e-3)
     assert position == pytest.approx(20.0 + 1e3 * SPEED * time, abs=2e-3)
     assert "± 0.001 mm" in texts[1]
+    everywhere = desktop.page.locator('[data-figure="figure-4-18"] .readout')
+    assert [each.locator("div").first.text_content() for each in everywhere.all()] == [texts[0]] * 3
     desktop.page.mouse.move(0, 0)
     assert not readout.is_visible()
+
+
+def test_keys_read_a_plot_and_zoom(desktop):
+    """Arrows by a hundredth of what is shown, with shift by a tenth; what is drawn anew keeps the focus."""
+    figure = "figure-4-18"
+    picture_of(desktop, figure)
+    press = desktop.page.keyboard.press
+    desktop.page.locator(f'[data-figure="{figure}"] .tools button').last.focus()
+    press("Tab")
+    press("Tab")   # past the names in the legend
+    for _ in range(3):
+        if desktop.evaluate("document.activeElement.matches('.panel-plot')"):
+            break
+        press("Tab")
+
+    def said():
+        return desktop.evaluate("document.activeElement.getAttribute('aria-valuetext')")
+
+    assert said().startswith("time (s): 0.25; reference: ")
+    for key, time in (("ArrowRight", "0.255"), ("Shift+ArrowRight", "0.305"), ("Home", "0"), ("End", "0.5")):
+        press(key)
+        assert said().split("; ")[0] == f"time (s): {time}"
+    press("Home")
+    press("+")
+    np.testing.assert_allclose(shown_range(desktop, figure), [[0.0, 0.25]] * 3)
+    desktop.evaluate("maglevReport.plots['figure-4-18'].drawn")
+    press("0")
+    np.testing.assert_allclose(shown_range(desktop, figure), [[0.0, 0.5]] * 3)
+    assert desktop.page.locator(f'[data-figure="{figure}"] .readout:visible').count() == 3
+    press("Escape")
+    assert desktop.page.locator(f'[data-figure="{figure}"] .readout:visible').count() == 0
+
+
+def test_names_of_windows_and_marks_leave_with_what_they_name(desktop):
+    """In a view from 1 s to 3 s, 400 px wide, two windows are seen, and one has room for its name."""
+    seen = desktop.evaluate("""(() => {
+        const inner = svg("svg", {});
+        const windows = [["before", 0, 0.9], ["push", 1.5, 2.5], ["a long name", 2.9, 3.5]]
+            .map(([name, low, high]) => ({ name, low, high, css: "open" }));
+        const names = drawWindows(inner, windows, scaleOf(1, 3, 0, 400, false), 400, 132);
+        const numbers = (band) => ["x", "width"].map((key) => Number(band.getAttribute(key)));
+        return { bands: [...inner.querySelectorAll("rect")].map(numbers),
+                 names: names.map(({ text }) => text) };
+    })()""")
+    np.testing.assert_allclose(seen["bands"], [[100, 200], [380, 20]])
+    assert seen["names"] == ["push"]
 
 
 def test_a_name_in_the_legend_hides_its_line(desktop):

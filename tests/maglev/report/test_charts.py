@@ -61,7 +61,7 @@ def test_tables_and_notes_follow_the_claims(page):
     (table,) = alone.of_class("values")
     assert [cell.text for cell in alone.all("th") if cell["scope"] == "row"] == ["C1", "C2"]
     assert "C114.214.1" in table.text
-    parts = [page.source.index(f'id="{name}"') for name in ("claims", "identification", "figures")]
+    parts = [page.source.index(f'id="{name}"') for name in ("figures", "claims", "identification")]
     assert parts == sorted(parts)
     assert '<a href="#identification">' in page.source
 

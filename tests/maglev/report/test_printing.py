@@ -136,7 +136,8 @@ def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     pytest.importorskip("matplotlib")
     panels = figure_of(RUN).axes
     assert [panel.get_ylabel() for panel in panels] == [
-        "v (mm)", "|error| of v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)", "motor currents (A)"]
+        "gap v (mm)", "|error| of gap v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)",
+        "motor currents (A)"]
     reference, position = panels[0].get_lines()
     np.testing.assert_allclose(position.get_ydata() - reference.get_ydata(), -1.0)   # mm
     assert len(position.get_xdata()) == len(RUN.time)
@@ -154,7 +155,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
         levels[panel.get_ylabel()] = [line[0, 1] for line in lines if line[0, 1] == line[1, 1] and "|" not in
                                       panel.get_ylabel()]
         instants += [line[0, 0] for line in lines if line[0, 0] == line[1, 0]]
-    assert levels["v (mm)"] == [18.0]   # the upper one is far
+    assert levels["gap v (mm)"] == [18.0]   # the upper one is far
     assert levels["motor currents (A)"] == [-2.5, 2.5]
     assert levels["motor commands (A)"] == levels["h (mm)"] == []
     assert instants == [0.125] * len(figure.axes)
@@ -214,7 +215,7 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
 
 def test_a_far_limit_stays_out_whatever_other_marks_widen():
     pytest.importorskip("matplotlib")
-    low, high = figure_of(RUN).axes[0].get_ylim()
+    low, high = sorted(figure_of(RUN).axes[0].get_ylim())   # a gap grows downwards
     near, far = low - 0.9 * (high - low), high + 1.2 * (high - low)   # mm
     drawn = replace(RUN, parameters={"plant.v.stop.lower": 1e-3 * near, "plant.v.stop.upper": 1e-3 * far})
     panel = overlay("both", {"one": drawn, "other": drawn}).axes[0]
