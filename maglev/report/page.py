@@ -140,7 +140,8 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f"<noscript>{static_picture(shown)}</noscript>\n"
-            f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px"></div>\n'
+            f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
+            "</div>\n"
             f"{claim_table.claims_of_figure(shown, judgements)}</div></figure>")
 
 
