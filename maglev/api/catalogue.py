@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
+from maglev.catalogue import Watch, build_native, build_wasm, build_written, take_native, unwatched
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder, systems
@@ -76,7 +76,8 @@ def scenarios() -> list[RunEntry]:
 
 def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | None = None,
           fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, target: str = "all",
-          say: Callable[[str], None] | None = None, watch: Watch = unwatched) -> list[Path]:
+          source: str | Path | None = None, say: Callable[[str], None] | None = None,
+          watch: Watch = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters
@@ -94,6 +95,9 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     target : "all", "host" or "wasm"
         With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
+    source : path, optional
+        With `native`: archive of native FMUs of a release, or a folder with what was in it. They are copied from there,
+        which takes no compiler, and must be of the sources that are installed.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
     watch : callable, optional
@@ -137,6 +141,10 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
             if name in systems():
                 raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
         every = [name for name in every if name not in systems()]
+    if source is not None:
+        if not native or target != "all" or rig is not None or files:
+            raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
+        return take_native(map(str, given or every), Path(source), folder, fmi)
     written = [build_written(path, folder, native, target == "host", fmi) for path in files]
     chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)
     ours = (build_native(chosen, folder, target == "host", watch, fmi) if native else

@@ -89,6 +89,9 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
                                               "browsers, into the folder's folder wasm.")] = "all",
+          source: Annotated[Path | None, typer.Option("--from", help="With --native: archive of native FMUs of a "
+                                                      "release, or a folder with what was in it; copied from there, "
+                                                      "they take no compiler.", show_default=False)] = None,
           debug: Debug = False) -> None:
     """Build FMUs from the blocks, or from a controller or a stage of yours: the same sources give the same bytes.
 
@@ -105,13 +108,15 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     `maglev build --native ClosedLoop3DOF`
 
     `maglev build --native --fmi 3`
+
+    `maglev build --native --from maglev-fmus-0.1.0-native.zip` needs no compiler
     """
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
         with progress_of(["FMUs"]) as watch:
-            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, fmi=fmi, target=target, say=say,
-                               watch=partial(watch, "FMUs"))
+            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, fmi=fmi, target=target, source=source,
+                               say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 

@@ -45,8 +45,11 @@ class Fmi:
 
     def instantiated(self, description: ModelDescription, folder: Path, name: bytes, listener: Listener) -> Any:
         """Load an unpacked FMU and instantiate it; fmpy's object of it."""
-        instance = FMU2Slave(guid=description.guid, unzipDirectory=str(folder),
-                             modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
+        identifier = description.coSimulation.modelIdentifier
+        # FMI 2.0 has no folder for Linux on ARM, where fmpy would load the binary for Intel; FMI 3.0's name is allowed.
+        own = folder.absolute() / "binaries" / fmpy.platform_tuple / f"{identifier}{fmpy.sharedLibraryExtension}"
+        instance = FMU2Slave(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
+                             instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
         LISTENERS[name] = listener
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = LOGGER

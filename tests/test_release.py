@@ -1,0 +1,91 @@
+"""What a release ships: versions that agree, bytes that depend on no machine, native FMUs without a compiler."""
+
+import runpy
+import shutil
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from command_line import error_line
+from command_line import maglev as command
+
+import maglev
+from fmi_export.native.build import host_platform
+from maglev.cosim.step_loop import LIBRARY
+from maglev.own_fmus import built_here
+
+ROOT = Path(__file__).parents[1]
+TOOL = ROOT / "tools" / "release.py"
+
+
+def test_versions_agree() -> None:
+    """pyproject.toml has the version; CITATION.cff and the changelog follow."""
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    headings = [line for line in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines()
+                if line.startswith("## ")]
+    assert headings[:2] == ["## Unreleased", f"## {version}"]
+
+
+def test_a_version_begins_in_every_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("pyproject.toml", "CITATION.cff", "CHANGELOG.md"):
+        shutil.copy(ROOT / name, tmp_path)
+    tool = runpy.run_path(str(TOOL))
+    monkeypatch.setitem(tool["begin"].__globals__, "ROOT", tmp_path)
+    tool["begin"]("99.0.1")
+    assert tool["project_version"]() == "99.0.1"
+    assert "\nversion: 99.0.1\n" in (tmp_path / "CITATION.cff").read_text(encoding="utf-8")
+    assert "\n## Unreleased\n\n## 99.0.1\n" in (tmp_path / "CHANGELOG.md").read_text(encoding="utf-8")
+    for wrong in ("99.0.1", "99.1", "v100.0.0"):
+        with pytest.raises(SystemExit, match="expected"):
+            tool["begin"](wrong)
+
+
+def test_a_source_distribution_has_the_date_of_the_commit(tmp_path: Path) -> None:
+    tidied = runpy.run_path(str(TOOL))["tidied"]
+    for hour, names in ((1.0, ("a.py", "b.py")), (2.0, ("b.py", "a.py"))):
+        with tarfile.open(tmp_path / f"{hour}.tar.gz", "w:gz") as archive:
+            for name in names:
+                info = tarfile.TarInfo(name)
+                info.mtime, info.uname = hour, f"user {hour}"
+                archive.addfile(info)
+        tidied(tmp_path / f"{hour}.tar.gz", tmp_path / f"{hour}-tidied.tar.gz", 1_700_000_000)
+    assert (tmp_path / "1.0-tidied.tar.gz").read_bytes() == (tmp_path / "2.0-tidied.tar.gz").read_bytes()
+    with tarfile.open(tmp_path / "1.0-tidied.tar.gz") as archive:
+        assert [(each.name, each.mtime) for each in archive] == [("a.py", 1_700_000_000), ("b.py", 1_700_000_000)]
+
+
+@pytest.fixture
+def shipped(native_fmus: Path, tmp_path: Path) -> Path:
+    """Archive as a release has it, of one loop, for this machine."""
+    path = tmp_path / "maglev-fmus-native.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in ("Plant2DOF", "Regulator2DOF"):
+            archive.write(native_fmus / f"{name}.fmu", f"native/{name}.fmu")
+        archive.write(native_fmus / LIBRARY, f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}")
+    return path
+
+
+def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Path, tmp_path: Path,
+                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    """Out of the archive or a folder, with the system of them and the loop that steps them; others are refused."""
+    monkeypatch.setattr("fmi_export.native.compiler.find_spec", lambda _: None)
+    made = maglev.build("Stage2DOF", fmus=tmp_path, native=True, source=shipped)
+    assert [path.name for path in made] == [
+        "Plant2DOF.fmu", "Regulator2DOF.fmu", "Stage2DOF.ssp", "Stage2DOFNoPorts.ssp"]
+    assert all(built_here(path) for path in made[:2])
+    assert (tmp_path / "native" / LIBRARY).read_bytes() == (native_fmus / LIBRARY).read_bytes()
+    assert maglev.run("2dof-step-4-nonlinear", fmus=tmp_path, native=True).verdicts
+    unpacked = tmp_path / "unpacked"
+    zipfile.ZipFile(shipped).extractall(unpacked)
+    shutil.copy(unpacked / "native" / "Plant2DOF.fmu", unpacked / "native" / "PID2DOF.fmu")
+    with zipfile.ZipFile(unpacked / "native" / "Plant2DOF.fmu", "a") as changed:
+        changed.writestr("sources/more.c", "int more;\n")
+    for given, name, wrong in ((unpacked, "Plant2DOF", "is of other sources"), (unpacked, "PID3DOF", "there is no"),
+                               (shipped, "PID3DOF", "there is no"), (ROOT / "README.md", "PID3DOF", "there is no")):
+        line = error_line(command("build", "--native", "--from", given, name, "--fmus", tmp_path / "other"))
+        assert wrong in line and f"native/{name}.fmu" in line
+    assert not list((tmp_path / "other").rglob("*.fmu"))
+    assert "expected --native" in error_line(command("build", "--from", shipped))

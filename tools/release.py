@@ -1,0 +1,178 @@
+"""What a version ships, into the folder dist: `make release`, or `python tools/release.py`.
+
+Wheel and source distribution, the FMUs and SSP files of all kinds, the documentation site as `make docs` has left it,
+what they were made of (provenance.json), and the checksums of all (SHA256SUMS). The date in them is that of the commit,
+so that the same commit and the same tools give the same bytes.
+
+    python tools/release.py --begin 0.2.0    # gives what is under "Unreleased" that version, wherever one is written
+    python tools/release.py --without site   # as long as one tries
+"""
+
+import argparse
+import gzip
+import hashlib
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import tomllib
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed
+from io import BytesIO
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SITE = ROOT / "docs" / "_build" / "html"
+PARTS = ("wheel", "python", "native", "site")
+VERSION = re.compile(r"\d+\.\d+\.\d+")
+UNRELEASED = "## Unreleased\n"
+
+# What has a say in the bytes.
+TOOLS = ("setuptools", "pythonfmu", "fmpy", "pyccel", "ziglang", "numpy", "latex2mathml", "sphinx", "myst-nb", "furo")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--begin", metavar="VERSION", help="write this version into the files, and end")
+    parser.add_argument("--out", type=Path, default=ROOT / "dist", help="folder, made anew (dist)")
+    parser.add_argument("--without", action="append", choices=PARTS, default=[], help="leave a part out")
+    options = parser.parse_args()
+    if options.begin:
+        begin(options.begin)
+    else:
+        release(options.out.absolute(), [part for part in PARTS if part not in options.without])
+
+
+def project_version() -> str:
+    """Version of the project: it stands in pyproject.toml, and everything else follows."""
+    project: str = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    return project
+
+
+def begin(version: str) -> None:
+    """Give what is unreleased a version: in pyproject.toml, CITATION.cff and the changelog."""
+    if VERSION.fullmatch(version) is None:
+        sys.exit(f"release.py: --begin {version}: expected three numbers, such as 0.2.0")
+    old = project_version()
+    log = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    if f"\n## {version}\n" in log or UNRELEASED not in log:
+        sys.exit(f"release.py: CHANGELOG.md: expected {UNRELEASED.strip()!r} and no '## {version}'")
+    for name, before, after in (("pyproject.toml", f'version = "{old}"', f'version = "{version}"'),
+                                ("CITATION.cff", f"version: {old}", f"version: {version}"),
+                                ("CHANGELOG.md", UNRELEASED, f"{UNRELEASED}\n## {version}\n")):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        if text.count(before) != 1:
+            sys.exit(f"release.py: {name}: {text.count(before)} times {before!r}, expected it once")
+        (ROOT / name).write_text(text.replace(before, after), encoding="utf-8")
+    print(f"{old} -> {version}: look at `git diff`, commit, `make release`, tag v{version}")
+
+
+def release(out: Path, parts: list[str]) -> None:
+    """Make the parts, and say what they were made of."""
+    version, commit, date, dirty = project_version(), git("rev-parse", "HEAD"), git("log", "-1", "--format=%ct"), (
+        git("status", "--porcelain") != "")
+    if installed("maglev-fmus") != version:
+        sys.exit(f"release.py: {installed('maglev-fmus')} is installed, expected {version}: `make build` installs it")
+    if "site" in parts and not (SITE / "index.html").is_file():
+        sys.exit(f"release.py: there is no {SITE.relative_to(ROOT)}, expected the site: `make docs`")
+    os.environ["SOURCE_DATE_EPOCH"] = date
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        for part in parts:
+            print(f"release.py: {part}", flush=True)
+            if part == "wheel":
+                distributions(Path(scratch), out, version, int(date))
+            else:
+                folder = SITE if part == "site" else fmus(Path(scratch) / part, part)
+                packed(out / f"maglev-fmus-{version}-{part}.zip", folder)
+    provenance = {"project": "maglev-fmus", "version": version, "commit": commit, "dirty": dirty,
+                  "date": datetime.fromtimestamp(int(date), UTC).isoformat(), "python": platform.python_version(),
+                  "system": f"{platform.system()} {platform.machine()}",
+                  "tools": {name: of_tool(name) for name in TOOLS},
+                  "left_out": [part for part in PARTS if part not in parts]}
+    (out / "provenance.json").write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
+    files = sorted(out.iterdir())
+    sums = "".join(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files)
+    (out / "SHA256SUMS").write_text(sums, encoding="utf-8")
+    for path in files:
+        print(f"{path.name}  {path.stat().st_size / 1e6:.1f} MB")
+    if dirty:
+        print("release.py: there are changes that are not committed, provenance.json says so")
+
+
+def git(*arguments: str) -> str:
+    """What git says."""
+    return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def of_tool(name: str) -> str | None:
+    """Version of a tool; None where it is not installed, and so had no say."""
+    try:
+        return installed(name)
+    except PackageNotFoundError:
+        return None
+
+
+def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
+    """Source distribution of what git knows and does not ignore, and the wheel of what is in that."""
+    source = scratch / "source"
+    for name in git("ls-files", "--cached", "--others", "--exclude-standard", "-z").split("\0"):
+        if name and (ROOT / name).is_file():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, source / name)
+    made = "import setuptools.build_meta as build; build.build_{}({!r})"
+    subprocess.run([sys.executable, "-c", made.format("sdist", str(scratch))], cwd=source, check=True,
+                   stdout=subprocess.DEVNULL)
+    name = f"maglev_fmus-{version}"
+    with tarfile.open(scratch / f"{name}.tar.gz") as archive:
+        archive.extractall(scratch, filter="data")
+    tidied(scratch / f"{name}.tar.gz", out / f"{name}.tar.gz", date)
+    subprocess.run([sys.executable, "-c", made.format("wheel", str(out))], cwd=scratch / name, check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def tidied(given: Path, path: Path, date: int) -> None:
+    """Write an archive anew without what depends on machine, user and hour, which setuptools puts in."""
+    with tarfile.open(given) as archive, path.open("wb") as file, gzip.GzipFile("", "wb", mtime=date, fileobj=file) as \
+            packed_file, tarfile.open(fileobj=packed_file, mode="w", format=tarfile.PAX_FORMAT) as written:
+        for entry in sorted(archive, key=lambda each: each.name):
+            content = archive.extractfile(entry)
+            plain = tarfile.TarInfo(entry.name)
+            plain.type, plain.size, plain.mtime = entry.type, entry.size, date
+            plain.mode = 0o755 if entry.isdir() or entry.mode & 0o100 else 0o644
+            written.addfile(plain, BytesIO(content.read()) if content else None)
+
+
+def fmus(folder: Path, part: str) -> Path:
+    """Build the FMUs of a part into a folder; beside native ones the loops that step them, for every platform."""
+    import maglev
+    from maglev.catalogue import build_step_loops
+
+    if part == "python":
+        maglev.build(fmus=folder)
+        return folder
+    for fmi in (2, 3):
+        maglev.build(fmus=folder, native=True, fmi=fmi)
+    for loop in folder.rglob("maglev_step_loop.*"):   # that of the machine on which it was built
+        loop.unlink()
+    build_step_loops(folder / "step_loop")
+    return folder
+
+
+def packed(path: Path, folder: Path) -> None:
+    """Write an archive of a folder, sorted, dated by the commit."""
+    from fmi_export.build import write_archive
+
+    write_archive(path, {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*")
+                         if file.is_file() and ".doctrees" not in file.parts and file.name != ".buildinfo"})
+
+
+if __name__ == "__main__":
+    main()
