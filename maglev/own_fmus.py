@@ -11,7 +11,7 @@ from zipfile import BadZipFile, ZipFile
 from fmi_export.definition import FmuDefinition
 from fmi_export.recognition import is_native_build, is_python_build
 from maglev.errors import BuildError, ScenarioError, nearest
-from maglev.own_stage.adoption import OWN
+from maglev.own_stage.adoption import OWN, know_stage
 from maglev.rig.modules import definitions
 from maglev.user_controllers.own_modules import PACKAGES
 from pmlsm.rig import Rig
@@ -49,6 +49,14 @@ def systems() -> dict[str, Rig]:
     """Rig of every system that can be built, by its name: of the project, and of the user's stages."""
     rigs = [*(rig for rig in RIGS.values() if rig.experiment), *(own.rig for own in OWN.values())]
     return {f"Stage{rig.suffix}": rig for rig in rigs}
+
+
+def names_of(rig: str | Path | None) -> list[str]:
+    """Names of all FMUs and systems, of this project or of a stage of the user's."""
+    if rig is None:
+        return [*DEFINITIONS, *SYSTEMS]
+    described = know_stage(rig)
+    return [*definitions(described), f"Stage{described.suffix}"]
 
 
 def definition(name: str) -> FmuDefinition:

@@ -1,14 +1,13 @@
 """Imports point down only: which package may know which other one."""
 
-import ast
 import re
 import tomllib
-from collections.abc import Iterator
 from graphlib import TopologicalSorter
-from importlib.util import resolve_name
 from pathlib import Path
 
 import pytest
+
+from tools.house_map import drawing, imported, page, room_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -51,19 +50,6 @@ DESCRIBES = re.compile(r"variables|drawings|definitions?|\w+_fmu|plant_\w+")
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
 
 
-def imported(path: Path) -> Iterator[tuple[int, str]]:
-    """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
-    package = ".".join(path.relative_to(ROOT).parent.parts)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from ((node.lineno, alias.name) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield node.lineno, resolve_name("." * node.level + (node.module or ""), package)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
-            # Such as "plant_fmu.plant_2dof" of import_module; the names of the other packages are plain words.
-            yield node.lineno, node.value
-
-
 def sources(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
@@ -81,12 +67,6 @@ def test_imports_point_down(package: str) -> None:
                 wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
     assert sources(package)
     assert not wrong
-
-
-def room_of(module: str) -> str:
-    """Room of a module of the tool, such as "cosim" of "maglev.cosim.master"; "__init__" of the package itself."""
-    parts = module.split(".")
-    return parts[1] if len(parts) > 1 else "__init__"
 
 
 def room_arrows() -> dict[tuple[str, str], list[str]]:
@@ -125,6 +105,11 @@ def test_folders_and_files_stay_small() -> None:
     for path, n in lines.items():
         folders[path.parent] = folders.get(path.parent, 0) + n
     assert {folder: n for folder, n in folders.items() if n > 1500} == {}
+
+
+def test_the_map_is_that_of_the_imports() -> None:
+    for name, made in (("map.svg", drawing()), ("map.md", page())):
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "`python tools/house_map.py` draws it anew"
 
 
 @pytest.mark.parametrize("package", BLOCKS)

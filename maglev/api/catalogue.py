@@ -8,9 +8,7 @@ from pathlib import Path
 from maglev.catalogue import Watch, build_native, build_wasm, build_written, take_native, unwatched
 from maglev.catalogue import build as build_in_python
 from maglev.errors import ScenarioError
-from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder, systems
-from maglev.own_stage.adoption import know_stage
-from maglev.rig.modules import definitions
+from maglev.own_fmus import definition, kind_folder, names_of, systems
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.user_controllers.source import is_written, load
 
@@ -26,14 +24,6 @@ class FmuEntry:
     def file(self, fmus: str | Path = "fmus") -> Path:
         """Its file in the folder of the FMUs."""
         return Path(fmus) / f"{self.name}.{self.ending}"
-
-
-def names_of(rig: str | Path | None) -> list[str]:
-    """Names of all FMUs and systems, of this project or of a stage of the user's."""
-    if rig is None:
-        return [*DEFINITIONS, *SYSTEMS]
-    described = know_stage(rig)
-    return [*definitions(described), f"Stage{described.suffix}"]
 
 
 def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
@@ -96,8 +86,8 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
     source : path, optional
-        With `native`: archive of native FMUs of a release, or a folder with what was in it. They are copied from there,
-        which takes no compiler, and must be of the sources that are installed.
+        With `native`: archive of native FMUs of a release, or a folder with what was in it, to copy them from, which
+        takes no compiler. They must be of the installed sources.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
     watch : callable, optional
@@ -126,7 +116,7 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
 
         flyable(rig)
-    every = names_of(rig)
+    every = [name for name in names_of(rig) if name not in systems() or (fmi == 2 and target != "wasm")]
     folder = kind_folder(Path(fmus), native, fmi)
     if target == "wasm" and fmi != 2:
         raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
@@ -134,13 +124,9 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     if target == "wasm":
         if files:
             raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
-        return build_wasm(map(str, given or (name for name in every if name not in systems())), Path(fmus) / "wasm",
-                          watch)
-    if fmi == 3:
-        for name in given:
-            if name in systems():
-                raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
-        every = [name for name in every if name not in systems()]
+        return build_wasm(map(str, given or every), Path(fmus) / "wasm", watch)
+    for name in filter(systems().__contains__, given if fmi == 3 else ()):
+        raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
     if source is not None:
         if not native or target != "all" or rig is not None or files:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")

@@ -1,0 +1,151 @@
+"""The map of the house, drawn from the imports: `python tools/house_map.py` writes docs/map.md and docs/map.svg.
+
+A box is a package, or a room (a folder or a file) of the package maglev; a line leads down to what a box imports, and
+is left out where a way over others leads there, too.
+"""
+
+import ast
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from importlib.util import resolve_name
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("pmlsm", "maglev_files", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
+            "closed_loop_fmu", "maglev")
+TOOL = "maglev"   # the package that is drawn by its rooms
+
+WIDTH, HEIGHT, GAP, LEVEL = 116, 22, 14, 48   # of a box, between boxes, from one row to the next
+SIDE = 6
+
+STYLE = """\
+    text { font: 11px system-ui, sans-serif; text-anchor: middle; fill: #1c2733; }
+    rect { fill: #eef2f6; stroke: #8495a5; } .blocks rect { fill: #fdf1dc; stroke: #b9924a; }
+    path { fill: none; stroke: #8495a5; opacity: 0.8; }
+    @media (prefers-color-scheme: dark) {
+      text { fill: #e3e9ef; } rect { fill: #26313c; } .blocks rect { fill: #43371f; }
+    }
+"""
+
+PAGE = """# A map of the house
+
+What imports what, drawn from the code by `python tools/house_map.py`. Each box knows those below it to which lines
+lead, over others as well, and nothing above it. Yellow are the blocks, which become FMUs; the others are the tool
+around them.
+
+![Boxes of packages and rooms, in rows from the command line at the top down to errors and files](map.svg)
+
+| | what it is |
+|---|---|
+"""
+
+
+def imported(path: Path) -> Iterator[tuple[int, str]]:
+    """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
+    package = ".".join(path.relative_to(ROOT).parent.parts)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.lineno, resolve_name("." * node.level + (node.module or ""), package)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
+            # Such as "plant_fmu.plant_2dof" of import_module; the names of the other packages are plain words.
+            yield node.lineno, node.value
+
+
+def room_of(module: str) -> str:
+    """Room of a module of the tool, such as "cosim" of "maglev.cosim.master"; "__init__" of the package itself."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def box_of(module: str) -> str:
+    """Box of a module: its package, or its room in the tool."""
+    package = module.split(".")[0]
+    return room_of(module) if package == TOOL else package
+
+
+def arrows() -> dict[str, set[str]]:
+    """What each box imports."""
+    found: dict[str, set[str]] = {}
+    for path in (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))):
+        box = box_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
+        reached = {box_of(name) for _, name in imported(path) if name.split(".")[0] in PACKAGES and " " not in name}
+        found[box] = found.get(box, set()) | reached - {box}
+    return {box: reached & found.keys() for box, reached in found.items()}
+
+
+def levels(graph: dict[str, set[str]]) -> dict[str, int]:
+    """Row of each box, counted from the ground: one above the highest that it imports."""
+    rows: dict[str, int] = {}
+    for box in TopologicalSorter(graph).static_order():
+        rows[box] = 1 + max((rows[each] for each in graph[box]), default=-1)
+    return rows
+
+
+def reduced(graph: dict[str, set[str]]) -> dict[str, set[str]]:
+    """The arrows but for those that a way over others makes superfluous."""
+    below: dict[str, set[str]] = {}
+    for box in TopologicalSorter(graph).static_order():
+        below[box] = graph[box].union(*(below[each] for each in graph[box]))
+    return {box: {each for each in reached if not any(each in below[other] for other in reached)}
+            for box, reached in graph.items()}
+
+
+def rows_of(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list[str]]:
+    """Boxes row by row from the top, each below the middle of those that import it."""
+    level = levels(graph)
+    rows: list[list[str]] = []
+    place: dict[str, float] = {}
+    for number in range(max(level.values()), -1, -1):
+        boxes = sorted(box for box in graph if level[box] == number)
+        above = {box: [place[each] for each in place if box in lines[each]] for box in boxes}
+        boxes.sort(key=lambda box: (sum(above[box]) / len(above[box]) if above[box] else 0.0, box))
+        place |= {box: k - (len(boxes) - 1) / 2 for k, box in enumerate(boxes)}
+        rows.append(boxes)
+    return rows
+
+
+def drawing() -> str:
+    """The map as SVG."""
+    graph = arrows()
+    lines = reduced(graph)
+    rows = rows_of(graph, lines)
+    width = max(map(len, rows)) * (WIDTH + GAP) - GAP + 2 * SIDE
+    place = {box: (width / 2 + (k - (len(row) - 1) / 2) * (WIDTH + GAP), SIDE + number * LEVEL)
+             for number, row in enumerate(rows) for k, box in enumerate(row)}
+    drawn = []
+    for box, reached in sorted(lines.items()):
+        for x, y in (place[each] for each in sorted(reached)):
+            x0, y0 = place[box][0], place[box][1] + HEIGHT
+            bend = (y - y0) / 2
+            drawn.append(f'  <path d="M{x0:g} {y0:g} C{x0:g} {y0 + bend:g} {x:g} {y - bend:g} {x:g} {y:g}"/>')
+    for box, (x, y) in place.items():
+        kind = ' class="blocks"' if box.endswith("_fmu") or box == "pmlsm" else ""
+        drawn.append(f'  <g{kind}><rect x="{x - WIDTH / 2:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="4"/>'
+                     f'<text x="{x:g}" y="{y + 15:g}">{shown(box)}</text></g>')
+    height = 2 * SIDE + (len(rows) - 1) * LEVEL + HEIGHT
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height}" width="{width:g}" '
+            f'height="{height}">\n  <style>\n{STYLE}  </style>\n' + "\n".join(drawn) + "\n</svg>\n")
+
+
+def shown(box: str) -> str:
+    """Name of a box as people call it."""
+    return {"__init__": "import maglev", "__main__": "maglev"}.get(box, box)
+
+
+def page() -> str:
+    """The page with the map: from the top, what each box is, as the first line of its docstring says."""
+    graph = arrows()
+    table = []
+    for box in (box for row in rows_of(graph, reduced(graph)) for box in row):
+        place = ROOT / box if box in PACKAGES else ROOT / TOOL / box
+        file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+        said = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").splitlines()[0]
+        table.append(f"| `{shown(box)}` | {said} |\n")
+    return PAGE + "".join(table)
+
+
+if __name__ == "__main__":
+    (ROOT / "docs" / "map.svg").write_text(drawing(), encoding="utf-8", newline="\n")
+    (ROOT / "docs" / "map.md").write_text(page(), encoding="utf-8", newline="\n")
