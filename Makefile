@@ -7,7 +7,7 @@ NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check axe-check accuracy mutants clean
+	live-check axe-check accuracy mutants bench-pages lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -83,6 +83,7 @@ generate: .venv/.demo
 lint: .venv/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/mypy tools benchmarks docs/site
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/step_cost.py
@@ -90,6 +91,24 @@ bench: .venv/.test
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/gym_cost.py
 	$(BIN)/python benchmarks/study_cost.py
+
+# The benchmarks whose tables stand in pages, and which take minutes: masters of others, delay, memory of a study.
+bench-pages: build native
+	PYTHONPATH=tests/support $(BIN)/python benchmarks/foreign_masters_table.py fmus
+	PYTHONPATH=tests/support $(BIN)/python benchmarks/delay_margin.py
+	$(BIN)/python benchmarks/study_memory.py
+
+# The versions of all that the tests install, for every system: after a run of `make test` with them, to be committed.
+lock: .venv/.test
+	$(BIN)/python -m pip install --quiet uv
+	{ head -n 2 constraints.txt; $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --upgrade --quiet \
+		--extra report --extra test --extra native --extra interop --no-header --no-emit-index-url --no-annotate; } \
+		> constraints.new
+	mv constraints.new constraints.txt
+
+# All that a version ships, into dist: wheel, FMUs for all platforms, site, checksums, provenance.
+release: docs .venv/.test
+	$(BIN)/python tools/release.py
 
 # The live page in a Chromium, which must be installed: runs against the native FMUs, hands, frames a second.
 live-check: .venv/.test
@@ -116,7 +135,7 @@ mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
 clean:
-	rm -rf .venv results docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/fmi3 fmus/wasm
+	rm -rf .venv results dist docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/fmi3 fmus/wasm
 
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }

@@ -4,16 +4,17 @@
 """
 
 from time import perf_counter
+from typing import Any
 
 from stage_cases import IMPACTS, SMOOTH, Case, differences
 
 import plant_fmu.stage_2dof
 import plant_fmu.stage_3dof
-from pmlsm.rigs import RIG_2DOF, RIG_3DOF
+from pmlsm.rigs import RIGS
 
-MODULES = {2: plant_fmu.stage_2dof, 3: plant_fmu.stage_3dof}
-STAGES = {2: plant_fmu.stage_2dof.Stage2DOF, 3: plant_fmu.stage_3dof.Stage3DOF}
-STEP = {2: RIG_2DOF.sample_time, 3: RIG_3DOF.sample_time}   # s, communication steps
+MODULES: dict[int, Any] = {2: plant_fmu.stage_2dof, 3: plant_fmu.stage_3dof}
+STAGES: dict[int, type[Any]] = {2: plant_fmu.stage_2dof.Stage2DOF, 3: plant_fmu.stage_3dof.Stage3DOF}
+STEP = {2: RIGS["2dof"].sample_time, 3: RIGS["3dof"].sample_time}   # s, communication steps
 LONGEST_STEPS = (0.5e-3, 0.25e-3, 0.2e-3, 0.125e-3, 0.1e-3, 0.05e-3)   # s
 ROUNDS = 5
 

@@ -20,7 +20,8 @@ from fmi_export.native.prefix import prefix_header
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal, translated
 from fmi_export.sources import carried_modules
-from maglev.catalogue import PACKAGES, definition
+from maglev.own_fmus import definition
+from maglev.user_controllers.own_modules import PACKAGES
 
 LOOP = """\
 #include "{controller_header}"

@@ -7,7 +7,7 @@ from collections import deque
 
 from sampled_loop import PHASES, set_path
 
-from maglev.catalogue import definition
+from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from pmlsm.rigs import RIGS

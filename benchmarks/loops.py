@@ -13,9 +13,9 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave
 
 from fmi_export.definition import FmuDefinition
-from maglev.catalogue import definition
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.master import FmuSetup, Master
+from maglev.own_fmus import definition
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 

@@ -12,7 +12,8 @@ from loops import Pair
 from pythonfmu import FmuBuilder
 
 from fmi_export.ssp import write_ssp
-from maglev.catalogue import DEFINITIONS, PACKAGES, definition
+from maglev.own_fmus import DEFINITIONS, definition
+from maglev.user_controllers.own_modules import PACKAGES
 
 SLAVE = '''
 from operator import attrgetter

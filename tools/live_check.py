@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,7 @@ def hands(browser: Browser, url: str) -> None:
                 rows.at(row, columnOf.position(0)) - rows.at(row, columnOf.reference(0)))); return most; }})()"""))
 
     for model in ("ScheduledRegulator3DOF", "PID3DOF", "LinearRegulator3DOF", "Regulator3DOF"):
-        most = excursion(lambda model=model: page.check(f"input[name=controller][value={model}]", force=True))
+        most = excursion(partial(page.check, f"input[name=controller][value={model}]", force=True))
         print(f"  swap to {model}: gap within {1e6 * most:.0f} µm")
         require(most < 1.5e-3 and not page.evaluate("maglevLive.frame.flags.stop"), f"{model} loses the stage")
     page.check("input[name=ghost][value=PID3DOF]", force=True)

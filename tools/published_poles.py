@@ -102,7 +102,8 @@ def design_table() -> list[str]:
     rows = ["| gains | printed poles (1/s) | poles of the gains (1/s) | coefficients within | verdict |",
             "|---|---|---|---|---|"]
     for each in SETS:
-        share, poles = difference(each), slowest_first(np.roots(regulator_polynomial(each.gains, OMEGA0)))
+        share, poles = difference(each), slowest_first(
+            np.roots(regulator_polynomial(each.gains, OMEGA0)).astype(np.complex128))
         rows.append(f"| {each.name} {each.source} | {written(each.poles)} | "
                     f"{written(poles)} | {100.0 * share:.2g} % | {verdict(share)} |")
     return rows

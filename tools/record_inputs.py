@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.catalogue import definition
 from maglev.cosim.master import Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
+from maglev.own_fmus import definition
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

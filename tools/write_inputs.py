@@ -13,9 +13,9 @@ the encoder's resolution.
 
 import numpy as np
 
-from maglev.catalogue import definition
 from maglev.cosim.master import Recording
 from maglev.experiment.results import write_csv
+from maglev.own_fmus import definition
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 
@@ -31,7 +31,7 @@ def inputs(loop: str, name: str) -> Recording:
     """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
     plan = load_plan(name)
     signals = {signal.to: signal for signal in plan.signals}
-    times = plan.step * np.arange(plan.steps + 1)
+    times = plan.step * np.arange(plan.steps + 1, dtype=np.float64)
     columns = {}
     for variable in definition(loop).variables:
         if variable.causality == "input":

@@ -27,7 +27,7 @@ Everything that `import maglev` offers. What the command line does, these functi
 def command_line_page() -> str:
     """Every command with its options, as its help says."""
     click = get_command(command_line)
-    context = typer.Context(click)   # type: ignore[arg-type]  # click's command, which typer made
+    context = typer.Context(click)
     text: str = get_docs_for_click(obj=click, ctx=context, name="maglev")
     return text.replace("# `maglev`", "# Command line", 1)
 
