@@ -206,17 +206,17 @@ def fingers(browser: Browser, url: str) -> None:
             page.wait_for_timeout(20)
         touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
-    beside = page.evaluate("(({ left, bottom }) => [left + 12, bottom - 12])"
-                           "(document.getElementById('stage').getBoundingClientRect())")
+    left, bottom = page.evaluate("(({ left, bottom }) => [left + 12, bottom - 12])"
+                                 "(document.getElementById('stage').getBoundingClientRect())")
     yaw = page.evaluate("maglevLive.orbit.yaw")
-    swipe(*beside, 0.0, -150.0)
+    swipe(left, bottom, 0.0, -150.0)
     wait_until(page, "scrollY > 60")
     require(not page.is_visible("#released"), "a finger beside the mover moves its reference")
     require(abs(page.evaluate("maglevLive.orbit.yaw") - yaw) < 3.0, "a finger that scrolls turns the view")
     top = page.evaluate("document.getElementById('stage').getBoundingClientRect().top")
     require(top >= 0.0, f"the picture scrolls away, to {top} px")
     page.evaluate("scrollTo(0, 0)")
-    swipe(*beside, 120.0, 4.0)
+    swipe(left, bottom, 120.0, 4.0)
     require(page.evaluate("scrollY") == 0, "a finger that turns the view scrolls the page")
     require(abs(page.evaluate("maglevLive.orbit.yaw") - yaw) > 20.0, "a finger beside the mover does not turn the view")
     swipe(*middle(page), 40.0, 8.0)   # as far as the mover cannot follow

@@ -153,7 +153,7 @@ def tidied(given: Path, path: Path, date: int) -> None:
 def fmus(folder: Path, part: str) -> Path:
     """Build the FMUs of a part into a folder; beside native ones the loops that step them, for every platform."""
     import maglev
-    from maglev.catalogue import build_step_loops
+    from maglev.catalogue.shipped import build_step_loops
 
     if part == "python":
         maglev.build(fmus=folder)

@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import Watch, build_native, build_wasm, build_written, take_native, unwatched
+from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
 from maglev.catalogue import build as build_in_python
+from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError
 from maglev.own_fmus import definition, kind_folder, names_of, systems
 from maglev.schema.layers import merged, packaged_files, run_layers

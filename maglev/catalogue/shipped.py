@@ -1,0 +1,75 @@
+"""Native FMUs as a release ships them: taken from there without a compiler, and the loops that step them anywhere."""
+
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from zipfile import BadZipFile, ZipFile
+
+from fmi_export.native.build import host_platform
+from fmi_export.native.compiler import library
+from fmi_export.native.shells import SHELLS
+from maglev.catalogue import build_errors, build_systems, with_parts
+from maglev.errors import BuildError
+from maglev.own_fmus import built_here, kind_folder, project, systems
+from maglev_files.whole_file import whole_files
+
+
+def build_step_loops(folder: Path) -> list[Path]:
+    """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it; returns their paths."""
+    from maglev.cosim.step_loop import LIBRARY, source
+
+    paths = [folder / name / f"{Path(LIBRARY).stem}{platform.ending}" for name, platform in SHELLS[3].platforms.items()]
+    for path, platform in zip(paths, SHELLS[3].platforms.values(), strict=True):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(library({"step_loop.c": source()}, path.stem, platform))
+    return paths
+
+
+@build_errors()
+def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2) -> list[Path]:
+    """Copy native FMUs out of what a release ships, and make systems of them; returns their paths.
+
+    Parameters
+    ----------
+    names : iterable of str
+        FMUs and systems.
+    given : Path
+        Archive `…-native.zip` of a release, or a folder with what was in it: FMUs in `native` and `fmi3`, loops that
+        step them in `step_loop`.
+    folder : Path
+        Where they go; after an error it is as it was.
+    fmi : int
+        Version of FMI.
+
+    Raises
+    ------
+    BuildError
+        If one is not there, or is not what this installation makes of its own sources.
+    """
+    from maglev.cosim.step_loop import LIBRARY
+
+    names, kind = list(names), kind_folder(Path(), True, fmi)
+    loop = f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}"
+    with whole_files(folder) as unfinished:
+        for part in with_parts(names):
+            file = f"{(kind / part).as_posix()}.fmu"
+            path = unfinished / f"{part}.fmu"
+            path.write_bytes(file_of(given, file))
+            if not built_here(path):
+                raise BuildError(f"--from {given}: {file} is of other sources than those that are installed, expected "
+                                 f"the FMUs of the release of maglev-fmus {project()[0]}")
+        (unfinished / LIBRARY).write_bytes(file_of(given, loop))
+        build_systems([name for name in names if name in systems()], unfinished, unfinished)
+        return [folder / path.name for path in sorted(unfinished.iterdir()) if path.name != LIBRARY]
+
+
+def file_of(given: Path, name: str) -> bytes:
+    """A file by its path in an archive or a folder; BuildError if it is not there."""
+    try:
+        if given.is_dir():
+            return (given / name).read_bytes()
+        with ZipFile(given) as archive:
+            return archive.read(name)
+    except (OSError, KeyError, BadZipFile, EOFError, zlib.error) as error:
+        raise BuildError(f"--from {given}: there is no {name} in it ({error}), expected the archive of native FMUs of "
+                         "a release, or a folder with what was in it") from error
