@@ -1,9 +1,10 @@
 """What is measured and claimed: the one table of quantities with their names and units, and how values are printed."""
 
 import math
+from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from maglev.units import to_unit
+from maglev.units import known_unit, to_unit
 
 # Units that people read, by the SI unit, and what a small value has in place of them.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
@@ -32,6 +33,14 @@ def printed(value: float, unit: str, wanted: str | None = None) -> str:
         shown = SMALL_UNITS.get(shown, shown)
     number = to_unit(value, shown)
     return f"{number:.0f} {shown}" if abs(number) >= 100.0 else f"{number:.3g} {shown}"
+
+
+def common_unit(values: Iterable[float], unit: str) -> str:
+    """Unit in which all of some SI values of a quantity are printed or drawn: that of the largest of them."""
+    shown = PRINTED_UNITS.get(unit, unit)
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    return SMALL_UNITS.get(shown, shown) if largest > 0.0 and known_unit(shown) and to_unit(largest, shown) < SMALL \
+        else shown
 
 
 def metric_text(name: str, value: float, unit: str) -> str:

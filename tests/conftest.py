@@ -1,6 +1,7 @@
 """FMUs for the tests, built once, and the quick tests, which need none: `pytest -m quick`."""
 
 import os
+import shutil
 import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -21,6 +22,8 @@ LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "tests
            "own_stage/test_flight.py", "linear/test_tilting.py", "tuning/test_search.py")
 
 FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled")))
+
+CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 
 # No deadline: a loaded machine is no failure. In CI always the same examples, so that a failure is the change's.
 settings.register_profile("anywhere", deadline=None)
@@ -182,3 +185,16 @@ def either_kind(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU, once for each kind."""
     folder: Path = request.getfixturevalue(request.param)
     return folder
+
+
+@pytest.fixture(scope="module")
+def browser(slow: None) -> Iterator[object]:
+    """A Chromium."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = next(filter(None, [os.environ.get("CHROMIUM"), *map(shutil.which, CHROMIUMS)]), None)
+    if path is None:
+        pytest.skip(f"no Chromium: none of {', '.join(CHROMIUMS)} is on the PATH, and CHROMIUM is not set")
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()

@@ -169,6 +169,7 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions
     settings = start_values(found.set) | start_values(options.get("set"))
     require_free(settings, found.vary, str(path))
     scenario = path.parent / found.scenario if found.scenario.endswith(".toml") else Path(found.scenario)
+    scenario = scenario.relative_to(Path.cwd()) if scenario.is_relative_to(Path.cwd()) else scenario
     options = {**options, "set": settings}
     controller: str | None = getattr(found, "controller", None)
     if controller is not None and options.get("controller") is None:

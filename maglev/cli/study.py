@@ -92,18 +92,12 @@ def values_of(vary: list[str]) -> dict[str, str]:
 
 
 def finish(flown: "Study") -> None:
-    """Write the page where it can be, and print what the study found; exits with 2 if no sample came to its end."""
-    from importlib.util import find_spec
-
+    """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
     from maglev.studies.page.text import show_study
 
-    files, table = [flown.path], flown.to_arrow()
+    table = flown.to_arrow()
     show_study(report_console(), table, flown.about)
-    if find_spec("plotly") is not None:
-        files.append(flown.write_page())
-    else:
-        say("a page needs plotly: pip install 'maglev-fmus[report]'")
-    typer.echo(f"results: {', '.join(map(str, files))}")
+    typer.echo(f"results: {flown.path}, {flown.write_page()}")
     if table["failure"].null_count == 0:
         say(f"{flown.name}: none of {table.num_rows} samples was flown to its end; of the first: {table['failure'][0]}")
         raise typer.Exit(2)

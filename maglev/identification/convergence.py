@@ -31,16 +31,12 @@ def write_convergence(path: Path, found: Identification) -> None:
 
 
 def write_picture(stem: Path, found: Identification) -> Path | None:
-    """Write `stem`.png with matplotlib or `stem`.html with plotly, whichever is there; None if neither is."""
-    if find_spec("matplotlib") is not None:
-        path = stem.with_name(stem.name + ".png")
-        write_png(path, found)
-        return path
-    if find_spec("plotly") is not None:
-        path = stem.with_name(stem.name + ".html")
-        write_html(path, found)
-        return path
-    return None
+    """Write `stem`.png; None without matplotlib, an extra."""
+    if find_spec("matplotlib") is None:
+        return None
+    path = stem.with_name(stem.name + ".png")
+    write_png(path, found)
+    return path
 
 
 def write_png(path: Path, found: Identification) -> None:
@@ -68,24 +64,6 @@ def write_png(path: Path, found: Identification) -> None:
     panels[-1].set_xlabel("time (s)")
     with whole_file(path) as unfinished:
         figure.savefig(unfinished, dpi=110, format="png")
-
-
-def write_html(path: Path, found: Identification) -> None:
-    """Write the same as an HTML page."""
-    import plotly.graph_objects as go  # an extra: only who plots needs it
-    from plotly.subplots import make_subplots
-
-    header, rows = table_of(found)
-    names = found.estimate.names
-    figure = make_subplots(rows=len(names) + 1, cols=1, shared_xaxes=True, vertical_spacing=0.02)
-    for k, name in enumerate(header[1:]):
-        row = min(k, len(names)) + 1
-        figure.add_trace(go.Scatter(x=rows[:, 0], y=rows[:, 1 + k], name=name), row=row, col=1)
-        figure.update_yaxes(title_text=name if k < len(names) else "excitation", row=row, col=1)
-    figure.update_xaxes(title_text="time (s)", row=len(names) + 1, col=1)
-    figure.update_layout(title=title(found), height=200 * (len(names) + 1))
-    with whole_file(path) as unfinished:
-        figure.write_html(str(unfinished), include_plotlyjs=True)
 
 
 def title(found: Identification) -> str:

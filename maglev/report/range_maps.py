@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.operating_range import (
+from maglev.maps.operating_range import (
     NEAR,
     OUTCOMES,
     SETTLED_NOMINAL,

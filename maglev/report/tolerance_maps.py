@@ -5,10 +5,7 @@ from html import escape
 
 import numpy as np
 
-from maglev.procedures.outcome import ValueTable
-from maglev.report.cell_maps import Side, cell_map, legend, stripes
-from maglev.report.findings import value_table
-from maglev.tolerances import (
+from maglev.maps.tolerances import (
     OUTCOMES,
     QUESTIONS,
     TOOL,
@@ -20,6 +17,9 @@ from maglev.tolerances import (
     read_tolerances,
     seen,
 )
+from maglev.procedures.outcome import ValueTable
+from maglev.report.cell_maps import Side, cell_map, legend, stripes
+from maglev.report.findings import value_table
 from pmlsm.rigs import RIGS
 
 LINK = '<li><a href="#tolerances">What each controller tolerates</a></li>'

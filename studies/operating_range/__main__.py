@@ -10,7 +10,7 @@ flown again.
 
 import argparse
 
-from maglev.operating_range import FILE, RigMaps, read_maps
+from maglev.maps.operating_range import FILE, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, Fly, map_laws, origin_of

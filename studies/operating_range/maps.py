@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError
-from maglev.operating_range import (
+from maglev.maps.operating_range import (
     ASTRAY,
     LIMITED,
     NEAR,

@@ -11,9 +11,9 @@ again.
 import argparse
 from pathlib import Path
 
+from maglev.maps.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, read_tolerances
 from maglev.schema.layers import PACKAGED
 from maglev.studies.schema import StudyFile, read_study
-from maglev.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, read_tolerances
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, Fly, map_laws, origin_of

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError
-from maglev.tolerances import (
+from maglev.maps.tolerances import (
     ASTRAY,
     HOLDS,
     OUTCOMES,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.tolerances import OUTCOMES, QUESTIONS, RigMaps
+from maglev.maps.tolerances import OUTCOMES, QUESTIONS, RigMaps
 
 COLOURS = ("#2a9d5c", "#f4c152", "#c8503c", "#8e6bb0")
 

@@ -9,7 +9,7 @@ import pytest
 from tiny_study import UNCHANGED, planned
 
 from maglev.experiment.preparation import prepare
-from maglev.operating_range import (
+from maglev.maps.operating_range import (
     ASTRAY,
     LIMITED,
     RECOVERED,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.tolerances import (
+from maglev.maps.tolerances import (
     ASTRAY,
     HOLDS,
     OUTCOMES,

@@ -1,4 +1,4 @@
-"""The page of a study: histograms with limits, response surfaces, parallel coordinates, sensitivity, worst samples."""
+"""The page of a study: where it holds and breaks, metrics, sensitivity, every sample, and the worst."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,53 +12,66 @@ import pyarrow as pa
 
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
-from maglev.quantities import PRINTED_UNITS, metric_text
+from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of
+from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.live_links import live_link, why_not_live
-from maglev.studies.page.plotting import plotly_script, require_plotly
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import limits_text, metrics_of
+from maglev.studies.page.verdict import decisive, least_and_largest, telling, verdict
 from maglev.units import factor, known_unit
 from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("plots/series.js",)   # of the report: its data, and what goes wrong
-OWN_SCRIPTS = ("look.js", "parallel.js", "study.js")
+SCRIPTS = ("plots/series.js", "plots/scale.js", "plots/plot.js")   # of the report
+OWN_SCRIPTS = ("parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
+RESPONSES = """<div class="controls"><label>Metric <select id="metric"></select></label>
+<label>over <select id="first"></select></label><label>and <select id="second"></select></label></div>
+<div id="response"></div>"""
+PARALLEL = """<section><h2>Every sample</h2>
+<p>A line for each sample, red and dashed if it fails. Drag along an axis to keep the samples in that range, tap it to
+let go, or type a range. What never settled ends at the very top of an axis.</p>
+<div class="wide" tabindex="0" role="group" aria-label="Parallel coordinates, to scroll">
+<canvas id="parallel" role="img" aria-label="Parallel coordinates of every sample"></canvas></div>
+<p id="kept" role="status"></p>
+<details class="hands"><summary>Ranges as numbers</summary><div id="ranges"></div></details></section>"""
+
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
-    """Write the page of a study, which needs no network; ScenarioError if plotly is not installed."""
-    require_plotly()
+    """Write the page of a study, which needs no network."""
     write_whole(path, page(table, about, has_live_page(path)))
 
 
 def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     """Text of the page; `live` is whether the live page lies beside it."""
-    count, passing = table.num_rows, sum(table["passed"].to_pylist())
-    failures = sum(why is not None for why in table["failure"].to_pylist())
+    count = table.num_rows
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     indices, notes = sensitivity(table, about)
     provenance = about["provenance"]
     return Template((FOLDER / "study.html").read_text(encoding="utf-8")).substitute(
-        style=read("style.css"), name=escape(about["name"]), title=escape(about["title"]),
-        description=escape(about["description"]),
-        summary=f"{passing} of {count} samples pass{f', {failures} were not flown to their ends' if failures else ''}. "
-                f"Scenario {escape(about['scenario'])}; {design_text(about)}."
-                + (f" Drawn are {len(drawn)} of them." if len(drawn) < count else ""),
-        table=quantiles_table(table, about), worst=worst_table(table, about, metrics, live),
-        sensitivity="\n".join(f"<p>{escape(note)}</p>" for note in notes) + indices_table(indices),
+        style=read("style.css") + (FOLDER / "study.css").read_text(encoding="utf-8"),
+        name=escape(about["name"]), title=escape(about["title"]), description=escape(about["description"]),
+        design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
+               + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),
+        verdict=verdict(table, about),
+        responses=RESPONSES if metrics or not all(table["passed"].to_pylist()) else "",
+        metrics=quantiles_table(table, about), histograms=histograms(table, about),
+        parallel=PARALLEL if metrics else "",
+        sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
+        worst=worst_table(table, about, metrics, live),
         provenance=f"maglev-fmus {escape(provenance['version'])}"
                    + (f", commit {escape(provenance['commit'])}" if provenance["commit"] else "")
                    + f", Python {escape(provenance['python'])}; "
-                   + "; ".join(f"{escape(fmu['name'])}: {escape(fmu['file'])} ({escape(fmu['kind'])}, "
+                   + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])}, "
                                f"{escape(fmu['guid'])})" for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html(data(table, about, metrics, drawn, indices)), plotly=plotly_script(),
+        data=json_in_html(data(table, about, metrics, drawn)),
         scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS)
                 + "\n".join(f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
                             for name in OWN_SCRIPTS))
@@ -78,24 +91,48 @@ def design_text(about: Mapping[str, Any]) -> str:
 
 
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
-         drawn: np.ndarray[Any, np.dtype[np.intp]], indices: Sequence[Indices]) -> dict[str, Any]:
-    """What the page's script draws."""
+         drawn: np.ndarray[Any, np.dtype[np.intp]]) -> dict[str, Any]:
+    """What the page's script draws: columns in one unit each, and which of them it begins with."""
     chosen = table.take(pa.array(drawn))
-    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+    units = units_of(table)
     varied = [each["name"] for each in about["vary"]]
+    names = [*varied, *(name for name, _ in metrics)]
     columns = []
-    for name in [*varied, *(name for name, _ in metrics)]:
-        unit = PRINTED_UNITS.get(units[name], units[name])
-        scale = 1.0 / factor(unit) if known_unit(unit) else 1.0
+    for name in names:
+        known = [value for value in table[name].to_pylist() if value is not None]
+        unit, scale = shown_in(known, units[name])
         limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
             None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")
             for value in chosen[name].to_pylist()]})
-    return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns,
-            "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()],
-            "sensitivity": [{"metric": each.metric, "first": list(each.first.values()),
-                             "firstError": list(each.first_confidence.values()), "total": list(each.total.values()),
-                             "totalError": list(each.total_confidence.values())} for each in indices]}
+    first, second, *_ = [varied.index(name) for name in telling(table, about)] * 2
+    metric = decisive(table, about)
+    # The metric that fails; what else fails is seen in the share of samples that pass.
+    begin = names.index(metric) if metric in names else -1 if not all(table["passed"].to_pylist()) else len(varied)
+    return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
+            "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()]}
+
+
+def units_of(table: pa.Table) -> dict[str, str]:
+    """SI units by column."""
+    return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+
+
+def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
+    """Unit of all values of a column in the page, and how many of it are one SI unit."""
+    shown = common_unit(values, unit)
+    return (shown, 1.0 / factor(shown)) if known_unit(shown) else (shown, 1.0)
+
+
+def histograms(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Histograms of all metrics that differ between samples, those with limits first."""
+    found = []
+    for name, unit, values in sorted(metrics_of(table), key=lambda each: each[0] not in about["limits"]):
+        if varies(values):
+            shown, scale = shown_in(values.tolist(), unit)
+            limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
+            found.append(histogram(name, shown, scale * values, limits))
+    return "\n".join(found)
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
@@ -104,35 +141,36 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     for name, unit, values in metrics_of(table):
         if not len(values):
             continue
-        quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()
-        cells = [metric_text(name, each, unit) for each in quantiles]
         limits = about["limits"].get(name, {})
         low, high = (limits.get("min"), limits.get("max"))
         beyond = int(np.sum((values < (-math.inf if low is None else low)) | (values > (math.inf if high is None
                                                                                           else high))))
-        cells += [limits_text(about, name, unit) or "–", str(beyond) if limits else "–"]
+        cells = [*least_and_largest(name, values, unit), limits_text(about, name, unit) or "–",
+                 str(beyond) if limits else "–"]
         rows.append([escape(cell) for cell in (name, *cells)])
     return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
 
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
     """The samples that did worst, each with the command that flies it again, and its run in the live page."""
-    why = why_not_live(about)
+    why, units = why_not_live(about), units_of(table)
+    scales = {each["name"]: shown_in(table[each["name"]].to_pylist(), units[each["name"]]) for each in about["vary"]}
     linked = live and not why
     rows = []
     for sample, reason in worst(table, about, metrics):
         row = table.slice(sample, 1).to_pylist()[0]
-        at = ", ".join(f"{each['name']} = {row[each['name']]:.5g}" for each in about["vary"])
+        at = ", ".join(f"{each['name']} = {scales[each['name']][1] * row[each['name']]:.5g} "
+                       f"{scales[each['name']][0]}".rstrip() for each in about["vary"])
         link = (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">open it live'
                 "</a>") if linked else ""
         rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
                      f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:
-        return "<p>No sample failed.</p>"
+        return ""
     said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
             f"<p>The live page can fly these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
             "this page when this is written, each sample is linked to its run there.</p>")
-    return html_table(("sample", "why", "at (SI)", "fly it again"), rows) + said
+    return f"<section><h2>Worst samples</h2>{html_table(('sample', 'why', 'at', 'fly it again'), rows)}{said}</section>"
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
@@ -155,14 +193,18 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
     return list(found.items())[:MOST_WORST]
 
 
-def indices_table(indices: Sequence[Indices]) -> str:
-    """Sobol indices as numbers."""
-    if not indices:
+def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str:
+    """Sobol indices as bars and as numbers, and what has none; empty if there is nothing to say."""
+    if not indices and not notes:
         return ""
-    names = list(indices[0].first)
-    rows = [(escape(each.metric), *(f"{values[name]:.2f} ± {sure[name]:.2f}" for name in names for values, sure in (
-        (each.first, each.first_confidence), (each.total, each.total_confidence)))) for each in indices]
-    heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
-    return ('<div id="sensitivity" class="plot" style="height:420px"></div>'
-            "<details><summary>Numbers, with 95 % confidence</summary>"
-            f"{html_table(('metric', *heads), rows)}</details>")
+    said = "\n".join(f"<p>{escape(note)}</p>" for note in notes)
+    if indices:
+        names = list(indices[0].first)
+        rows = [(escape(each.metric), *(f"{values[name]:.2f} ± {sure[name]:.2f}" for name in names for values, sure in (
+            (each.first, each.first_confidence), (each.total, each.total_confidence)))) for each in indices]
+        heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
+        said += ("<p>What decides each metric: of its variance the share that is gone if a quantity is known. Full "
+                 "bars are of the quantity alone, pale ones with all that it does together with others; lines are "
+                 f"95 % confidence.</p>{index_bars(indices)}<details><summary>Numbers</summary>"
+                 f"{html_table(('metric', *heads), rows)}</details>")
+    return f"<section><h2>Sensitivity</h2>{said}</section>"

@@ -4,6 +4,10 @@ const AXIS_STEP = 110;   // px between two axes
 const TOP = 84, BOTTOM = 28, SIDE = 60;   // px around the axes
 const ranges = new Map();   // column: [low, high] that is kept, in its own unit
 
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
 /** Least and largest value of a column, and where what has no value stands: above, for an axis has no infinity. */
 function span({ values }) {
   const known = values.filter((value) => value !== null);
@@ -85,12 +89,14 @@ class Parallel {
       this.passed.forEach((passes, sample) => {
         if (chosen[sample] !== kept) return;
         pen.strokeStyle = colours[passes];
+        pen.setLineDash(passes ? [] : [6, 4]);
         pen.beginPath();
         all.forEach(({ values }, column) => pen.lineTo(this.x(column), this.y(column, values[sample])));
         pen.stroke();
       });
     }
     pen.globalAlpha = 1;
+    pen.setLineDash([]);
     this.axes(pen);
     const names = chosen.flatMap((kept, sample) => (kept ? [report.samples[sample]] : []));
     this.kept(ranges.size ? names : null);

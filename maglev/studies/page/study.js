@@ -1,110 +1,165 @@
 "use strict";
-// The plots of a study; `report`, colours and axes are those of look.js.
+// The plots of a study that change: the response of a metric to what varies, and every sample; `report`, scales and SVG are the report's.
 const { columns, varied } = report;
-const metrics = columns.slice(varied);
-const withUnit = ({ name, unit }) => plain(unit ? `${name} (${unit})` : name);
-const dark = matchMedia("(prefers-color-scheme: dark)");
+const titleOf = ({ name, unit }) => (unit ? `${name} (${unit})` : name);
+const RESPONSE = { left: 78, right: 14, top: 10, below: 46, scale: 50, height: 330 };   // px
+const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: report.passed.map((passes) => 100 * passes) };
+const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
 
-/** Text that plotly shows as it is: plotly reads some tags. */
-function plain(text) {
-  return text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+/** Sorted values of a column, each once. */
+function flown({ values }) {
+  return [...new Set(values)].sort((a, b) => a - b);
 }
 
-function draw2d(element, traces, height, change = {}) {
-  const base = commonLayout(height);
-  return Plotly.react(element, traces, { ...base, showlegend: false, xaxis: axisStyle(), yaxis: axisStyle(), ...change },
-    CONFIGURATION);
+const mean = (values) => (values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null);
+
+/** From values to a share of the strongest colour. */
+function shadeOf({ values }) {
+  const known = values.filter((value) => value !== null);
+  const [low, high] = known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
+  return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 84 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }
 
-function drawHistograms() {
-  const place = document.getElementById("histograms");
-  // All places first: a plot takes the width that it then has.
-  while (place.children.length < metrics.length) place.append(Object.assign(document.createElement("div"), { className: "plot" }));
-  metrics.forEach((column, i) => {
-    const shapes = Object.values(column.limits).map((limit) => ({ type: "line", x0: limit, x1: limit, yref: "paper", y0: 0,
-      y1: 1, line: { color: colour("bad"), width: 1.5, dash: "dash" } }));
-    draw2d(place.children[i], [{ type: "histogram", x: column.values, nbinsx: 30, marker: { color: colour("run-0") },
-      hovertemplate: "%{y} samples at %{x}<extra></extra>" }], 260,
-    { shapes, xaxis: { ...axisStyle(), title: { text: withUnit(column), standoff: 6, font: { size: 12 } } },
-      yaxis: { ...axisStyle(), title: { text: "samples" } }, bargap: 0.05 });
+/** Labels along the axes: what was flown, as many as there is room for, or round numbers. */
+function labelled(picture, across, up, first, second, box) {
+  const { left, top, width, height } = box;
+  for (const [place, text] of across) {
+    svg("text", { x: left + place, y: top + height + 15 }, picture, text);
+  }
+  for (const [place, text] of up) svg("text", { class: "end", x: left - 6, y: top + place + 4 }, picture, text);
+  svg("text", { x: left + width / 2, y: top + height + 32 }, picture, titleOf(first));
+  svg("text", { transform: `translate(14 ${top + height / 2})rotate(-90)` }, picture, titleOf(second));
+}
+
+/** Places of some labels, with so much room between two. */
+function thinned(labels, room) {
+  const every = Math.max(1, Math.ceil(room / Math.abs((labels.at(-1)[0] - labels[0][0]) / Math.max(1, labels.length - 1))));
+  return labels.filter((_, k) => k % every === 0);
+}
+
+/** Cells of a grid: the mean of the metric, its number, and a cross where a sample fails. */
+function drawCells(picture, metric, first, second, box, shade) {
+  const [xs, ys] = [flown(first), flown(second)];
+  const [wide, tall] = [box.width / xs.length, box.height / ys.length];
+  ys.forEach((y, row) => xs.forEach((x, column) => {
+    const inside = report.samples.map((_, i) => i).filter((i) => first.values[i] === x && second.values[i] === y);
+    const known = inside.map((i) => metric.values[i]).filter((value) => value !== null);
+    const value = mean(known), failing = inside.filter((i) => !report.passed[i]).length;
+    const [left, top] = [box.left + wide * column, box.top + box.height - tall * (row + 1)];
+    const cell = svg("rect", { class: "cell", x: left, y: top, width: wide, height: tall, style: value === null ? "fill: none" : shade.css(value) }, picture);
+    svg("title", {}, cell, `${titleOf(first)} ${x}, ${titleOf(second)} ${y}: ${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ${failing} of ${inside.length} fail`);
+    if (failing) svg("path", { class: "fails", d: `M${left + 4} ${top + 4}l9 9m0 -9l-9 9` }, picture);
+    if (value !== null && wide > 40 && tall > 18) svg("text", { class: "value", x: left + wide / 2, y: top + tall / 2 + 4 }, picture, shortNumber(value, 3));
+  }));
+  labelled(picture, thinned(xs.map((x, k) => [wide * (k + 0.5), shortNumber(x, 4)]), 40), thinned(ys.map((y, k) => [box.height - tall * (k + 0.5), shortNumber(y, 4)]), 15),
+    first, second, box);
+}
+
+/** Points of samples, crosses where they fail: a metric over one column, or by its shade over two. */
+function drawPoints(picture, metric, first, second, box, shade) {
+  const over = first === second ? metric : second;
+  const range = ({ values }, limits) => {
+    const known = [...values.filter((value) => value !== null), ...limits];
+    const air = 0.03 * (Math.max(...known) - Math.min(...known)) || 0.5;
+    return [Math.min(...known) - air, Math.max(...known) + air];
+  };
+  const limits = first === second ? Object.values(metric.limits) : [];
+  const across = scaleOf(...range(first, []), 0, box.width, false), up = scaleOf(...range(over, limits), box.height, 0, false);
+  const ticks = (scale, column, most, room) => {
+    const values = flown(column);
+    return values.length <= most ? thinned(values.map((value) => [scale.place(value), shortNumber(value, 4)]), room)
+      : scale.ticks(Math.floor(most)).map(([value, text]) => [scale.place(value), text]);
+  };
+  for (const limit of limits) svg("path", { class: "limit", d: `M${box.left} ${box.top + up.place(limit)}h${box.width}` }, picture);
+  report.samples.forEach((sample, i) => {
+    if (first.values[i] === null || over.values[i] === null) return;
+    const [x, y] = [box.left + across.place(first.values[i]), box.top + up.place(over.values[i])];
+    const style = first === second ? "fill: var(--run-0)" : metric.values[i] === null ? "fill: none" : shade.css(metric.values[i]);
+    const point = report.passed[i] ? svg("circle", { class: "point", cx: x, cy: y, r: 4, style }, picture)
+      : svg("path", { class: "fails", d: `M${(x - 4).toFixed(1)} ${(y - 4).toFixed(1)}l8 8m0 -8l-8 8` }, picture);
+    svg("title", {}, point, `sample ${sample}: ${metric.values[i] === null ? "none" : `${shortNumber(metric.values[i], 4)} ${metric.unit}`}${report.passed[i] ? "" : ", fails"}`);
   });
-}
-
-/** Mean of a metric over a grid of two columns; null where there is no sample. */
-function surface(x, y, z) {
-  const xs = [...new Set(x)].sort((a, b) => a - b);
-  const ys = [...new Set(y)].sort((a, b) => a - b);
-  const sums = ys.map(() => xs.map(() => [0, 0]));
-  z.forEach((value, i) => {
-    if (value === null) return;
-    const cell = sums[ys.indexOf(y[i])][xs.indexOf(x[i])];
-    cell[0] += value;
-    cell[1] += 1;
-  });
-  return { x: xs, y: ys, z: sums.map((row) => row.map(([sum, count]) => (count ? sum / count : null))) };
+  labelled(picture, ticks(across, first, Math.max(3, box.width / 70), 40), ticks(up, over, 6, 15), first, over, box);
 }
 
 function drawResponse() {
-  const chosen = (id) => columns[Number(document.getElementById(id).value)];
-  const [metric, first, second] = [chosen("metric"), chosen("first"), chosen("second")];
-  const axes = { xaxis: { ...axisStyle(), title: { text: withUnit(first) } },
-    yaxis: { ...axisStyle(), title: { text: withUnit(first === second ? metric : second) } } };
-  const colorbar = { title: { text: withUnit(metric), side: "right" }, thickness: 14 };
-  const text = report.samples.map((sample, i) => `sample ${sample}: ${metric.values[i] ?? "none"}`);
-  let trace;
-  if (first === second) {
-    trace = { type: "scatter", mode: "markers", x: first.values, y: metric.values, text, marker: { color: colour("run-0"),
-      size: 6 }, hovertemplate: "%{text}<extra></extra>" };
-  } else if (report.grid) {
-    trace = { type: "heatmap", ...surface(first.values, second.values, metric.values), colorscale: "Viridis", colorbar,
-      hovertemplate: "%{z:.4~g} at %{x:.4~g}, %{y:.4~g}<extra></extra>" };
-  } else {
-    trace = { type: "scatter", mode: "markers", x: first.values, y: second.values, text, hovertemplate: "%{text}<extra></extra>",
-      marker: { color: metric.values.map((value) => value ?? undefined), colorscale: "Viridis", colorbar, showscale: true,
-        size: 8, line: { width: 0.5, color: colour("faint") } } };
+  const element = document.getElementById("response");
+  if (!element) return;
+  const [metric, first, second] = ["metric", "first", "second"].map((id) => metricOf(Number(document.getElementById(id).value)));
+  const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(960, element.clientWidth));
+  const box = { left, top, width: whole - left - right, height }, shade = shadeOf(metric);
+  const picture = svg("svg", { class: "response", viewBox: `0 0 ${whole} ${top + height + below + scale}`, role: "img",
+    "aria-label": `${titleOf(metric)} over ${titleOf(first)}${first === second ? "" : ` and ${titleOf(second)}`}` });
+  (report.grid && first !== second ? drawCells : drawPoints)(picture, metric, first, second, box, shade);
+  svg("rect", { class: "outline", x: left, y: top, width: box.width, height, style: "fill: none" }, picture);
+  // What shades and crosses mean.
+  const y = top + height + below + 6;
+  if (first !== second) {
+    for (let k = 0; k < 20; k++) svg("rect", { x: left + 6 * k, y, width: 6, height: 12, style: shade.css(shade.low + (k + 0.5) / 20 * (shade.high - shade.low)) }, picture);
+    svg("text", { class: "start", x: left, y: y + 26 }, picture, shortNumber(shade.low, 3));
+    svg("text", { class: "end", x: left + 120, y: y + 26 }, picture, shortNumber(shade.high, 3));
+    const limits = Object.entries(metric.limits).map(([end, limit]) => `${end === "min" ? "≥" : "≤"} ${shortNumber(limit, 4)}`).join(", ");
+    svg("text", { class: "start", x: 4, y: y + 42 }, picture, titleOf(metric) + (limits ? `, asked for ${limits}` : ""));
   }
-  return draw2d(document.getElementById("response"), [trace], 480, axes);
+  if (report.passed.includes(0)) {
+    svg("path", { class: "fails", d: `M${left + 150} ${y + 2}l8 8m0 -8l-8 8` }, picture);
+    svg("text", { class: "start", x: left + 164, y: y + 10 }, picture, "fails");
+  }
+  element.replaceChildren(picture);
 }
 
-const parallel = new Parallel(document.getElementById("parallel"), columns, report.passed, (names) => {
+const canvas = document.getElementById("parallel");
+const parallel = canvas && new Parallel(canvas, columns, report.passed, (names) => {
   const some = names && names.slice(0, 20).join(", ") + (names.length > 20 ? ", …" : "");
   document.getElementById("kept").textContent = names ? `${names.length} of ${report.samples.length} samples: ${some}` : "";
 });
 
-function drawSensitivity() {
-  const element = document.getElementById("sensitivity");
-  if (!element) return;
-  const names = columns.slice(0, varied).map(({ name }) => name);
-  const traces = names.flatMap((name, v) => [["first", 1], ["total", 0.45]].map(([kind, opacity]) => ({
-    type: "bar", name: `${plain(name)}: ${kind}`, opacity, x: report.sensitivity.map(({ metric }) => plain(metric)),
-    y: report.sensitivity.map((each) => each[kind][v]), marker: { color: colour(`run-${v % 5}`) },
-    error_y: { type: "data", array: report.sensitivity.map((each) => each[`${kind}Error`][v]), color: colour("text"),
-      thickness: 1, width: 2 } })));
-  draw2d(element, traces, 420, { showlegend: true, barmode: "group", margin: { l: 60, r: 14, t: 30, b: 140 },
-    xaxis: { ...axisStyle(), tickangle: -35 }, yaxis: { ...axisStyle(), title: { text: "Sobol index" } } });
+/** Ranges to type, for who does not drag. */
+function fillRanges() {
+  columns.forEach((column, i) => {
+    const row = html("div", { role: "group", "aria-label": titleOf(column) }, document.getElementById("ranges"), `${titleOf(column)} `);
+    const ends = ["from", "to"].map((word) => html("input", { type: "number", step: "any" }, html("label", {}, row, `${word} `)));
+    for (const end of ends) {
+      end.addEventListener("change", () => {
+        const [low, high] = ends.map(({ value }) => value);
+        if (low === "" && high === "") ranges.delete(i);
+        else ranges.set(i, [low === "" ? -Infinity : Number(low), high === "" ? Infinity : Number(high)]);
+        parallel.draw();
+      });
+    }
+  });
 }
 
 function fill(id, from, to, chosen) {
   const select = document.getElementById(id);
-  for (let i = from; i < to; i += 1) select.append(new Option(columns[i].name, i, i === chosen, i === chosen));
+  if (!select) return;
+  for (let i = from; i < to; i += 1) select.append(new Option(metricOf(i).name, i, i === chosen, i === chosen));
   select.addEventListener("change", drawResponse);
 }
 
-function drawStudy() {
-  drawHistograms();
-  if (metrics.length) drawResponse();
-  parallel.draw();
-  drawSensitivity();
-}
-
-fill("metric", varied, columns.length, columns.findIndex(({ name }, i) => i >= varied && name.startsWith("overshoot")));
-fill("first", 0, varied, 0);
-fill("second", 0, varied, Math.min(1, varied - 1));
+const [metric, first, second] = report.begin;
+fill("metric", report.passed.includes(0) ? -1 : varied, columns.length, metric);
+for (let i = 0; i < varied; i++) document.querySelector(`#metric option[value="${i}"]`)?.remove();
+fill("first", 0, varied, first);
+fill("second", 0, varied, second);
+if (parallel) fillRanges();
 for (const button of document.querySelectorAll("button.copy")) {
   button.addEventListener("click", async () => {
     await navigator.clipboard.writeText(button.previousElementSibling.textContent);
     button.textContent = "Copied";
   });
 }
-dark.addEventListener("change", drawStudy);
+
+function drawStudy() {
+  drawResponse();
+  parallel?.draw();
+}
+for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", () => parallel?.draw());
+let width = window.innerWidth;
+window.addEventListener("resize", () => {
+  if (window.innerWidth !== width) drawStudy();
+  width = window.innerWidth;
+});
 drawStudy();
+// For tests: what is drawn, and what went wrong.
+window.maglevReport = { errors };

@@ -1,7 +1,5 @@
 """The report of every packaged run in a browser without network; skipped where playwright or a Chromium is missing."""
 
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,20 +16,6 @@ from maglev.report.plots.data import Frictionless
 # Of one run, SI.
 LIMITS = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031, "plant.motor.amplifier.peak": 2.5,
           "controller.current_limit": 1.5, "plant.h.stop.stiffness": 1e5}
-CANDIDATES = ("chromium", "chromium-browser", "google-chrome")
-
-
-@pytest.fixture(scope="module")
-def browser(slow: None):
-    """A Chromium."""
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    path = next(filter(None, [os.environ.get("CHROMIUM"), *map(shutil.which, CANDIDATES)]), None)
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(CANDIDATES)} is on the PATH, and CHROMIUM is not set")
-    with api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,11 @@ import pytest
 from report_runs import packaged, page_of, recorded
 from report_tab import Tab
 
-from maglev.operating_range import OUTCOMES, Map, Origin, RigMaps, read_maps, shares
+from maglev.maps.operating_range import OUTCOMES, Map, Origin, RigMaps, read_maps, shares
+from maglev.maps.tolerances import QUESTIONS, read_tolerances
 from maglev.report.page import write_report
 from maglev.report.range_maps import range_section
 from maglev.report.tolerance_maps import LOOKS, tolerance_section
-from maglev.tolerances import QUESTIONS, read_tolerances
 
 STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB

@@ -4,15 +4,19 @@ import json
 import re
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
 import pyarrow as pa
 import pytest
+from report_tab import DESKTOP, PHONE, Tab
 from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
+from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.page import page
 from maglev.studies.page.sensitivity import sensitivity
+from maglev.studies.page.verdict import decisive, edges, telling, verdict
 
 ABOUT: dict[str, Any] = {
     "name": "study", "title": "<b>odd</b>", "description": "", "scenario": "tiny", "correlated": [], "limits": {},
@@ -86,6 +90,80 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     assert "0 of 3 samples pass" in text and "a &lt;b&gt; title" in text
     found = json.loads(re.search(r'id="data">(.*?)</script>', text).group(1))   # type: ignore[union-attr]
     drawn = {column["name"]: column for column in found["columns"]}
-    assert drawn["rms error of v"]["limits"] == {"max": 1e-3}
-    assert drawn["rms error of v"]["values"] == pytest.approx(1e3 * made["rms error of v"].to_numpy(), rel=1e-5)
+    by = {"mm": 1e3, "µm": 1e6}[drawn["rms error of v"]["unit"]]   # one unit in the whole page
+    assert drawn["rms error of v"]["limits"] == {"max": pytest.approx(by * 1e-6)}
+    assert drawn["rms error of v"]["values"] == pytest.approx(by * made["rms error of v"].to_numpy(), rel=1e-5)
     assert found["varied"] == 1 and found["passed"] == [0, 0, 0]
+    assert found["columns"][found["begin"][0]]["name"] == "rms error of v", "it opens on what fails"
+    assert "the others fail by rms error of v beyond ≤ 1 µm." in text
+    assert "Sensitivity" not in text and str(tmp_path) not in text
+    assert len(text.encode()) < 150_000
+
+
+def broken_at(points: np.ndarray[Any, Any]) -> tuple[pa.Table, dict[str, Any]]:
+    """A grid that fails where a is 3 and more, whatever b is, and its description."""
+    made = table(points[:, 0] / 10.0, points)
+    made = made.set_column(made.schema.get_field_index("passed"), "passed", pa.array((points[:, 0] < 3.0).tolist()))
+    return made, {**ABOUT, "design": {"kind": "grid"}, "limits": {"overshoot of v": {"min": None, "max": 0.25}}}
+
+
+GRID = np.array([[a, b] for a in (1.0, 2.0, 3.0, 4.0) for b in (0.5, 0.7, 1.5)])
+
+
+def test_the_page_says_from_where_on_it_breaks() -> None:
+    made, about = broken_at(GRID)
+    assert telling(made, about) == ["plant.a", "plant.b"]
+    assert decisive(made, about) == "overshoot of v"
+    passed = np.array(made["passed"].to_pylist())
+    assert edges(GRID[:, 0], passed, "kg") == ("1 to 4 kg", "1 to 2 kg", "3 to 4 kg")
+    assert edges(GRID[:, 1], passed, "m") == ("500 to 1500 mm", "nowhere", "nowhere")
+    at_random = np.linspace(0.0, 1.0, 40)
+    inside = (at_random < 0.3) | (np.abs(at_random - 0.6) < 0.02)
+    assert edges(at_random, inside, "")[1:] == ("0 to 0.2821", "0.641 to 1")
+    text = verdict(made, about)
+    assert "6 of 12 samples pass" in text and "by overshoot of v beyond" in text
+
+
+def test_bars_add_up_to_the_samples_and_stop_at_what_is_known() -> None:
+    values = np.array([1.0, 1.0, 2.0, 5.0, np.inf])
+    picture = parse_svg(histogram("time & so", "s", values, {"max": 3.0}))
+    bars = [each for each in picture if (each.get("class") or "").startswith("bar")]
+    assert [int((each.findtext("title") or "").split()[0]) for each in bars] == [2, 1, 1]
+    assert [each.get("class") for each in bars] == ["bar", "bar", "bar beyond"]
+    assert "; 1 never" in (picture.get("aria-label") or "")
+    assert histogram("none", "s", np.array([np.inf]), {}) == ""
+    found, _ = sensitivity(table(2 * points()[:, 0] + points()[:, 1], points()), ABOUT)
+    widths = [re.search(r"h(\d+)", each.get("d") or "") for each in parse_svg(index_bars(found))
+              if each.get("class") == "bar"]
+    assert [int(each.group(1)) / 330 for each in widths if each] == pytest.approx([0.8, 0.2], abs=0.02)
+
+
+@pytest.mark.parametrize(("viewport", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")])
+def test_the_page_in_a_browser(browser, tmp_path: Path, viewport: dict[str, int], scheme: str) -> None:  # type: ignore[no-untyped-def]
+    made, about = broken_at(GRID)
+    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    tab = Tab(browser, tmp_path / "study.html", viewport)
+    tab.page.emulate_media(color_scheme=scheme)
+    seen = tab.evaluate("""() => {
+        const picture = document.querySelector("#response svg"), all = (query) => [...picture.querySelectorAll(query)];
+        const texts = all("text").map((text) => text.getBoundingClientRect());
+        const { left, right } = picture.getBoundingClientRect();
+        return { metric: document.getElementById("metric").selectedOptions[0].text, cells: all(".cell").length,
+          fails: all(".fails").length - 1, ticks: all("text").map((text) => text.textContent),
+          cut: texts.filter((box) => box.left < left - 1 || box.right > right + 1).length,
+          covered: texts.filter((a, i) => texts.some((b, k) => k < i && a.left < b.right && b.left < a.right
+            && a.top + 3 < b.bottom && b.top + 3 < a.bottom)).length,
+          wide: document.documentElement.scrollWidth, first: picture.getBoundingClientRect().top };
+    }""")
+    assert (seen["metric"], seen["cells"], seen["fails"]) == ("overshoot of v", 12, 6)
+    assert {"1", "2", "3", "4", "0.5", "0.7", "1.5"} <= {*seen["ticks"]}, "ticks are values that were flown"
+    assert (seen["cut"], seen["covered"]) == (0, 0)
+    assert seen["wide"] == viewport["width"] and seen["first"] < viewport["height"]
+    tab.page.select_option("#second", "0")   # over one quantity alone: points, and the limit
+    assert tab.page.locator("#response circle").count() == tab.page.locator("#response path.fails").count() - 1 == 6
+    assert tab.page.locator("#response .limit").count() == 1
+    tab.page.click("text=Ranges as numbers")
+    tab.page.locator("#ranges input").nth(1).fill("2.5")
+    tab.page.keyboard.press("Tab")
+    assert (tab.page.locator("#kept").text_content() or "").startswith("6 of 12 samples: 0, 1, 2")
+    tab.close()

@@ -1,0 +1,136 @@
+"""Where a study's scenario holds and where it breaks: by what it fails, and from which values on."""
+
+from collections import Counter
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from maglev.quantities import common_unit, metric_text
+from maglev.report.findings import html_table
+from maglev.studies.page.text import limits_text
+from maglev.units import known_unit, to_unit
+
+Bools = NDArray[np.bool_]
+
+
+def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
+    """By each reason the samples that fail by it, shape (samples,), most first: limits, lost stages, errors."""
+    found: dict[str, Bools] = {}
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+    for name, limits in about["limits"].items():
+        values = np.array([np.nan if value is None else value for value in table[name].to_pylist()])
+        low, high = limits.get("min"), limits.get("max")
+        beyond = (values < (-np.inf if low is None else low)) | (values > (np.inf if high is None else high))
+        found[f"{name} beyond {limits_text(about, name, units[name])}"] = beyond
+    if not about["limits"]:
+        found["a stop touched, a trip, or a large error at the end"] = np.array(
+            [bool(value) for value in table["failed"].to_pylist()])
+    found["not flown to the end"] = np.array([why is not None for why in table["failure"].to_pylist()])
+    return dict(sorted(((why, where) for why, where in found.items() if where.any()), key=lambda each: -each[1].sum()))
+
+
+def decisive(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Metric with a limit that most samples are beyond or, where all pass, that comes nearest to it; empty if none."""
+    reasons = failing(table, about)
+    if not reasons:
+        return nearest_to_limit(table, about)[1]
+    return next((name for why in reasons for name in about["limits"] if why.startswith(f"{name} beyond ")), "")
+
+
+def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, str]:
+    """Largest share of an upper limit that a metric comes to, and the metric; 0 and empty without such limits."""
+    shares = [(max((value for value in table[name].to_pylist() if value is not None), default=0.0) / limits["max"],
+               name) for name, limits in about["limits"].items() if (limits.get("max") or 0.0) > 0.0]
+    return max(shares, default=(0.0, ""))
+
+
+def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
+    """What varies, that first by which samples that pass and that fail differ most, in standard deviations."""
+    passed = np.array(table["passed"].to_pylist())
+
+    def apart(name: str) -> float:
+        values = numbers(table, name)
+        if passed.all() or not passed.any() or not values.std():
+            return 0.0
+        return float(abs(values[passed].mean() - values[~passed].mean()) / values.std())
+
+    return sorted((each["name"] for each in about["vary"]), key=lambda name: -apart(name))
+
+
+def numbers(table: pa.Table, name: str) -> NDArray[np.float64]:
+    """A column of what varies as numbers, shape (samples,)."""
+    return np.array(table[name].to_pylist(), dtype=np.float64)
+
+
+def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """How many samples pass, by what others fail, and between which values of what varies they do; HTML."""
+    count, passed = table.num_rows, np.array(table["passed"].to_pylist())
+    reasons = failing(table, about)
+    said = [f'<p class="message"><strong>{passed.sum()} of {count} samples pass</strong>'
+            + (nearest_words(*nearest_to_limit(table, about)) if not reasons else ": the others fail by")
+            + ("" if len(reasons) != 1 else f" {escape(next(iter(reasons)))}.") + "</p>"]
+    if len(reasons) > 1:
+        said.append("<ul>" + "".join(f"<li>{where.sum()} by {escape(why)}</li>" for why, where in reasons.items())
+                    + "</ul>")
+    if passed.any() and not passed.all():
+        units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+        rows = [(escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
+                for name in telling(table, about)]
+        said.append(html_table(("what varies", "flown", "all pass", "all fail"), rows))
+    return "\n".join(said)
+
+
+def nearest_words(share: float, name: str) -> str:
+    """How near what passes is to failing."""
+    return f"; nearest to its limit comes {escape(name)}, with {100.0 * share:.0f} % of it." if name else "."
+
+
+def edges(values: NDArray[np.float64], passed: Bools, unit: str) -> tuple[str, str, str]:
+    """Range of values that were flown, at which values all samples pass, and at which all fail; in one unit."""
+    shown = common_unit(values.tolist(), unit)
+    flown = np.unique(values)
+    share = Counter(values[passed].tolist())
+    every = Counter(values.tolist())
+    factor = to_unit(1.0, shown) if shown and known_unit(shown) else 1.0
+
+    def text(low: float, high: float) -> str:
+        return (f"{factor * low:.4g}" if low == high else f"{factor * low:.4g} to {factor * high:.4g}") + (
+            f" {shown}" if shown else "")
+
+    def runs(inside: Bools) -> str:
+        found, start = [], None
+        for k, value in enumerate([*inside.tolist(), False]):
+            if value and start is None:
+                start = k
+            elif not value and start is not None:
+                found.append(text(flown[start], flown[k - 1]))
+                start = None
+        # Of values that were drawn at random one alone says nothing.
+        return ", ".join(found) or "nowhere"
+
+    every_passes = np.array([share[value] == every[value] for value in flown.tolist()])
+    every_fails = np.array([share[value] == 0 for value in flown.tolist()])
+    if len(flown) == len(values) and len(flown) > MOST_VALUES:
+        # At random: from the end of the range to the first that does otherwise.
+        every_passes, every_fails = outer(every_passes), outer(every_fails)
+    return text(flown[0], flown[-1]), runs(every_passes), runs(every_fails)
+
+
+MOST_VALUES = 12   # that a grid has along a side; more are drawn at random
+
+
+def outer(inside: Bools) -> Bools:
+    """What is inside from one of the ends on, without a gap."""
+    return np.logical_and.accumulate(inside) | np.logical_and.accumulate(inside[::-1])[::-1]
+
+
+def least_and_largest(name: str, values: NDArray[np.float64], unit: str) -> list[str]:
+    """Least, median and largest value of a metric, in one unit."""
+    shown = common_unit(values.tolist(), unit)
+    return [f"{to_unit(value, shown):.4g} {shown}".rstrip() if np.isfinite(value) and known_unit(shown)
+            else metric_text(name, value, unit)
+            for value in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()]
