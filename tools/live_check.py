@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from maglev import build, new_controller
 from maglev.experiment.preparation import Experiment
 from maglev.live.content import live_runs
 from maglev.live.page import write_live
@@ -231,6 +232,47 @@ def fingers(browser: Browser, url: str) -> None:
     tab.close()
 
 
+def own_controllers(browser: Browser, url: str, folder: Path) -> None:
+    """The law in JavaScript against the C of the same one; what is wrong is said, and a link runs nothing."""
+    for rig in ("2dof", "3dof", "5dof"):
+        run = next(plan.name for plan in live_runs() if plan.name.startswith(f"{rig}-setpoints"))
+        file = new_controller(folder / f"mine{rig}.py", stage=rig)
+        module = build([file], fmus=folder, native=True, target="wasm")[0]
+        tab = Tab(browser, f"{url}#run={run}")
+        page = tab.page
+        page.set_input_files("#own-files", [module, module.with_suffix(".xml")])
+        wait_until(page, f"maglevLive.state.controller === 'own:{module.stem}'")
+        page.click("#write-own")
+        page.click("#fly-law")
+        wait_until(page, "maglevLive.state.controller === 'own:law'")
+        flown = []
+        for model in ("own:law", f"own:{module.stem}"):
+            page.evaluate(f"delete maglevLive.flown['{run}']; post({{ type: 'flown', run: '{run}', until: 3, "
+                          f"model: '{model}', settings: {{ 'plant.encoder.resolution': 0 }} }})")
+            wait_until(page, f"maglevLive.flown['{run}']?.model === '{model}'", 60.0)
+            flown.append(np.array(page.evaluate(f"Array.from(maglevLive.flown['{run}'].positions)")))
+        most = np.abs(flown[0] - flown[1]).max()
+        print(f"  {run}: law in JavaScript and in C differ by at most {most:.1e} m in 3 s")
+        require(most < 1e-12 and np.ptp(flown[0]) > 1e-3, f"{run}: {most} m")
+        law, link = page.input_value("#law"), page.evaluate("location.href")
+        for wrong, right, said in (("this.started = true;", "this.started = = true;", "line .*SyntaxError"),
+                                   ("step(t) {", "step(t) {\nnothing();", "line .*nothing is not"),
+                                   ('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
+                                   ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "is|expected"),
+                                   ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
+            page.fill("#law", law.replace(wrong, right, 1))
+            page.click("#fly-law")
+            wait_until(page, f"/{said}/.test(document.getElementById('law-said').textContent)")
+            print(f"    {page.inner_text('#law-said')}")
+        tab.close()
+        shared = Tab(browser, link)
+        require(shared.page.input_value("#law") == law, "the law does not come with its link")
+        require(shared.page.evaluate("maglevLive.state.controller") != "own:law", "the law of a link runs by itself")
+        shared.page.click("#fly-law")
+        wait_until(shared.page, "maglevLive.state.controller === 'own:law'")
+        shared.close()
+
+
 def stories(browser: Browser, url: str) -> None:
     """Each experiment on each stage: what came of it is said, nothing moves on the page, and it can be flown anew."""
     for run, id in ((run, id) for run in ("2dof-setpoints", "3dof-setpoints-improved", "5dof-setpoints")
@@ -314,6 +356,7 @@ def main() -> None:
     parser.add_argument("--fmus", type=Path, default=Path("fmus"))
     parser.add_argument("--pictures", type=Path)
     parser.add_argument("--hands", action="store_true", help="hands alone, without the runs and the frames")
+    parser.add_argument("--own", action="store_true", help="controllers of the reader's alone")
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -321,12 +364,16 @@ def main() -> None:
         print(f"page: {path.stat().st_size / 1000:.0f} kB")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         try:
+            if arguments.own:
+                own_controllers(browser, path.as_uri(), Path(folder))
+                return
             if not arguments.hands:
                 compare_runs(browser, path.as_uri(), arguments.fmus)
             hands(browser, path.as_uri())
             tilting_hands(browser, path.as_uri())
             fingers(browser, path.as_uri())
             stories(browser, path.as_uri())
+            own_controllers(browser, path.as_uri(), Path(folder))
             if not arguments.hands:
                 pace(browser, path.as_uri())
             if arguments.pictures:

@@ -122,18 +122,18 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     if target == "wasm" and fmi != 2:
         raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
     files = [Path(name) for name in given if is_written(Path(name))]
+    chosen = [str(name) for name in given if not is_written(Path(name))]
     if target == "wasm":
-        if files:
-            raise ScenarioError(f"--target wasm: {files[0]}: expected names of FMUs of this package alone")
-        return build_wasm(map(str, given or every), Path(fmus) / "wasm", watch)
+        return [*(build_wasm(chosen or every, Path(fmus) / "wasm", watch) if chosen or not given else []),
+                *(build_written(path, Path(fmus) / "wasm", native, target) for path in files)]
     for name in filter(systems().__contains__, given if fmi == 3 else ()):
         raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
     if source is not None:
         if not native or target != "all" or rig is not None or files:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
         return take_native(map(str, given or every), Path(source), folder, fmi)
-    written = [build_written(path, folder, native, target == "host", fmi) for path in files]
-    chosen = [str(name) for name in given if not is_written(Path(name))] or ([] if given else every)
+    written = [build_written(path, folder, native, target, fmi) for path in files]
+    chosen = chosen if given else every
     ours = (build_native(chosen, folder, target == "host", watch, fmi) if native else
             build_in_python(chosen, folder, watch)) if chosen else []
     for path, file in zip(written, files, strict=True):

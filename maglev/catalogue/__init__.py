@@ -36,8 +36,8 @@ def build_errors() -> Iterator[None]:
 
 
 @build_errors()
-def build_written(path: Path, folder: Path, native: bool = False, host_only: bool = False, fmi: int = 2) -> Path:
-    """Build the FMU of a user's class into a folder; returns its path.
+def build_written(path: Path, folder: Path, native: bool = False, target: str = "all", fmi: int = 2) -> Path:
+    """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
     Parameters
     ----------
@@ -46,7 +46,9 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
     folder : Path
     native : bool
         A native FMU; otherwise one that runs in the importer's Python.
-    host_only, fmi : bool, int
+    target : "all", "host" or "wasm"
+        What a native one is for; "wasm" makes the module with its description in place of an FMU.
+    fmi : int
         As of `build_native_fmu`.
 
     Raises
@@ -68,7 +70,10 @@ def build_written(path: Path, folder: Path, native: bool = False, host_only: boo
         if native:
             with named_lines(found.files):
                 translation = finished(translated_blocks([found.definition], packages), found.packages)
-            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, host_only, fmi)
+            if target == "wasm":
+                return folder / build_webassembly(found.definition, translation, version, packages, unfinished)[0].name
+            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, target == "host",
+                             fmi)
         else:
             build_fmu(found.definition, FMU, "DEFINITION", version, licence, packages, unfinished)
     return folder / f"{name}.fmu"

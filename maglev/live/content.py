@@ -10,6 +10,7 @@ from fmi_export.model_description import model_description
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
 from maglev.linear.parameters import KINDS
+from maglev.live.javascript import law_text, parts_text
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
 from maglev.panels import PANELS
@@ -82,6 +83,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {},
                             "panels": {kind: panel.data("") for kind, panel in PANELS.items()}}
+    flown: list[Rig] = []
     for plan in plans:
         rig, why = plan.rig, why_not_live(plan)
         if rig is None or why:
@@ -89,10 +91,11 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
         if rig.name not in data["rigs"]:
             own = f"--rig {plan.rig_file} " if plan.rig_file is not None and know_stage(plan.rig_file) else ""
             again = f"maglev build {own}--native --target wasm"
-            data["rigs"][rig.name] = rig_data(rig)
+            data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
+            flown.append(rig)
             data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in models_of(rig)}
         data["runs"][plan.name] = run_data(plan, rig)
-    return data
+    return {**data, "parts": parts_text(flown)}
 
 
 def described(fmus: Path, name: str, again: str) -> ModelDescription:

@@ -5,14 +5,18 @@
 const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: the hand that holds the mover
 const KICK_TIME = 0.02;                                     // s
 
-/** Start values of an FMU of a run, by variable: the plan's, and over them the settings `fmu.variable`. */
-function startValues(run, part, settings) {
-  const values = new Map(Object.entries(run.fmus[part].start));
+/** Start values of an FMU of a run, by variable: the plan's, and over them the settings `fmu.variable`. What a user brings
+ * has its own: the plan's gains and limits are those of our controllers. */
+function startValues(run, part, settings, own) {
+  const values = new Map(own ? [] : Object.entries(run.fmus[part].start));
   for (const [name, value] of Object.entries(settings)) {
     if (name.startsWith(`${part}.`)) values.set(name.slice(part.length + 1), value);
   }
   return values;
 }
+
+/** Whether a controller is one that the user has brought. */
+const isOwn = (model) => model.startsWith("own:");
 
 class Flight {
   /**
@@ -40,8 +44,8 @@ class Flight {
   }
 
   made(part, model) {
-    const start = startValues(this.run, part, this.settings);
-    return new Fmu(this.library.modules[model], this.library.fmus[model], start, this.k * this.run.step);
+    const start = startValues(this.run, part, this.settings, isOwn(model)), module = this.library.modules[model];
+    return new (module.written ? Law : Fmu)(module, this.library.fmus[model], start, this.k * this.run.step);
   }
 
   /** Ports at the ends of the wires that go from one FMU to the other. */
@@ -54,17 +58,16 @@ class Flight {
     this.commandNames = ends("controller", 0);
   }
 
-  /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. */
+  /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. If it lacks a
+   * port, nothing has changed; what can be left out are rates of the references and d-q commands. */
   swap(model) {
-    const { axes, motors } = this.run;
-    const fmu = this.made("controller", model);
-    this.controller = fmu;
-    this.model = model;
-    this.measurements = fmu.ports(this.measuredNames);
-    this.references = fmu.ports(axes.map((axis) => `${axis}.reference`));
-    this.rates = fmu.ports(axes.map((axis) => `${axis}.reference_rate`));
-    this.commands = fmu.ports(this.commandNames);
-    this.commandsSeen = fmu.ports(motors.flatMap((motor) => [`${motor}.i_d_cmd`, `${motor}.i_q_cmd`]));
+    const { axes, motors } = this.run, fmu = this.made("controller", model);
+    const rated = axes.map((_, i) => i).filter((i) => fmu.has(`${axes[i]}.reference_rate`));
+    const seen = motors.flatMap((motor) => [`${motor}.i_d_cmd`, `${motor}.i_q_cmd`]);
+    Object.assign(this, { controller: fmu, model, rated, measurements: fmu.ports(this.measuredNames),
+      references: fmu.ports(axes.map((axis) => `${axis}.reference`)),
+      rates: fmu.ports(rated.map((i) => `${axes[i]}.reference_rate`)), commands: fmu.ports(this.commandNames),
+      commandsSeen: seen.every((name) => fmu.has(name)) ? fmu.ports(seen) : null });
     this.signals = axes.map((axis) => this.run.signals.find(({ to }) => to === `controller.${axis}.reference`));
     this.fixedReferences = fmu.get(this.references).slice();
   }
@@ -129,9 +132,9 @@ class Flight {
     const { plant, controller, run } = this, t = this.time;
     for (let i = 0; i < run.axes.length; i++) {
       this.references.values[i] = this.reference(i, t);
-      this.rates.values[i] = this.referenceRate(i, t);
       this.forces.values[i] = this.force(i, t);
     }
+    this.rated.forEach((i, k) => { this.rates.values[k] = this.referenceRate(i, t); });
     this.measurements.values.set(this.measured.values);
     controller.put(this.references);
     controller.put(this.rates);
@@ -155,7 +158,7 @@ class Flight {
   /** What is drawn and plotted: for each axis position, reference, force; for each motor its currents and commands. */
   row(into, offset) {
     const { axes, motors } = this.run, t = this.time;
-    const currents = this.plant.get(this.seen), commands = this.controller.get(this.commandsSeen);
+    const currents = this.plant.get(this.seen), commands = this.commandsSeen && this.controller.get(this.commandsSeen);
     let at = offset;
     into[at++] = t;
     axes.forEach((_, i) => {
@@ -165,15 +168,14 @@ class Flight {
     });
     motors.forEach((_, i) => {
       for (let c = 0; c < 5; c++) into[at++] = currents[5 * i + c];
-      into[at++] = commands[2 * i];
-      into[at++] = commands[2 * i + 1];
+      for (let c = 0; c < 2; c++) into[at++] = commands ? commands[2 * i + c] : currents[5 * i + 3 + c];
     });
   }
 
   flags() {
-    const { plant, controller, run } = this;
-    return { stop: plant.flag("at_stop"), tripped: controller.flag("tripped"), limited: controller.flag("saturated"),
-      infeasible: !controller.flag("feasible"), clamped: run.motors.some((motor) => plant.flag(`${motor}.saturated`)) };
+    const { plant, controller, run } = this, said = (name) => controller.has(name) && controller.flag(name);
+    return { stop: plant.flag("at_stop"), tripped: said("tripped"), limited: said("saturated"),
+      infeasible: controller.has("feasible") && !controller.flag("feasible"), clamped: run.motors.some((motor) => plant.flag(`${motor}.saturated`)) };
   }
 }
 

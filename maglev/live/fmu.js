@@ -49,6 +49,8 @@ class Fmu {
 
   /** Places for Real variables that are set or got together; `values` is where their numbers are. */
   ports(names) {
+    const missing = names.find((name) => !this.has(name));
+    if (missing !== undefined) throw new Error(`${this.about.name}: missing port: ${missing}`);
     const references = this.c.malloc(4 * Math.max(1, names.length));
     const address = this.c.malloc(8 * Math.max(1, names.length));
     new Uint32Array(this.c.memory.buffer, references, names.length)

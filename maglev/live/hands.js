@@ -183,10 +183,11 @@ function showPanel() {
   panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
   panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
   for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
+  at("antiwindup").disabled = valueOf("controller.antiwindup") === undefined;
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
-  at("copy-command").hidden = !run.command;   // what is in no file no command flies
+  at("copy-command").hidden = !run.command || isOwn(state.controller);   // what is in no file no command flies
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
 }
 
@@ -260,6 +261,7 @@ function buildPanel() {
   addEventListener("hashchange", () => {
     const { state, problems } = readFragment(location.hash);
     openState(state);
+    if (state.law) showSharedLaw(state.law);
     say(problems.join("; "), problems.length > 0);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);

@@ -1,8 +1,7 @@
 "use strict";
 // The page: a worker that flies, a picture and plots of what it sends, and hands that reach into the flight.
 
-const worker = new Worker(URL.createObjectURL(new Blob([document.getElementById("worker").textContent],
-  { type: "text/javascript" })));
+let worker = null;
 const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
@@ -39,6 +38,7 @@ function begin(state, planned = []) {
   page.state = state;
   page.run = live.runs[state.run];
   page.story = null;
+  page.ended = false;
   page.lit = {};
   if (!planned.length) state.story = "";
   page.history = page.ghost = null;
@@ -189,15 +189,19 @@ function frame(message) {
 }
 
 function refused({ text }) {
+  page.ended = true;
   play(false);
   say(`The flight has ended: ${text}`, true);
+  if (page.state.controller === LAW) lawSaid(text, true);
 }
 
 const RECEIVED = {
   loaded: () => {
+    if (own.after) { own.after(); return; }
     const { state, problems } = readFragment(location.hash);
     openState(state);
     play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+    if (state.law) showSharedLaw(state.law);
     say(problems.length ? problems.join("; ") : page.playing ? "" : "Paused, for your system asks for little motion.",
       problems.length > 0);
   },
@@ -205,11 +209,22 @@ const RECEIVED = {
   frame,
   refused,
   "ghost refused": ({ text }) => { setGhost(""); say(`The stage that flew along has ended: ${text}`, true); },
+  owned,
+  "own refused": ownRefused,
+  alive: () => { own.heard = performance.now(); },
   "not done": ({ text }) => say(text, true),
   flown: (message) => { page.flown[message.run] = message; },
 };
-worker.onmessage = ({ data }) => RECEIVED[data.type](data);
-worker.onerror = (event) => { page.problems.push(event.message); say(event.message, true); };
+
+/** Begin a thread that flies; one that there was is ended. */
+function startWorker() {
+  worker?.terminate();
+  worker = new Worker(URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" })));
+  worker.onmessage = ({ data }) => RECEIVED[data.type]?.(data);
+  worker.onerror = (event) => { page.problems.push(event.message); say(event.message, true); };
+}
+
+const loadWorker = () => post({ type: "load", about: live.fmus, plans: live.runs, binaries: live.binaries, law: live.parts });
 
 /** Fill in what changes with every frame, four times a second. */
 let lastReadings = 0;

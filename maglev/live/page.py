@@ -19,9 +19,9 @@ from maglev.toml_file import read_toml
 from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
-WORKER = ("fmu.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
+WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
 SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "stage.js", "camera.js", "space.js",
-           "controls.js", "stories.js", "main.js", "hands.js", "start.js")
+           "controls.js", "stories.js", "own.js", "main.js", "hands.js", "start.js")
 
 
 def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:

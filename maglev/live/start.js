@@ -13,10 +13,12 @@ async function startPage() {
   for (const run of Object.values(live.runs)) run.rig = live.rigs[run.rig];
   const names = Object.keys(live.fmus);
   const bytes = await Promise.all(names.map((name) => unpacked(`fmu-${name}`)));
+  live.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
   buildPanel();
+  buildOwn();
   requestAnimationFrame(draw);
-  post({ type: "load", about: live.fmus, plans: live.runs,
-    binaries: Object.fromEntries(names.map((name, i) => [name, bytes[i]])) });
+  startWorker();
+  loadWorker();
 }
 
 startPage().catch((error) => {

@@ -6,6 +6,9 @@ let live = null;   // what the page carries: descriptions of the FMUs, runs, and
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const FIRST_RUN = "3dof-setpoints-improved";   // where the page has it
 
+/** Whether a controller is one that the reader has brought. */
+const isOwn = (model) => model.startsWith("own:");
+
 /** Name of a controller's law, such as "linear" of "LinearRegulator3DOF". */
 const lawOf = (run, model) => run.laws[model];
 const controllersOf = (run) => Object.keys(run.laws);
@@ -39,7 +42,8 @@ function variableOf(run, controller, full) {
 
 /** What a parameter starts with: the plan's value, or the FMU's; undefined if there is no such parameter. */
 function plannedValue(run, controller, full) {
-  const planned = run.fmus[full.slice(0, full.indexOf("."))]?.start[full.slice(full.indexOf(".") + 1)];
+  const part = full.slice(0, full.indexOf("."));
+  const planned = part === "controller" && isOwn(controller) ? undefined : run.fmus[part]?.start[full.slice(full.indexOf(".") + 1)];
   const variable = variableOf(run, controller, full);
   return variable && (planned ?? variable.start);
 }
@@ -62,7 +66,8 @@ function readFragment(fragment) {
   if (asked !== null && !live.runs[asked]) problems.push(`run = ${asked}: there is no such run here`);
   const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => live.runs[each]);
   const run = live.runs[name], known = controllersOf(run);
-  const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {}, view: "space", story: "" };
+  const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {}, view: "space", story: "",
+    law: entries.get("law") ?? "" };
   for (const key of ["controller", "ghost"]) {
     const model = entries.get(key);
     if (known.includes(model)) state[key] = model;
@@ -77,7 +82,7 @@ function readFragment(fragment) {
     else if (entries.has(key)) problems.push(`${key} = ${entries.get(key)}, expected one of ${known.join(", ")}`);
   }
   for (const [full, text] of entries) {
-    if (["run", "controller", "ghost", "speed", "view", "story"].includes(full)) continue;
+    if (["run", "controller", "ghost", "speed", "view", "story", "law"].includes(full)) continue;
     const variable = variableOf(run, state.controller, full) ?? variableOf(run, run.fmus.controller.model, full);
     try {
       if (!variable) throw new Error(`${full}: there is no such parameter of ${name}`);
@@ -94,8 +99,9 @@ function fragmentOf({ run, controller, ghost, speed, settings, view, story }) {
   const entries = [["run", run]];
   if (view === "sides") entries.push(["view", view]);
   if (story) return `#${[...entries, ["story", story]].map((entry) => entry.join("=")).join("&")}`;
-  if (controller !== live.runs[run].fmus.controller.model) entries.push(["controller", controller]);
-  if (ghost) entries.push(["ghost", ghost]);
+  if (controller !== live.runs[run].fmus.controller.model && !isOwn(controller)) entries.push(["controller", controller]);
+  if (controller === LAW && own.packed.length <= LONGEST_LINK) entries.push(["law", own.packed]);
+  if (ghost && !isOwn(ghost)) entries.push(["ghost", ghost]);
   if (speed !== 1) entries.push(["speed", speed]);
   return `#${[...entries, ...Object.entries(settings)].map(([key, value]) => `${key}=${value}`).join("&")}`;
 }

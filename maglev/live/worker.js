@@ -7,6 +7,7 @@ const MOST_BUSY = 24;        // ms of stepping before messages are heard
 const FRAME = 15;            // ms between two messages with rows, at least
 
 const library = { modules: {}, fmus: {} };
+let parts = "";   // of controllers, in JavaScript
 let runs = {};
 let flight = null, ghost = null;
 let playing = false, speed = 1;
@@ -18,8 +19,9 @@ let pace = { since: 0, from: 0, value: 0 };
 
 const seen = (name) => library.fmus[name] !== undefined;
 
-async function load({ about, plans, binaries }) {
+async function load({ about, plans, binaries, law }) {
   library.fmus = about;
+  parts = law;
   runs = plans;
   await Promise.all(Object.entries(binaries).map(async ([name, bytes]) => {
     library.modules[name] = await WebAssembly.compile(bytes);
@@ -43,6 +45,26 @@ function start({ run, controller, other, settings, planned = [] }) {
   record();
   postMessage({ type: "started", width: rowWidth(flight.run) });
   send(true);
+}
+
+/** Take in a controller of the user's, and try it on a run: a law's text, or a module with what its description says. */
+async function own({ model, name, run, text, bytes, about }) {
+  const taken = { ...library, modules: { ...library.modules }, fmus: { ...library.fmus } };
+  if (text === undefined) {
+    taken.modules[model] = await WebAssembly.compile(bytes);
+    taken.fmus[model] = about;
+  } else {
+    const lines = text.split("\n").length;
+    try {
+      taken.modules[model] = { written: await lawClass(text, parts), lines };
+    } catch (error) {
+      throw new Error(`${name}: ${lawTrouble(error, lines)}`);
+    }
+    taken.fmus[model] = lawAbout(taken.modules[model], name);
+  }
+  new Flight(taken, runs[run], model, {}).step();
+  Object.assign(library, taken);
+  postMessage({ type: "owned", model, about: library.fmus[model] });
 }
 
 function resume() {
@@ -120,8 +142,8 @@ function send(now) {
 }
 
 /** Outputs of a run as they are planned, at every communication point until a time (s): for checks. */
-function flown({ run, until }) {
-  const checked = new Flight(library, runs[run], runs[run].fmus.controller.model, {});
+function flown({ run, until, model = runs[run].fmus.controller.model, settings = {} }) {
+  const checked = new Flight(library, runs[run], model, settings);
   const steps = Math.round(until / checked.run.step), width = checked.run.axes.length;
   const positions = new Float64Array((steps + 1) * width);
   const keep = (k) => { for (let i = 0; i < width; i++) positions[k * width + i] = checked.motion.values[2 * i]; };
@@ -131,13 +153,15 @@ function flown({ run, until }) {
     checked.step();
     keep(k);
   }
-  postMessage({ type: "flown", run, positions, took: performance.now() - begin });
+  postMessage({ type: "flown", run, model, positions, took: performance.now() - begin });
 }
 
 const HANDLERS = {
   load,
   start,
   flown,
+  own,
+  alive: () => postMessage({ type: "alive" }),
   play: (message) => { playing = message.on; if (flight) resume(); },
   speed: (message) => { speed = message.value; if (flight) resume(); },
   drawn: () => { waiting = false; },
@@ -166,7 +190,8 @@ onmessage = async ({ data }) => {
   try {
     await HANDLERS[data.type](data);
   } catch (error) {
-    postMessage({ type: data.type === "start" || data.type === "load" ? "refused" : "not done", text: error.message });
+    const type = { start: "refused", load: "refused", own: "own refused" }[data.type] ?? "not done";
+    postMessage({ type, text: error.message });
   }
 };
 fly();

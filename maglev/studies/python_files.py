@@ -54,7 +54,7 @@ def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Callabl
     folder.mkdir()
     if native:
         try:
-            return build_written(Path(path), folder, native=True, host_only=not everywhere)
+            return build_written(Path(path), folder, native=True, target="all" if everywhere else "host")
         except BuildError as error:
             say(f"{path} runs in Python, which takes its time, for it cannot be native: {error}")
     return build_written(Path(path), folder)

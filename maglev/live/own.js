@@ -1,0 +1,166 @@
+"use strict";
+// A controller of the reader's: a module with its description, dropped on the page, or a law in JavaScript, written in it.
+//
+// A law is code. It runs in the worker alone, which the page's policy keeps from the network, and which is ended if it
+// does not come back; one that came with a link runs when the reader says so, and not before.
+
+const LAW = "own:law";
+const LONGEST_LINK = 12000;    // characters of a law in an address
+const LONGEST_LAW = 100000;    // characters of its text
+const SILENT = 4000;           // ms without an answer, after which a worker is ended
+
+const own = { packed: "", asked: null, heard: 0, template: "" };
+
+const lawSaid = (text, bad = false) => {
+  at("law-said").textContent = text;
+  at("law-said").classList.toggle("bad", bad);
+};
+
+/** Bytes as text for an address, and back. */
+const toText = (bytes) => btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+const toBytes = (text) => Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (character) => character.charCodeAt(0));
+const through = (bytes, stream) => new Blob([bytes]).stream().pipeThrough(stream);
+
+async function packedLaw(text) {
+  return toText(new Uint8Array(await new Response(through(new TextEncoder().encode(text), new CompressionStream("deflate-raw"))).arrayBuffer()));
+}
+
+/** Text of a law in an address; it is read no further than a law may be long. */
+async function unpackedLaw(packed) {
+  const reader = through(toBytes(packed), new DecompressionStream("deflate-raw")).getReader(), decoder = new TextDecoder();
+  let text = "";
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    text += decoder.decode(part.value, { stream: true });
+    if (text.length > LONGEST_LAW) throw new Error(`the law of this link is longer than ${LONGEST_LAW} characters`);
+  }
+  return text;
+}
+
+/** Show a law that came with an address: it is not run. */
+async function showSharedLaw(packed) {
+  try {
+    at("law").value = await unpackedLaw(packed);
+    at("own").open = true;
+    lawSaid("This link brought a law: code that somebody wrote. Read it; it runs when you press the button, in this page alone.");
+    say("This link brought a law; it waits below to be read and flown.");
+  } catch (error) {
+    say(`The law of this link cannot be read: ${error.message}`, true);
+  }
+}
+
+/** The law that a user begins with, of the stage that flies; what was written stays. */
+function showTemplate(anew = false) {
+  const { law } = page.run.rig;
+  if (anew || at("law").value.trim() === "" || at("law").value === own.template) at("law").value = law;
+  own.template = law;
+}
+
+async function flyLaw() {
+  const text = at("law").value;
+  if (text.length > LONGEST_LAW) { lawSaid(`The law has ${text.length} characters, expected at most ${LONGEST_LAW}.`, true); return; }
+  own.asked = { packed: await packedLaw(text), script: true, label: "yours" };
+  lawSaid("");
+  post({ type: "own", model: LAW, name: "law", run: page.state.run, text });
+  own.heard = performance.now();
+  own.waiting = true;
+}
+
+/** Read what a model description says of its variables. */
+function described(xml) {
+  const root = new DOMParser().parseFromString(xml, "text/xml").documentElement;
+  if (root.nodeName !== "fmiModelDescription") throw new Error("expected a model description of FMI 2.0");
+  const number = (element, name, otherwise) => (element.hasAttribute(name) ? Number(element.getAttribute(name)) : otherwise);
+  const variables = [...root.querySelectorAll("ScalarVariable")].map((variable) => {
+    const type = variable.firstElementChild, boolean = type?.nodeName === "Boolean";
+    return { name: variable.getAttribute("name"), reference: number(variable, "valueReference"), boolean,
+      causality: variable.getAttribute("causality"), fixed: variable.getAttribute("variability") === "fixed",
+      start: boolean ? type.getAttribute("start") === "true" : number(type, "start", 0), unit: type?.getAttribute("unit") ?? "",
+      description: variable.getAttribute("description") ?? "", min: number(type, "min", -1e12), max: number(type, "max", 1e12) };
+  });
+  return { name: root.getAttribute("modelName"), guid: root.getAttribute("guid"), variables };
+}
+
+/** Take in the files of a controller: its module and its description, as `maglev build` writes them. */
+async function takeFiles(files) {
+  try {
+    const [module, description] = [".wasm", ".xml"].map((ending) => [...files].find(({ name }) => name.endsWith(ending)));
+    if (!module || !description) {
+      throw new Error(`${[...files].map(({ name }) => name).join(", ")}: expected the pair NAME.wasm and NAME.xml that maglev build `
+        + "FILE.py --native --target wasm writes");
+    }
+    const about = described(await description.text());
+    own.asked = { packed: "", script: false, label: about.name };
+    post({ type: "own", model: `own:${about.name}`, name: about.name, run: page.state.run,
+      bytes: new Uint8Array(await module.arrayBuffer()), about });
+  } catch (error) {
+    at("own").open = true;
+    lawSaid(error.message, true);
+    say(error.message, true);
+  }
+}
+
+/** It fits the stage that flies: one of its controllers from now on, and the one that flies. */
+function owned({ model, about }) {
+  own.waiting = false;
+  live.fmus[model] = about;
+  for (const run of Object.values(live.runs)) if (run.plant === page.run.plant) run.laws[model] = own.asked.label;
+  if (own.asked.script) own.packed = own.asked.packed;
+  lawSaid(`It flies, from where the stage is${own.asked.script && own.packed.length > LONGEST_LINK
+    ? `; it is too long for a link: ${own.packed.length} characters packed, at most ${LONGEST_LINK}` : ""}.`);
+  say("");
+  if (page.frame?.flags.stop || page.ended) begin({ ...page.state, controller: model });
+  else swap(model);
+  play(true);
+}
+
+function ownRefused({ text }) {
+  own.waiting = false;
+  at("own").open = true;
+  lawSaid(text, true);
+  say(text, true);
+}
+
+/** End a worker in which a law does not come back, and go on with another one. */
+function watchLaw() {
+  const now = performance.now();
+  if (!own.waiting && page.state?.controller !== LAW && page.state?.ghost !== LAW) { own.heard = now; return; }
+  if (document.hidden) own.heard = now;
+  if (now - own.heard < SILENT) { post({ type: "alive" }); return; }
+  own.waiting = false;
+  own.heard = now;
+  for (const run of Object.values(live.runs)) for (const name of Object.keys(run.laws)) if (isOwn(name)) delete run.laws[name];
+  startWorker();
+  const text = `law: it has not come back for ${SILENT / 1000} s, expected an end of each step; it was taken out.`;
+  own.after = () => {
+    begin({ ...page.state, controller: page.run.fmus.controller.model, ghost: "" });
+    play(true);
+    ownRefused({ text });
+  };
+  loadWorker();
+}
+
+function buildOwn() {
+  at("own").addEventListener("toggle", () => { if (at("own").open) showTemplate(); });
+  at("write-own").addEventListener("click", () => {
+    at("own").open = true;
+    at("own").scrollIntoView({ block: "start" });
+    at("law").focus({ preventScroll: true });
+  });
+  at("fly-law").addEventListener("click", flyLaw);
+  at("template").addEventListener("click", () => { showTemplate(true); lawSaid(""); });
+  at("share-law").addEventListener("click", () => {
+    if (own.packed && own.packed.length <= LONGEST_LINK) copy(location.href, "link with the law");
+    else lawSaid(own.packed ? `Too long for a link: ${own.packed.length} characters packed, at most ${LONGEST_LINK}.`
+      : "Fly it first: the link brings what flies.", true);
+  });
+  at("own-files").addEventListener("change", () => { takeFiles(at("own-files").files); at("own-files").value = ""; });
+  at("law").addEventListener("keydown", (event) => {
+    if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) { event.preventDefault(); flyLaw(); }
+  });
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files.length) takeFiles(event.dataTransfer.files);
+  });
+  setInterval(watchLaw, 1000);
+}
