@@ -48,15 +48,15 @@ native: .venv/.test
 test: .venv/.test
 	$(MAKE) --jobs=2 lint tests
 	$(MAKE) check-built
-	$(BIN)/python benchmarks/step_cost.py --gate
-	$(BIN)/python benchmarks/whole_run.py --gate
+	$(BIN)/python benchmarks/step_cost.py --gate --fmus .venv/fmus
+	$(BIN)/python benchmarks/whole_run.py --gate --fmus .venv/fmus
 
 # They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start. Files go in
 # the order of tests/conftest.py, the longest first.
 tests: .venv/.test
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
-# The few tests that take a minute or more each: what they look at seldom changes.
+# The tests that take long of what seldom changes.
 thorough: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
 

@@ -7,18 +7,19 @@ import ctypes
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 
-from loops import PHASES, Pair, outputs, place
+from loops import PAIRS, PHASES, Pair, outputs, place
 
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import PREFIX, host_platform
+from fmi_export.native.build import PREFIX, host_platform, translated_blocks
 from fmi_export.native.compiler import library
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.shells import SHELLS
-from fmi_export.native.translation import literal, translated
+from fmi_export.native.translation import files_of, literal
 from fmi_export.sources import carried_modules
 from maglev.own_fmus import definition
 from maglev.user_controllers.own_modules import PACKAGES
@@ -78,7 +79,7 @@ def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
     platform = next(iter(host_platform().values()))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"loop{platform.ending}"
-        blocks = translated(texts)
+        blocks = files_of(texts, all_blocks())
         headers = [text for name, text in blocks.items() if name.endswith(".h")]
         prefix = prefix_header("loop", headers, SHELLS[2].headers[0])
         path.write_bytes(library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform))
@@ -94,6 +95,12 @@ def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
         return (perf_counter() - begin) / steps
 
     return measure
+
+
+@cache
+def all_blocks() -> dict[str, str]:
+    """C files by name of the blocks of all pairs: pyccel takes longer to start than to translate one."""
+    return translated_blocks([definition(name) for pair in PAIRS for name in (pair.controller, pair.plant)], PACKAGES)
 
 
 def header(fmu: FmuDefinition) -> str:

@@ -22,7 +22,7 @@ from maglev.catalogue import build, build_native
 # Largest ratios to the loop that each refers to.
 GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 1.2}
 STEPS = 5000
-C_STEPS = 200_000
+C_STEPS = 50_000
 ROUNDS = 7               # the fastest counts, which is the least disturbed
 TIMES = {"C loop": 3, "native, loop in one FMU": 3, "native, master": 3,
          "native, FMI 3.0, master": 3}   # in a round: they take milliseconds
@@ -30,19 +30,23 @@ MEMORY_STEPS = 10**7
 LARGEST_GROWTH = 2**20   # bytes
 
 
-def measure(pair: Pair, folder: Path, native: bool, peers: bool) -> dict[str, float]:
-    """Time of one step by what was measured, s."""
+def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[str, float]:
+    """Time of one step by what was measured, s.
+
+    The folder has the FMUs in its folders python and native; `fmi3` those of FMI 3.0, where peers are measured, too.
+    """
     ways: dict[str, Callable[[], float]] = {
-        "bare Python loop": lambda: bare_loop(pair, STEPS), "FMUs, master": lambda: master_loop(pair, folder, STEPS)}
-    if peers:
+        "bare Python loop": lambda: bare_loop(pair, STEPS),
+        "FMUs, master": lambda: master_loop(pair, folder / "python", STEPS)}
+    if fmi3 is not None:
         ways["plain slaves, fmpy lists"] = lambda: list_loop(pair, STEPS)
-        ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder, 1000)
+        ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "python", 1000)
     if native:
         ways["C loop"] = c_loop(pair, C_STEPS)
         ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
-        if peers:
-            ways["native, FMI 3.0, master"] = lambda: master_loop(pair, folder / "fmi3", 4 * STEPS)
+        if fmi3 is not None:
+            ways["native, FMI 3.0, master"] = lambda: master_loop(pair, fmi3, 4 * STEPS)
             ways["native, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "native", 1000)
     times: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
@@ -64,24 +68,27 @@ def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {GATES}")
-    gate = parser.parse_args().gate
+    parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, in its folders python and native")
+    asked = parser.parse_args()
+    gate: bool = asked.gate
     native = all(find_spec(name) is not None for name in ("pyccel", "ziglang"))
     console = Console(width=110)
     too_slow = []
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+        folder: Path = asked.fmus or Path(name)
         fmus = [fmu for pair in PAIRS for fmu in (pair.controller, pair.plant)]
-        build(fmus, folder)
-        if native:
+        if asked.fmus is None:
+            build(fmus, folder / "python")
+        if native and asked.fmus is None:
             build_native([*fmus, *(pair.loop for pair in PAIRS)], folder / "native", host_only=True)
-            if not gate:
-                build_native(fmus, folder / "fmi3", host_only=True, fmi=3)
-        else:
+        if native and not gate:
+            build_native(fmus, Path(name) / "fmi3", host_only=True, fmi=3)
+        if not native:
             console.print("without native FMUs: the extra `native` is not installed")
         table = Table("stage", "way", "step (µs)", "of the C loop", "of the bare loop", "real time",
                       title="Cost of a communication step, every output recorded")
         for pair in PAIRS:
-            times = measure(pair, folder, native, not gate)
+            times = measure(pair, folder, native, None if gate else Path(name) / "fmi3")
             for way, time in sorted(times.items(), key=lambda item: item[1]):
                 of_c = f"{time / times['C loop']:.2f}" if native else ""
                 table.add_row(pair.stage, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",

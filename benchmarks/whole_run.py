@@ -1,6 +1,6 @@
 """Cost of a whole run of native FMUs from Python, in multiples of the C loop, in one run on one machine.
 
-    python benchmarks/whole_run.py [--gate]
+    python benchmarks/whole_run.py [--gate] [--fmus FOLDER]
 
 The run is 3dof-setpoints-improved with every step recorded. Processor time, which depends on the machine; the ratios
 depend little on it.
@@ -89,7 +89,9 @@ def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gate", action="store_true", help=f"fail if a ratio exceeds {GATES}")
-    gate = parser.parse_args().gate
+    parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, the native ones in its folder native")
+    asked = parser.parse_args()
+    gate: bool = asked.gate
     console = Console(width=110)
     if any(find_spec(name) is None for name in ("pyccel", "ziglang")):
         console.print("without native FMUs: the extra `native` is not installed")
@@ -97,8 +99,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         plan = load_plan(NAME)
-        build_native([fmu.model or "" for fmu in plan.fmus.values()], folder, host_only=True)
-        measurements = ways(prepare(plan, folder, {}, {}), folder)
+        if asked.fmus is None:
+            build_native([fmu.model or "" for fmu in plan.fmus.values()], folder / "native", host_only=True)
+        measurements = ways(prepare(plan, (asked.fmus or folder) / "native", {}, {}), folder)
         times: dict[str, list[float]] = {way: [] for way in measurements}
         for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
             for way, measure in measurements.items():

@@ -5,6 +5,7 @@ import shutil
 import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -51,7 +52,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
-    config.addinivalue_line("markers", "thorough: takes a minute, such as to compile a C library; `make thorough`")
+    config.addinivalue_line("markers", "thorough: takes long and looks at what seldom changes; `make thorough`")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -136,6 +137,20 @@ def fastest_fmus(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU: native ones where they can be built, for what takes long; both kinds agree bit for bit."""
     folder: Path = request.getfixturevalue("fmus" if missing_native_tools() else "native_fmus")
     return folder
+
+
+@pytest.fixture(scope="module")
+def one_cluster(slow: None) -> Iterator[None]:
+    """One process for the studies of a file with `jobs=1`: to start one for each takes longer than to fly them."""
+    from maglev.studies.flying.cluster import connected
+
+    def kept(scheduler: str | None, jobs: int) -> AbstractContextManager[object]:
+        return nullcontext(client) if (scheduler, jobs) == (None, 1) else connected(scheduler, jobs)
+
+    with connected(None, 1) as client, pytest.MonkeyPatch.context() as patch:
+        for module in ("maglev.studies.running", "maglev.tuning.search"):
+            patch.setattr(f"{module}.connected", kept)
+        yield
 
 
 Load = Callable[[str], Fmu]

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -22,7 +23,9 @@ def tool() -> ModuleType:
     return module
 
 
-MUTATIONS = tool().read_mutations()
+TOOL = tool()
+MUTATIONS = TOOL.read_mutations()
+plans_of = cache(TOOL.plans_of)
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=str)
@@ -31,7 +34,7 @@ def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any
     ast.parse(changed)
     assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse((ROOT / mutation.file).read_text(encoding="utf-8")))
     assert set(mutation.fmus) <= set(DEFINITIONS)
-    flown = {fmu.model for plan in tool().plans_of(mutation.runs) for fmu in plan.fmus.values()}
+    flown = {fmu.model for plan in plans_of(mutation.runs) for fmu in plan.fmus.values()}
     assert set(mutation.fmus) <= flown
 
 

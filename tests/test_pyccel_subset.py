@@ -32,10 +32,11 @@ def block_modules() -> dict[str, Path]:
     """Modules that import nothing but math and each other, and define something to run: dependencies first."""
     paths = {f"{path.parent.name}.{path.stem}": path for package in PACKAGES
              for path in sorted((ROOT / package).glob("*.py")) if path.stem not in ("__init__", "drawings")}
+    needed = {name: imports(path) for name, path in paths.items()}
     ordered: dict[str, Path] = {}
     while True:
         ready = {name: path for name, path in paths.items()
-                 if name not in ordered and imports(path) <= {"math", *ordered}}
+                 if name not in ordered and needed[name] <= {"math", *ordered}}
         if not ready:
             return ordered
         ordered.update(ready)

@@ -151,6 +151,7 @@ def tutorial_commands() -> list[str]:
     return [line for line in typed if not line.startswith("pip ")]
 
 
+@pytest.mark.thorough
 def test_the_ten_minutes_of_the_tutorial(installed: Path, home: Path) -> None:
     """Every line of the tutorial as it stands there, with the wheel, in a folder of somebody else."""
     require_native_tools()

@@ -17,7 +17,7 @@ typedef unsigned int (*DoStep3)(void *instance, double time, double step, bool n
 
 /* The struct Prepared of step_loop.py. */
 struct call {
-    void *function;               /* fmi2GetXXX, fmi2SetXXX; fmi2DoStep where there are no references; the same of fmi3 */
+    void *function;               /* that gets or sets values of one type; DoStep where there are no references */
     void *instance;
     const uint32_t *references;
     size_t count;

@@ -87,10 +87,10 @@ def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: st
 def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, file: str) -> None:
     """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
     loop, run = FILES[file]
-    plan = load_plan(run).model_copy(update={"stop_time": 1.5})
+    plan = load_plan(run).model_copy(update={"stop_time": 1.1})
     expected = prepare(plan, either_kind, {}, {}).run()
     result = fmpy.simulate_fmu(str(either_kind / f"{loop}.fmu"), input=read_csv(INPUTS / file),
-                               output_interval=plan.step, stop_time=1.5)
+                               output_interval=plan.step, stop_time=1.1)
     columns = {f"loop.{name}": result[name] for name in result.dtype.names if name != "time"}
     assert_same(Recording(result["time"], columns), expected, 1)
     assert max(np.ptp(result[axis.position]) for axis in plan.axes.values()) > 1e-3, "the step at 1 s is in it"

@@ -67,7 +67,7 @@ class Pair:
 
 
 @pytest.mark.parametrize("name", DEFINITIONS)
-@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
 def test_random_runs(load: Load, load_native: Load, name: str, data: st.DataObject) -> None:
     pair = Pair(load(name), load_native(name))

@@ -1,6 +1,11 @@
-"""Binaries for every system: what they export and need, and the Windows one run under Wine."""
+"""Binaries for every system: what they export and need, and the Windows one run under Wine.
+
+The one of this machine in every run of the tests, in which C is compiled for the other systems as well. Theirs are
+linked in the thorough tests: zig first makes the C libraries of those systems, Windows's in a minute and a half.
+"""
 
 import os
+import platform
 import re
 import struct
 import subprocess
@@ -15,6 +20,7 @@ from fmpy.model_description import ModelDescription
 from native_binaries import ARM64_MACOS, X86_64_MACOS, X86_64_WINDOWS, mac_libraries, windows_library
 from native_builds import (
     FMI_HEADERS,
+    GENERATED,
     HERE,
     STRICT,
     built_once,
@@ -24,6 +30,8 @@ from native_builds import (
     unpacked_sources,
 )
 
+from fmi_export.native.compiler import FLAGS
+from fmi_export.native.shells import SHELLS
 from maglev.catalogue import build_native
 
 NAME = "Regulator2DOF"
@@ -37,6 +45,9 @@ FUNCTIONS = {f"fmi2{name}" for name in (
     "SerializedFMUstateSize", "SerializeFMUstate", "DeSerializeFMUstate", "GetDirectionalDerivative",
     "SetRealInputDerivatives", "GetRealOutputDerivatives", "DoStep", "CancelStep", "GetStatus", "GetRealStatus",
     "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus")}
+
+TARGETS = sorted({target for shell in SHELLS.values() for each in shell.platforms.values() for target in each.targets})
+PROCESSORS = {"x86_64": 62, "aarch64": 183}   # their numbers in ELF
 
 OF_THE_LINKER = {"___dso_handle", "__mh_dylib_header"}    # zig's linker exports these in every library of macOS
 
@@ -55,10 +66,32 @@ def everywhere(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def description(everywhere: Path) -> ModelDescription:
-    return fmpy.read_model_description(str(everywhere / f"{NAME}.fmu"))
+def description(native_fmus: Path) -> ModelDescription:
+    return fmpy.read_model_description(str(native_fmus / f"{NAME}.fmu"))
 
 
+def unpacked_library(native_fmus: Path, folder: Path) -> Path:
+    """The library of this machine, which is Linux, out of the FMU that is built for it alone."""
+    if platform.system() != "Linux":
+        pytest.skip("this machine is not Linux")
+    with zipfile.ZipFile(native_fmus / f"{NAME}.fmu") as archive:
+        return Path(archive.extract(f"binaries/linux64/{NAME}.so", folder))
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_c_is_c_of_every_system(fmi3_fmus: Path, native_fmus: Path, tmp_path: Path, target: str) -> None:
+    """With the headers of its C library alone: FMI 3.0 on ARM, FMI 2.0 elsewhere."""
+    fmu = (fmi3_fmus if target.startswith("aarch64") else native_fmus) / "Regulator3DOF.fmu"
+    sources = unpacked_sources(fmu, tmp_path)
+    (sources / "unit.c").write_text("".join(f'#include "{path.name}"\n' for path in sorted(sources.glob("*.c"))))
+    done = subprocess.run([sys.executable, "-m", "ziglang", "cc", "-target", target, *STRICT, *GENERATED,
+                           *(flag for flag in FLAGS if flag != "-s"), *FMI_HEADERS, "-c", "unit.c"], cwd=sources,
+                          capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
+    assert len(list(sources.glob("unit.o*"))) == 1
+
+
+@pytest.mark.thorough
 def test_platforms(everywhere: Path) -> None:
     assert {str(path.relative_to(everywhere)) for path in everywhere.glob("binaries/*/*")} == {
         f"binaries/linux64/{NAME}.so", f"binaries/aarch64-linux/{NAME}.so", f"binaries/win64/{NAME}.dll",
@@ -66,10 +99,20 @@ def test_platforms(everywhere: Path) -> None:
     assert set(fmpy.supported_platforms(str(everywhere / f"{NAME}.fmu"))) >= {"c-code", "darwin64", "linux64", "win64"}
 
 
-@pytest.mark.parametrize(("folder", "processor"), [("linux64", 62), ("aarch64-linux", 183)])
-def test_linux_binary(everywhere: Path, folder: str, processor: int) -> None:
-    """The processors' numbers are those of ELF: x86-64 and 64-bit ARM."""
-    path = everywhere / f"binaries/{folder}/{NAME}.so"
+def test_the_binary_of_this_machine(native_fmus: Path, tmp_path: Path) -> None:
+    path = unpacked_library(native_fmus, tmp_path)
+    check_linux_binary(path, PROCESSORS[platform.machine()])
+    check_nothing_of_the_building_machine(path)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("folder", "processor"), [("linux64", "x86_64"), ("aarch64-linux", "aarch64")])
+def test_linux_binary(everywhere: Path, folder: str, processor: str) -> None:
+    check_linux_binary(everywhere / f"binaries/{folder}/{NAME}.so", PROCESSORS[processor])
+
+
+def check_linux_binary(path: Path, processor: int) -> None:
+    """It is for that processor, exports FMI alone, and needs a C library of the oldest kind."""
     header = path.read_bytes()[:20]
     assert header[:5] == b"\x7fELF\x02" and struct.unpack_from("<H", header, 18)[0] == processor
     tool = require_command("readelf")
@@ -85,6 +128,7 @@ def test_linux_binary(everywhere: Path, folder: str, processor: int) -> None:
     assert max(versions) <= (2, 17)
 
 
+@pytest.mark.thorough
 def test_windows_binary(everywhere: Path) -> None:
     binary = windows_library((everywhere / f"binaries/win64/{NAME}.dll").read_bytes())
     assert binary.processor == X86_64_WINDOWS
@@ -93,6 +137,7 @@ def test_windows_binary(everywhere: Path) -> None:
         <= {"kernel32.dll", "ntdll.dll"}
 
 
+@pytest.mark.thorough
 def test_mac_binary(everywhere: Path) -> None:
     """Universal: both processors, placed at whole pages, each signed, which arm64 requires of every library."""
     data = (everywhere / f"binaries/darwin64/{NAME}.dylib").read_bytes()
@@ -110,9 +155,15 @@ def test_mac_binary(everywhere: Path) -> None:
     assert end == len(data)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("folder", ["linux64", "aarch64-linux", "win64", "darwin64"])
 def test_nothing_of_the_building_machine_is_in_it(everywhere: Path, folder: str) -> None:
-    data, = (path.read_bytes() for path in everywhere.glob(f"binaries/{folder}/*"))
+    path, = everywhere.glob(f"binaries/{folder}/*")
+    check_nothing_of_the_building_machine(path)
+
+
+def check_nothing_of_the_building_machine(path: Path) -> None:
+    data = path.read_bytes()
     for text in (b"maglev_scratch_", str(Path.home()).encode() + b"/", b"site-packages"):
         assert text not in data, text
 
@@ -135,12 +186,10 @@ def program(description: ModelDescription, steps: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def replay_built(folder: Path, target: str | None) -> Path:
-    """The program `replay` for a target of zig, or this machine."""
-    require_native_tools()
-    output = folder / ("replay.exe" if target and "windows" in target else "replay")
-    subprocess.run([sys.executable, "-m", "ziglang", "cc", *STRICT, *(["-target", target] if target else []),
-                    *FMI_HEADERS, str(HERE / "replay.c"), "-o", str(output)], check=True)
+def replay_built(folder: Path, *compiler: str) -> Path:
+    """The program `replay`, made by a compiler."""
+    output = folder / "replay.exe"
+    subprocess.run([*compiler, *STRICT, *FMI_HEADERS, str(HERE / "replay.c"), "-o", str(output)], check=True)
     return output
 
 
@@ -154,28 +203,30 @@ def replayed(command: list[str | Path], guid: str, text: str, environment: dict[
 
 
 def test_sources_compiled_by_another_compiler_give_the_same_bits(
-        everywhere: Path, description: ModelDescription, tmp_path: Path) -> None:
+        native_fmus: Path, description: ModelDescription, tmp_path: Path) -> None:
     """gcc at another level of optimisation, from what is in the FMU."""
-    require_command("gcc")
-    sources = unpacked_sources(everywhere / f"{NAME}.fmu", tmp_path)
+    tool = replay_built(tmp_path, require_command("gcc"))
+    sources = unpacked_sources(native_fmus / f"{NAME}.fmu", tmp_path)
     ours = compiled(sources, tmp_path / "fmu.so", "-shared", "-fPIC", "-O1", "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
-    tool, text = replay_built(tmp_path, None), program(description, 500)
-    shipped = everywhere / f"binaries/linux64/{NAME}.so"
+    shipped, text = unpacked_library(native_fmus, tmp_path), program(description, 500)
     results = [replayed([tool, library], description.guid, text) for library in (shipped, ours)]
     assert results[0].tobytes() == results[1].tobytes()
     assert np.isfinite(results[0]).all() and np.ptp(results[0], axis=0).max() > 0.1
 
 
-def test_windows_binary_under_wine(everywhere: Path, description: ModelDescription, tmp_path: Path) -> None:
+@pytest.mark.thorough
+def test_windows_binary_under_wine(everywhere: Path, tmp_path: Path) -> None:
     """Measured with Wine 8.0: 98.5 % of the values have the same bits, the others differ by 1.3e-15 of the largest
     value of their output, where the C libraries round sines and powers differently.
     """
     require_command("wine")
+    description = fmpy.read_model_description(str(everywhere / f"{NAME}.fmu"))
     text = program(description, 500)
-    linux = replayed([replay_built(tmp_path, None), everywhere / f"binaries/linux64/{NAME}.so"], description.guid, text)
+    linux = replayed([replay_built(tmp_path, require_command("gcc")), everywhere / f"binaries/linux64/{NAME}.so"],
+                     description.guid, text)
     prefix = {"WINEPREFIX": str(tmp_path / "prefix"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=",
               "DISPLAY": "", "HOME": str(tmp_path)}
-    tool = replay_built(tmp_path, "x86_64-windows-gnu")
+    tool = replay_built(tmp_path, sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu")
     windows = replayed(["wine", tool, everywhere / f"binaries/win64/{NAME}.dll"], description.guid, text, prefix)
     largest = np.abs(linux).max(axis=0)
     difference = np.abs(windows - linux).max(axis=0) / np.where(largest > 0.0, largest, 1.0)

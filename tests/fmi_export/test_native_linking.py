@@ -20,7 +20,7 @@ from maglev.cosim.master import FmuSetup, Master
 
 STEP = 2e-4   # s
 STEPS = 1000
-COMPILED = ("Plant3DOF", "Regulator3DOF", "ScheduledRegulator3DOF", "PID2DOF", "Estimator3DOF", "ClosedLoop2DOF")
+COMPILED = ("Plant3DOF", "Regulator3DOF", "Estimator3DOF")
 
 
 @pytest.fixture(scope="session")

@@ -115,14 +115,16 @@ def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert abs(positions(unknown, rig) - positions(nominal, rig)).max() > 1e-4
 
 
+@pytest.mark.usefixtures("one_cluster")
 def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> None:
     """Each has the masses that are drawn for it; what is set is as it is set."""
     path = scenario(tmp_path, RIGS["2dof"], "Regulator", steps=True)
-    study = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, model="plant", fmus=fastest_fmus, out=tmp_path)
+    study = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, model="plant", fmus=fastest_fmus, out=tmp_path,
+                         jobs=1)
     overshoot = study.to_xarray()["overshoot of v"].values
     assert np.ptp(overshoot) < 1e-4
     assert overshoot[0] > 0.01
-    without = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, fmus=fastest_fmus, out=tmp_path)
+    without = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, fmus=fastest_fmus, out=tmp_path, jobs=1)
     assert np.ptp(without.to_xarray()["overshoot of v"].values) > 0.01
     asked = maglev.run(path, fmus=fastest_fmus, model="plant", set={"plant.v.mass": 5, "controller.C2": 800})
     assert asked.result.provenance is not None

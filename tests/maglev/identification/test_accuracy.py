@@ -12,8 +12,9 @@ from maglev.identification.rigs import regressors
 
 pytestmark = pytest.mark.usefixtures("slow")
 
-RIGS = ["2dof", "3dof"]
-METHODS = ["reduced", "full", "fsdi"]
+# What the methods have of their own is the same for both rigs; the regressors of the rigs are the same for all methods.
+CASES = [("reduced", "2dof"), ("reduced", "3dof"), ("full", "2dof"), ("fsdi", "2dof"),
+         *(pytest.param(method, "3dof", marks=pytest.mark.thorough) for method in ("full", "fsdi"))]
 THRUST = {"2dof": ["C1"], "3dof": ["C1", "C2"]}
 
 
@@ -40,8 +41,7 @@ def integral_least_squares(data: Data) -> dict[str, float]:
     return found
 
 
-@pytest.mark.parametrize("rig", RIGS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "rig"), CASES)
 def test_ideal_stage(rig: str, method: str) -> None:
     data = flight(rig, "ideal")
     found = identify(data.recording, method, guess=half(data), velocities=data.velocity)
@@ -51,8 +51,7 @@ def test_ideal_stage(rig: str, method: str) -> None:
     assert found.replay_error[0] < 0.02 * found.replay_motion[0]
 
 
-@pytest.mark.parametrize("rig", RIGS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "rig"), CASES)
 def test_encoders_and_observer(rig: str, method: str) -> None:
     data = flight(rig, "encoder")
     plain = errors(identify(data.recording, method, guess=half(data)).estimate.final, data.truth)
@@ -62,7 +61,7 @@ def test_encoders_and_observer(rig: str, method: str) -> None:
     assert max(matched.values()) < 0.025
 
 
-@pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("2dof", 2), ("3dof", 3)])
+@pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("3dof", 3)])
 def test_constants_of_another_rig(rig: str, seed: int) -> None:
     scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5).tolist()
     data = record(rig, 15.0, 0.5e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})

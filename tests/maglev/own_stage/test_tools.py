@@ -9,6 +9,8 @@ import maglev
 from maglev.own_stage.adoption import forget
 from maglev.own_stage.new import new_stage
 
+pytestmark = pytest.mark.usefixtures("one_cluster")
+
 SHORT = """extends = "kite-setpoints.toml"
 name = "short"
 stop_time = "2.5 s"
@@ -64,7 +66,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_study() -> None:
     """A sample is the run with its values."""
-    frame = maglev.study("payload.toml", native=True).to_pandas()
+    frame = maglev.study("payload.toml", native=True, jobs=1).to_pandas()
     run = maglev.run("short.toml", native=True, set={"plant.v.mass": 4.55})
     assert frame["failed"].tolist() == [False, False]
     assert frame["overshoot of v"][1] == max(step.overshoot for step in run.metrics.steps if step.axis == "v")
@@ -72,7 +74,7 @@ def test_study() -> None:
 
 
 def test_tune() -> None:
-    found = maglev.tune("quicker.toml", native=True)
+    found = maglev.tune("quicker.toml", native=True, jobs=1)
     tuned = 'extends = ["short.toml", "results/quicker.toml"]\nname = "tuned"\n'
     Path("tuned.toml").write_text(tuned, encoding="utf-8")
     before, after = maglev.run("short.toml", native=True), maglev.run("tuned.toml", native=True)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from native_builds import built_once
 from report_outcomes import HOSTILE, chart, outcome
 from report_runs import all_recorded, failed, judged, packaged, recorded
 from report_tab import PHONE, Tab
@@ -18,10 +19,13 @@ LIMITS = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031, "plant.motor
           "controller.current_limit": 1.5, "plant.h.stop.stiffness": 1e5}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Report of every packaged run, one of them failed."""
-    path = tmp_path_factory.mktemp("report") / "report.html"
+    return built_once(tmp_path_factory, "report_of_all", write_all) / "report.html"
+
+
+def write_all(folder: Path) -> None:
     results = [result for result in all_recorded() if result.plan.name != "2dof-step-3-linear"]
     results = [recorded(packaged("2dof-step-4-linear"), stop_contact=0.25)
                if result.plan.name == "2dof-step-4-linear" else result for result in results]
@@ -35,8 +39,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
                          [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), claims=())])
     judgements["3dof-setpoints"] = [replace(judged("not reproduced", source="Fig. 5.20"), without=judged("reproduced")),
                                     *judgements["3dof-setpoints"]]
-    write_report(path, results, judgements, outcomes, again)
-    return path
+    write_report(folder / "report.html", results, judgements, outcomes, again)
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from maglev.studies.flying import batches as batches_module
 from maglev.studies.flying.batches import Batch
 from maglev.studies.flying.samples import Flown, Job
 
-FEW, MANY = 2_000, 20_000
+FEW, MANY = 2_000, 8_000
 BATCH = 100   # samples
 
 

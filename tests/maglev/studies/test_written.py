@@ -10,6 +10,8 @@ from written_controllers import PD, controller, flight
 import maglev
 from maglev.errors import ControllerError
 
+pytestmark = pytest.mark.usefixtures("one_cluster")
+
 RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
 
 

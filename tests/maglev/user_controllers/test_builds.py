@@ -11,24 +11,26 @@ from written_controllers import controller, flight, line_of
 
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.schema.loading import load_plan
 from maglev.user_controllers.new import new_controller
+from pmlsm.rigs import RIGS
 
-RUNS = {"2dof": "2dof-step-1-nonlinear", "3dof": "3dof-smooth-nonlinear", "5dof": "5dof-laws-trip-x"}
 
-
-@pytest.mark.parametrize("stage", RUNS)
+@pytest.mark.parametrize("stage", RIGS)
 def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""
     require_native_tools()
     path = new_controller(tmp_path / "lqi.py", stage)
     forms = [path, *tool.build(path, fmus=tmp_path), *tool.build(path, fmus=tmp_path, native=True, target="host")]
+    run = tmp_path / "short.toml"
+    run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "1.2 s"\n')
     written = set()
     for number, form in enumerate(forms):
         assert form.suffix == ".py" or validate_fmu(str(form)) == []
         out = tmp_path / str(number)
-        result = maglev("run", RUNS[stage], "--fmus", fastest_fmus, "--out", out, "--controller", form)
+        result = maglev("run", run, "--fmus", fastest_fmus, "--out", out, "--controller", form)
         assert result.exit_code == 0, result.output
-        written.add((out / f"{RUNS[stage]}.csv").read_bytes())
+        written.add((out / "short.csv").read_bytes())
     assert len(forms) == 3
     assert len(written) == 1
 
