@@ -62,9 +62,10 @@ def names_of(rig: str | Path | None) -> list[str]:
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in places():
-        known = [*places(), *systems()]
-        raise BuildError(f"there is no FMU {name}, expected one of {', '.join(known)}, or with --rig mine.toml "
-                         f"one of a stage of yours; nearest is {nearest(name, known)}")
+        if name.endswith(".toml"):
+            raise BuildError(f"{name}: expected the name of an FMU; the FMUs of a stage of yours: --rig {name}")
+        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one that "
+                         "`maglev list` lists, or with --rig mine.toml one of a stage of yours")
     module, attribute = places()[name]
     found: FmuDefinition = getattr(import_module(module), attribute)
     return found

@@ -32,7 +32,7 @@ from maglev.errors import ScenarioError
 # One paragraph for each line: the help joins the lines of a paragraph.
 app = CommandLine(no_args_is_help=True, rich_markup_mode="markdown",
                   context_settings={"help_option_names": ["-h", "--help"]}, help="""
-Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, run the experiments, judge the claims.
+Magnetically levitated stages as FMI 2.0 and 3.0 co-simulation: build the FMUs, run the experiments, judge the claims.
 
 `maglev build` builds every FMU, into the folder fmus
 
