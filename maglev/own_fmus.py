@@ -64,8 +64,8 @@ def definition(name: str) -> FmuDefinition:
     if name not in places():
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; the FMUs of a stage of yours: --rig {name}")
-        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one that "
-                         "`maglev list` lists, or with --rig mine.toml one of a stage of yours")
+        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one "
+                         "that `maglev list` lists, or with --rig mine.toml one of a stage of yours")
     module, attribute = places()[name]
     found: FmuDefinition = getattr(import_module(module), attribute)
     return found

@@ -207,7 +207,7 @@ class Master:
         Returns
         -------
         Recording
-            Its columns are those of `wire`: the next flight writes over them.
+            Its columns are copies: the next flight leaves them as they are.
         """
         assert self.wiring is not None
         initial, phases, tracks, begin = self.wiring
@@ -291,14 +291,17 @@ def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed
     return RunFailed(f"at t = {time:.9g} s: {reason}", recording)
 
 
-def widened(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Booleans of one byte as those of FMI 2.0 are, with which one can reckon; any other table as it is."""
-    return table.astype(np.int32) if table.dtype == np.uint8 else table
+def by_column(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Copy of a table in which each column is one piece of memory, as its rows: who looks at one passes over no other.
+
+    Booleans of one byte become those of FMI 2.0, with which one can reckon.
+    """
+    return np.array(table.T, np.int32 if table.dtype == np.uint8 else table.dtype, order="C")
 
 
 def recording(tracks: Sequence[Track], step: float, rows: int, notes: tuple[str, ...] = ()) -> Recording:
     """Recording of the first rows of the tracks."""
     columns: dict[str, npt.NDArray[Any]] = {}
     for track in tracks:
-        columns.update(zip(track.names, widened(track.array[:rows]).T, strict=True))
+        columns.update(zip(track.names, by_column(track.array[:rows]), strict=True))
     return Recording(step * np.arange(rows, dtype=np.float64), columns, notes)

@@ -160,14 +160,21 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
                      for motor, names in plan.motors.items()),
         end_errors=end_errors,
         rms_errors={axis: float(np.sqrt(np.mean((positions[axis] - references[axis]) ** 2))) for axis in plan.axes},
-        extremes={name: (float(values.min()), float(values.max())) for name, values in columns.items()
-                  if values.dtype == np.float64 and np.isfinite(values).all()},
+        extremes=extremes_of(columns),
         events=event_responses(plan, time, columns, {
             axis: positions[axis] - references[axis] for axis in plan.axes}, resistances or {}) if plan.events else (),
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None
                 or any(error > fail_errors[axis] for axis, error in end_errors.items())))
+
+
+def extremes_of(columns: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each column of finite numbers; one that is not finite shows in them."""
+    both = ((name, float(values.min()), float(values.max())) for name, values in columns.items()
+            if values.dtype == np.float64 and len(values))
+    return {name: (lowest, highest) for name, lowest, highest in both
+            if math.isfinite(lowest) and math.isfinite(highest)}
 
 
 def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
@@ -193,8 +200,9 @@ def first_time(time: Array, columns: Mapping[str, Array], flag: str | None) -> f
 
 def peak_and_mean(signals: Sequence[Array]) -> tuple[float, float]:
     """Return the largest absolute value of any signal, and the largest mean absolute value of one."""
-    return (max((float(np.abs(signal).max()) for signal in signals), default=0.0),
-            max((float(np.abs(signal).mean()) for signal in signals), default=0.0))
+    sizes = [np.abs(signal) for signal in signals]
+    return (max((float(size.max()) for size in sizes), default=0.0),
+            max((float(size.mean()) for size in sizes), default=0.0))
 
 
 def step_samples(reference: Array) -> list[int]:

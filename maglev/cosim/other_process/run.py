@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from maglev.cosim.fmu import unpacking_folder
-from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, ended, whole_steps, widened
+from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, by_column, ended, whole_steps
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.flight import fly
 from maglev.cosim.other_process.helper import Helper, helper
@@ -177,8 +177,8 @@ class Follower:
         columns: dict[str, Any] = {}
         for number, names in enumerate(self.wired.columns):
             path = next(self.folder.glob(f"{TRACK}{number}.*"))
-            table = np.array(np.memmap(path, path.suffix[1:], "r").reshape(-1, len(names))[:rows])
-            columns.update(zip(names, widened(table).T, strict=True))
+            table = np.memmap(path, path.suffix[1:], "r").reshape(-1, len(names))[:rows]
+            columns.update(zip(names, by_column(table), strict=True))
         return Recording(self.job.step * np.arange(rows, dtype=np.float64), columns, notes)
 
     def name(self, fmu: str) -> str:
