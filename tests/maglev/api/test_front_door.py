@@ -99,7 +99,7 @@ def test_tables_of_others(run: maglev.Run, tmp_path: Path) -> None:
 
 def test_a_picture(run: maglev.Run) -> None:
     titles = [panel.get_ylabel() for panel in run.plot().axes]
-    assert "v (mm)" in titles
+    assert "gap v (mm)" in titles
     assert any("currents" in title for title in titles)
 
 
