@@ -29,10 +29,15 @@ estimation: .venv/.test
 	$(BIN)/maglev build --native --target host
 	$(BIN)/python -m studies.estimation --anew
 
-# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its gallery is flown.
+# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are flown; where
+# there is a compiler the live stage flies on the first page.
 docs: build
 	$(INSTALL) '.[report,data,design,docs]'
-	$(BIN)/python docs/site/gallery.py docs/_made/gallery fmus
+	@$(INSTALL) '.[native]' || echo "left out: the live page, for pip cannot install the extra 'native'"
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target wasm; $(BIN)/maglev live --out docs/_made/extra/stage; \
+		$(BIN)/maglev build --native --target host; fi
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus native; \
+		else set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus; fi
 	FMUS=$(CURDIR)/fmus $(BIN)/python -m sphinx -q -W --keep-going -D nb_execution_mode=force -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
 

@@ -7,13 +7,19 @@ from pathlib import Path
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS / "site"))
 
+from site_style import write_tokens  # noqa: E402
+
+MADE = DOCS / "_made"
+write_tokens(MADE / "static")
+
 project = "Maglev FMUs"
 release = version = installed("maglev-fmus")
 author = "the authors of Maglev FMUs"
 project_copyright = author
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages", "caption_levels"]
-exclude_patterns = ["_build", "site"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages", "equation_index",
+              "caption_levels"]
+exclude_patterns = ["_build", "site", "_made/extra", "_made/static"]
 nitpicky = False
 root_doc = "index"
 default_role = "code"           # single backticks in docstrings
@@ -32,7 +38,8 @@ autodoc_typehints = "signature"
 
 html_theme = "furo"
 html_title = f"Maglev FMUs {release}"
-html_static_path = ["site/static"]
-html_css_files = ["site.css"]
+html_static_path = ["site/static", "_made/static"]
+html_css_files = ["tokens.css", "site.css"]
+html_extra_path = ["_made/extra"] if (MADE / "extra").is_dir() else []   # the live page
 html_copy_source = False
 html_show_sphinx = False

@@ -67,7 +67,7 @@ class Measurement5DOF:
             alpha2.begin(instant)
             beta1.begin(instant)
             beta2.begin(instant)
-            if (alpha1.encoder <= 0.0 or alpha2.encoder <= 0.0 or beta1.encoder <= 0.0 or beta2.encoder <= 0.0):
+            if alpha1.encoder <= 0.0 or alpha2.encoder <= 0.0 or beta1.encoder <= 0.0 or beta2.encoder <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
             self.started = True
         if instant.late:

@@ -1,5 +1,6 @@
-"""Pages of the reference, made when the site is built: the command line, the functions, the gallery, notebooks."""
+"""Pages made when the site is built: the command line, the functions, experiments, notebooks; the first page flies."""
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,19 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import maglev
+from maglev.api.catalogue import RunEntry
 from maglev.cli.app import app as command_line
+from maglev.report.plots.figures import MOVING
 
 ROOT = Path(__file__).parents[2]
 MADE = "_made"   # folder in docs, not committed
+
+LIVE = """```{raw} html
+<div class="live">
+<iframe src="stage/live.html#run=3dof-setpoints-improved" title="The live stage" loading="lazy"></iframe>
+<p>Drag the mover, kick it, swap its controller. <a href="stage/live.html">The live stage on a page of its own</a></p>
+</div>
+```"""
 
 FUNCTIONS = """# Functions
 
@@ -43,11 +53,33 @@ def functions_page() -> str:
             + "".join(f".. autoexception:: {name}()\n\n" for name in errors) + "```\n")
 
 
-def gallery_page(pictures: Path) -> str:
-    """Pictures of the main runs, those in a folder that `docs/site/gallery.py` has filled."""
-    drawn = sorted(pictures.glob("*.png"))
-    text = "".join(f"## {path.stem}\n\n![{path.stem}](gallery/{path.name})\n\n" for path in drawn)
-    return "# Gallery\n\n" + (text or "The pictures are made by `make docs`.\n")
+def experiments_page(pages: Path) -> str:
+    """List of the experiments, with a link to the page of each that `docs/site/experiments.py` has made, and pictures.
+
+    The pictures are those of the runs that the report shows moving.
+    """
+    runs: dict[str, RunEntry] = {}
+    for run in maglev.scenarios():
+        runs.setdefault(run.scenario, run)
+    made = {scenario: pages / f"{scenario}.md" for scenario in runs if (pages / f"{scenario}.md").is_file()}
+    if not made:
+        return "# Experiments\n\nTheir pages are made by `make docs`; `maglev list` lists them.\n"
+    shown = dict.fromkeys(run.scenario for name in MOVING for run in maglev.scenarios() if run.name == name)
+    pictures = "".join(f"## [{name}]({pages.name}/{name}.md)\n\n{figure}\n\n" for name in shown if name in made
+                       for figure in re.findall(r"```\{raw\} html\n.*?\n```", made[name].read_text("utf-8"), re.DOTALL))
+    rows = "".join(f"| [{scenario}]({pages.name}/{scenario}.md) | {runs[scenario].title.replace('|', ',')} | "
+                   f"{', '.join(runs[scenario].figures)} |\n" for scenario in made)
+    return ("# Experiments\n\nEvery experiment has a page with its picture and its commands, most a link that flies it "
+            f"live.\n\n{pictures}## All of them\n\n| experiment | what it is | figures of the thesis |\n"
+            f"|---|---|---|\n{rows}\n```{{toctree}}\n:hidden:\n:glob:\n\n{pages.name}/*\n```\n")
+
+
+def live_first_page(app: Any, page: str, source: list[str]) -> None:
+    """Have the live stage fly on the first page, in place of its picture, where `make docs` has made it."""
+    if page == "index" and (Path(app.srcdir) / MADE / "extra" / "stage" / "live.html").is_file():
+        source[0], number = re.subn(r"^!\[The live stage[^\n]*$", LIVE, source[0], flags=re.MULTILINE)
+        if number != 1:
+            raise ValueError("index.md: expected one picture of the live stage, whose place the stage takes")
 
 
 def make_pages(app: Any) -> None:
@@ -55,7 +87,7 @@ def make_pages(app: Any) -> None:
     folder = Path(app.srcdir) / MADE
     folder.mkdir(exist_ok=True)
     pages = {"command_line.md": command_line_page(), "functions.md": functions_page(),
-             "gallery.md": gallery_page(folder / "gallery")}
+             "experiments.md": experiments_page(folder / "experiments")}
     for name, text in pages.items():
         (folder / name).write_text(text, encoding="utf-8")
     for notebook in (ROOT / "examples").glob("*.ipynb"):
@@ -65,4 +97,5 @@ def make_pages(app: Any) -> None:
 def setup(app: Any) -> dict[str, bool]:
     """Ask Sphinx to be called before it reads."""
     app.connect("builder-inited", make_pages)
+    app.connect("source-read", live_first_page)
     return {"parallel_read_safe": True}

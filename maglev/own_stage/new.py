@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from maglev.errors import RigError, nearest
+from maglev.own_stage.new_scenario import write_new
 from maglev.own_stage.reading import read_own
 from maglev.own_stage.template import scenario_text, stage_text
 from pmlsm.rigs import EXAMPLE, RIGS
@@ -40,16 +41,10 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     if file.suffix != ".toml":
         raise RigError(f"{file}: expected a name that ends in .toml, such as {file.stem or 'mine'}.toml")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
-    for each in (file, scenario):
-        if each.exists():
-            raise RigError(f"{each}: it is there already, expected the name of a new file")
-    if not file.parent.is_dir():
-        raise RigError(f"{file}: there is no folder {file.parent}, expected one")
-    file.write_text(stage_text(RIGS[like], file), encoding="utf-8")
+    write_new(file, stage_text(RIGS[like], file))
     try:
-        rig = read_own(file)
+        write_new(scenario, scenario_text(read_own(file), scenario, file.name, more=False))
     except RigError:
         file.unlink()
         raise
-    scenario.write_text(scenario_text(rig, scenario, file.name, more=False), encoding="utf-8")
     return file, scenario

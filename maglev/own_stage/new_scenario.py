@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maglev.errors import RigError
+from maglev.errors import MaglevError, RigError
 from maglev.own_stage.adoption import OWN, rig_named
 from maglev.own_stage.template import scenario_text
 from pmlsm.rigs import EXAMPLE
@@ -51,12 +51,12 @@ def toml_file(path: str | Path) -> Path:
     return file
 
 
-def write_new(file: Path, text: str) -> None:
-    """Write a new file; RigError if it is there already, or has no folder."""
+def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> None:
+    """Write a new file; an error if it is there already, or has no folder."""
     if not file.parent.is_dir():
-        raise RigError(f"{file}: there is no folder {file.parent}, expected one")
+        raise error(f"{file}: there is no folder {file.parent}, expected one")
     try:
         with file.open("x", encoding="utf-8", newline="\n") as written:
             written.write(text)
     except FileExistsError:
-        raise RigError(f"{file}: it is there already, expected the name of a new file") from None
+        raise error(f"{file}: it is there already, expected the name of a new file") from None

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
 from maglev.own_stage.adoption import rig_named
+from maglev.own_stage.new_scenario import write_new
 from maglev.rig.modules import controller
 from pmlsm.rigs import EXAMPLE
 
@@ -49,13 +50,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
                               "class in it is named after it")
     text = controller(rig, name, file.name)
     text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
-    if not file.parent.is_dir():
-        raise ControllerError(f"{file}: there is no folder {file.parent}, expected one")
-    try:
-        with file.open("x", encoding="utf-8", newline="\n") as written:
-            written.write(text)
-    except FileExistsError:
-        raise ControllerError(f"{file}: it is there already, expected the name of a new file") from None
+    write_new(file, text, ControllerError)
     return file
 
 

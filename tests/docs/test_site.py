@@ -1,5 +1,6 @@
 """The documentation site: it builds without a warning, from what is installed, and opens from a file."""
 
+import json
 import re
 import subprocess
 import sys
@@ -72,6 +73,27 @@ def test_equations_are_drawn_by_the_browser(site: dict[Path, Page]) -> None:
     text = next(path for path in site if path.name == "equations.html").read_text(encoding="utf-8")
     assert text.count("<math") > 40
     assert "$" not in text.split("<article", 1)[1].split("</article>", 1)[0]
+
+
+def test_an_equation_is_found_by_its_number(site: dict[Path, Page]) -> None:
+    """Sphinx splits words at a point, but looks for what was typed as a whole among the entries of its index."""
+    page = next(path for path in site if path.name == "equations.html")
+    _, _, text = (page.parent / "searchindex.js").read_text(encoding="utf-8").partition("(")
+    index = json.loads(text.rstrip(")"))
+    number = index["docnames"].index("equations")
+    for typed in ("(4.16)", "equation 4.16"):
+        anchors = [anchor for document, anchor, _ in index["indexentries"][typed] if document == number]
+        assert anchors and set(anchors) <= site[page].anchors
+
+
+def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
+    """Light, and dark twice: as the system asks, and by the switch of the site."""
+    found = next(path for path in site if path.name == "index.html").parent / "_static" / "tokens.css"
+    style = (DOCS.parent / "maglev" / "report" / "style.css").read_text(encoding="utf-8")
+    light, dark = re.findall(r"--phase-0: (#\w+);", style)
+    text = found.read_text(encoding="utf-8")
+    assert re.findall(r"--phase-0: (#\w+);", text) == [light, dark, dark]
+    assert ".still .grid" in text
 
 
 def test_headings_have_a_level(site: dict[Path, Page]) -> None:

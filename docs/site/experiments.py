@@ -1,0 +1,63 @@
+"""Fly every experiment for the site, a page for each: `python docs/site/experiments.py FOLDER FMUS [native]`."""
+
+import shutil
+import sys
+import tempfile
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+import maglev
+from maglev.api.catalogue import RunEntry
+from maglev.live.content import live_runs
+from maglev.live.link import live_address
+from maglev.report.plots.figures import shown_figures
+from maglev.report.plots.static import static_picture
+from maglev.schema.layers import packaged_runs
+
+
+def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
+    """Page of a scenario: what it is, its picture, and how each of its runs is flown."""
+    first = runs[0]
+    text = f"# {first.scenario}\n\n{first.title}.\n\n"
+    if first.figures:
+        text += f"Of the thesis: {', '.join(f'figure {each}' for each in first.figures)}.\n\n"
+    text += f"    maglev run {first.scenario} --plot\n\n{picture}\n\n"
+    text += "| run | what it is | command | |\n|---|---|---|---|\n"
+    for run in runs:
+        link = f'<a href="../../stage/{live_address(run.name)}">live</a>' if run.name in live else ""
+        text += f"| {run.name} | {run.title.replace('|', ',')} | `maglev run {run.name}` | {link} |\n"
+    return text
+
+
+def picture_of(name: str, fmus: Path, native: bool) -> str:
+    """Positions, errors and currents of a run, as SVG in the colours of the site; or why there are none."""
+    with tempfile.TemporaryDirectory() as folder:   # as many runs, for some start from the ends of others
+        found = maglev.run_all([name], out=folder, fmus=fmus, native=native).runs
+    flown = next(run for run in found if run.plan.name == name)
+    if flown.failure is not None:
+        return f"It does not come to its end: {escape(flown.failure)}"
+    # Runs of a procedure have no figure of their own in the report.
+    alone = replace(flown, plan=flown.plan.model_copy(update={"procedure": None}))
+    panels = static_picture(shown_figures([], [alone])[0])
+    return (f"```{{raw}} html\n<figure>{panels}<figcaption>{escape(name)}: {escape(flown.plan.title)}</figcaption>"
+            "</figure>\n```")
+
+
+def write_pages(folder: Path, fmus: Path, native: bool, live: set[str], names: set[str] | None = None) -> None:
+    """Write `SCENARIO.md` for each scenario, all or those that are named, with a picture of its first run."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    runs: dict[str, list[RunEntry]] = {}
+    for run in maglev.scenarios():
+        if run.name in packaged_runs() and (names is None or run.scenario in names):
+            runs.setdefault(run.scenario, []).append(run)
+    for scenario, entries in runs.items():
+        picture = picture_of(entries[0].name, fmus, native)
+        (folder / f"{scenario}.md").write_text(page_of(entries, picture, live), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    made, built = Path(sys.argv[1]), Path(sys.argv[2])
+    has_live = (made.parent / "extra" / "stage" / "live.html").is_file()
+    write_pages(made, built, "native" in sys.argv[3:], {plan.name for plan in live_runs()} if has_live else set())
