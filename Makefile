@@ -7,7 +7,7 @@ NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check axe-check accuracy mutants bench-pages lock release clean
+	live-check axe-check accuracy mutants bench-pages claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -24,6 +24,14 @@ claims: build
 	$(BIN)/maglev run --all
 	$(BIN)/python tools/write_claims.py results/claims.md
 
+# Whether the table of claims has the numbers of runs: native ones where they can be built, for both kinds have the same bits.
+claims-check: .venv/.test
+	@mkdir -p results
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target host; \
+		$(BIN)/maglev run --all --native --out results/claims > results/claims.log; \
+		else set -x; $(BIN)/maglev build; $(BIN)/maglev run --all --out results/claims > results/claims.log; fi
+	$(BIN)/python tools/write_claims.py results/claims/claims.md --check
+
 # The assumed effects, estimated from part of the evidence and judged on the rest: docs/estimation.md.
 estimation: .venv/.test
 	$(BIN)/maglev build --native --target host
@@ -38,6 +46,7 @@ docs: build
 		$(BIN)/maglev build --native --target host; fi
 	@if $(NATIVE_TOOLS); then set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus native; \
 		else set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus; fi
+	$(MAKE) claims-check
 	FMUS=$(CURDIR)/fmus $(BIN)/python -m sphinx -q -W --keep-going -D nb_execution_mode=force -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
 

@@ -1,5 +1,6 @@
 """The table of claims in the documentation is that of the scenarios."""
 
+import re
 from pathlib import Path
 
 from maglev.judging.verdicts import VERDICTS
@@ -7,6 +8,18 @@ from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plans
 
 PAGE = Path(__file__).parents[1] / "docs" / "claims.md"
+
+
+def test_the_readme_counts_what_the_page_counts() -> None:
+    counts = re.search(r"(\d+) claims on .*?: (\d+) reproduced, (\d+) within 10 %, (\d+) not reproduced, "
+                       r"(\d+) not testable. (\d+) of (\d+) bounds .*? are met, (\d+) of them",
+                       PAGE.read_text(encoding="utf-8"))
+    assert counts
+    claims, good, close, bad, untested, met, bounds, chosen = counts.groups()
+    said = " ".join((PAGE.parents[1] / "README.md").read_text(encoding="utf-8").split())
+    assert (f"Of {claims} claims that it makes in words, {good} reproduce, {close} comes within 10 %, {untested} "
+            f"cannot be tested, and {bad} do not") in said
+    assert f"Of {bounds} bounds that the axes of its figures set, {met} are met, {chosen} of them by figures" in said
 
 
 def test_the_table_has_every_claim_with_a_verdict() -> None:

@@ -1,9 +1,11 @@
 """Put the table of claims of all runs into docs/claims.md, between its markers.
 
     maglev run --all && python tools/write_claims.py results/claims.md
+    python tools/write_claims.py results/claims.md --check     # exits with 1 where the page has other numbers
 """
 
 import sys
+from difflib import unified_diff
 from pathlib import Path
 
 PAGE = Path(__file__).parents[1] / "docs" / "claims.md"
@@ -21,5 +23,10 @@ def with_claims(page: str, claims: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(with_claims(PAGE.read_text(encoding="utf-8"), Path(sys.argv[1]).read_text(encoding="utf-8")),
-                      encoding="utf-8")
+    old = PAGE.read_text(encoding="utf-8")
+    new = with_claims(old, Path(sys.argv[1]).read_text(encoding="utf-8"))
+    if "--check" not in sys.argv[2:]:
+        PAGE.write_text(new, encoding="utf-8")
+    elif new != old:
+        sys.stdout.writelines(unified_diff(old.splitlines(True), new.splitlines(True), "page", "runs", n=0))
+        sys.exit("docs/claims.md: other numbers than those of these runs, expected what `make claims` writes")

@@ -136,6 +136,13 @@ def test_scripts_that_pages_name_are_there(path: Path) -> None:
             assert script is None or (ROOT / script).exists() or (path.parent / script).exists(), script
 
 
+def test_every_benchmark_is_run() -> None:
+    """By a target of the Makefile, or by a benchmark that is."""
+    targets = (ROOT / "Makefile").read_text(encoding="utf-8")
+    imported = {module.split(".")[0] for path in SCRIPTS for module, _ in imports(path.read_text(encoding="utf-8"))}
+    assert not [path.name for path in SCRIPTS if f"benchmarks/{path.name}" not in targets and path.stem not in imported]
+
+
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
 def test_benchmarks_load(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They take too long to be run here; what they import may have changed."""
