@@ -56,7 +56,7 @@ begin(globals())
 
 
 def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
-              packages: tuple[str, ...], destination: Path) -> Path:
+              packages: tuple[str, ...], destination: Path, extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` and return its path.
 
     Parameters
@@ -70,6 +70,8 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
         Packages whose modules the FMU carries, if it imports them.
     destination : Path
         Folder, made if it is not there.
+    extra : mapping of str to bytes, optional
+        Further files by name in the FMU, which do not run.
 
     Notes
     -----
@@ -77,7 +79,7 @@ def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: s
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
     contents = fmu_contents(definition, module, attribute, version, licence, (*packages, *CARRIED))
-    return write_archive(destination / f"{definition.name}.fmu", contents)
+    return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:

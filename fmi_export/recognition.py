@@ -13,8 +13,8 @@ from fmi_export.native.build import BINARIES, DIGESTS, SOURCES, TABLE, digests, 
 from fmi_export.native.shells import SHELLS
 from fmi_export.sources import module_path
 
-# What is only read by people; what runs is compared byte for byte.
-FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/")
+# What is only read, by people or by tools beside it; what runs is compared byte for byte.
+FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/", "extra/")
 
 DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
 MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")

@@ -2,19 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
+from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 from fmi_export.build import write_archive
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.errors import ExportError
+from fmi_export.parameter_set import Value, parameter_set, xml_file
 from fmi_export.units import exponents
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 
-for prefix, namespace in (("ssd", SSD), ("ssv", SSV), ("ssc", SSC)):
+for prefix, namespace in (("ssd", SSD), ("ssc", SSC)):
     register_namespace(prefix, namespace)
 
 
@@ -70,9 +70,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
         add_connection(links, *((inner, outer) if variable.causality == "output" else (outer, inner)))
     add_units(root, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
     SubElement(root, f"{{{SSD}}}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop_time)})
-    indent(root)
-    text: str = tostring(root, encoding="unicode")
-    contents["SystemStructure.ssd"] = f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+    contents["SystemStructure.ssd"] = xml_file(root)
     return write_archive(path, contents)
 
 
@@ -94,18 +92,9 @@ def add_component(elements: Element, name: str, definition: FmuDefinition, file:
         add_connector(connectors, variable.name, variable)
     binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
     values = SubElement(binding, f"{{{SSD}}}ParameterValues")
-    parameters = SubElement(SubElement(values, f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name}),
-                            f"{{{SSV}}}Parameters")
-    for variable in definition.variables:
-        if variable.causality == "output":
-            continue
-        start = definition.start_value(variable)
-        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": variable.name})
-        if variable.boolean:
-            SubElement(parameter, f"{{{SSV}}}Boolean", {"value": "true" if start else "false"})
-        else:
-            unit = {"unit": variable.unit} if variable.unit else {}
-            SubElement(parameter, f"{{{SSV}}}Real", {"value": repr(float(start)), **unit})
+    values.append(parameter_set(name, (
+        Value(variable.name, "Boolean" if variable.boolean else "Real", definition.start_value(variable), variable.unit)
+        for variable in definition.variables if variable.causality != "output")))
 
 
 def add_connection(links: Element, source: Sequence[str | None], target: Sequence[str | None]) -> None:

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from maglev.api.studying import Study, study, sweep
     from maglev.api.tuning import Tuned, tune
     from maglev.cosim.master import RunFailed
+    from maglev.fmu_experiments.check import check_fmus
+    from maglev.fmu_experiments.pack import pack_reference
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
     from maglev.live.page import write_live
@@ -56,14 +58,16 @@ PLACES = {
     "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.injection.response",
     "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
-    "check": "maglev.api.checking", "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
+    "check": "maglev.api.checking", "check_fmus": "maglev.fmu_experiments.check",
+    "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
     "frequency_response": "maglev.analysis.injection.frequency_response",
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
     "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
     "new_scenario": "maglev.own_stage.new_scenario", "new_stage": "maglev.own_stage.new",
-    "new_study": "maglev.studies.new", "region": "maglev.stability.analysis", "run": "maglev.api.running",
+    "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
+    "region": "maglev.stability.analysis", "run": "maglev.api.running",
     "run_all": "maglev.api.running",
     "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
     "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
@@ -74,9 +78,10 @@ __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "FrequencyResponse",
     "IdentificationError", "LinearModelError", "MaglevError", "MeasurementError", "NumericalLoop", "QuantityError",
     "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName",
-    "build", "check", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop",
-    "linearise_numerically", "new_controller", "new_scenario", "new_stage", "new_study", "region", "run",
-    "run_all", "scenarios", "study", "sweep", "tune", "update", "write_identification", "write_live"]
+    "build", "check", "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise",
+    "linearise_loop", "linearise_numerically", "new_controller", "new_scenario", "new_stage", "new_study",
+    "pack_reference", "region", "run", "run_all", "scenarios", "study", "sweep", "tune",
+    "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

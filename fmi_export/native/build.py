@@ -43,7 +43,8 @@ def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str,
 
 
 def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], version: str, licence: str,
-                     packages: tuple[str, ...], destination: Path, host_only: bool = False, fmi: int = 2) -> Path:
+                     packages: tuple[str, ...], destination: Path, host_only: bool = False, fmi: int = 2,
+                     extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
     Parameters
@@ -62,6 +63,8 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
         tools on such a machine look for it.
     fmi : int
         Version of FMI, 2 or 3.
+    extra : mapping of str to bytes, optional
+        Further files by name in the FMU, which do not run.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     contents |= described(definition, version, licence, shell.version)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[shell.headers[0]]).encode("utf-8")
     contents["modelDescription.xml"] = made.description
-    return write_archive(destination / f"{definition.name}.fmu", contents)
+    return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
 
 def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str], version: str,

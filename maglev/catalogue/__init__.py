@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from fmi_export.build import build_fmu
+from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
+from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, carried
+from fmi_export.experiments.smoke_test import smoke_test
 from fmi_export.native.build import build_native_fmu, build_webassembly, host_platform, translated_blocks
 from fmi_export.native.compiler import library, require_zig
 from fmi_export.ssp import write_ssp
@@ -17,6 +20,7 @@ from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
 from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
 from maglev.processors import processors
+from maglev.schema.layers import PACKAGED
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.own_modules import PACKAGES
 from maglev.user_controllers.source import is_class
@@ -102,10 +106,18 @@ def build(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[
     chosen = [(definition(name), *places()[name]) for name in with_parts(names)]
     version, licence = project()
     with whole_files(folder) as unfinished:
-        fmus = counted((build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished)
-                        for item in chosen), len(chosen), watch)
+        fmus = counted((build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished,
+                                  extra=experiments_in(item[0])) for item in chosen), len(chosen), watch)
         made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
     return [folder / path.name for path in made]
+
+
+def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
+    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario."""
+    test, name = smoke_test(definition), f"{definition.name}_validation"
+    found = {test.name: (SMOKE_TEST, test.files())}
+    recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
+    return carried(found | ({name: (VALIDATION, recorded)} if recorded else {}))
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
@@ -156,7 +168,8 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False, wa
     with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
         loop = pool.submit(build_step_loop, unfinished)
         fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
-                                                              host_only, fmi), chosen), len(chosen), watch)
+                                                              host_only, fmi, experiments_in(each)), chosen),
+                       len(chosen), watch)
         loop.result()
         made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
     return [folder / path.name for path in made]

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from maglev.cli.check import check
 from maglev.cli.compare import compare
 from maglev.cli.frequency_response import frequency_response
 from maglev.cli.identify import identify
@@ -22,10 +23,11 @@ from maglev.cli.options import (
     RigFile,
     with_flight_options,
 )
+from maglev.cli.pack import pack
 from maglev.cli.region import region
 from maglev.cli.streams import CommandLine
 from maglev.cli.study import study, sweep
-from maglev.cli.terminal import one_line_errors, print_outcomes, print_results, progress_of, report_console, say
+from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, say
 from maglev.cli.tune import tune
 from maglev.errors import ScenarioError
 
@@ -52,7 +54,8 @@ Magnetically levitated stages as FMI 2.0 and 3.0 co-simulation: build the FMUs, 
 
 `maglev tune horizontal-3dof` searches gains
 
-`maglev check` asks whether every experiment still gives what it gave
+`maglev check` asks whether every experiment still gives what it gave; `maglev check mine.fmu` flies the experiments
+that an FMU carries
 
 Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that was not
 flown to its end, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what
@@ -238,47 +241,9 @@ def live(files: Annotated[list[str] | None, typer.Argument(
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-@app.command()
-@with_flight_options("step", "order")
-def check(names: Names = None,
-          update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
-          baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
-                                                         show_default="the package's")] = None,
-          junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
-          = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, every one of the package if none is named, and compare with their baselines.
-
-    A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
-    exit code is 0 if all runs are within the tolerances, 1 if one is not, 2 if one could not be compared.
-
-    **Examples:**
-
-    `maglev check --junit check.xml`
-
-    `maglev check 3dof-smooth-nonlinear --plant my_plant.fmu`
-    """
-    with one_line_errors(debug):
-        if update and junit is not None:
-            raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
-        if junit is not None and not junit.name:
-            raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
-        from maglev.api.checking import check as check_runs
-        from maglev.api.checking import update as update_runs
-        from maglev.baselines.junit import write_junit
-        from maglev.baselines.outcome import exit_code
-
-        if update:
-            updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
-            print_outcomes(updated)
-            raise typer.Exit(exit_code(updated))
-        checked = check_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
-        print_outcomes(checked)
-        if junit is not None:   # where it cannot be written, the results have been told
-            write_junit(junit, checked)
-        raise typer.Exit(exit_code(checked))
-
-
 app.add_typer(new, name="new")
+app.add_typer(pack, name="pack")
+app.command()(check)
 app.command()(compare)
 app.command("frequency-response")(frequency_response)
 app.command()(identify)

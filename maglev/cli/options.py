@@ -30,6 +30,9 @@ Fmi = Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: 3 
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
     autocompletion=run_names)]
+NamesOrFmus = Annotated[list[str] | None, typer.Argument(
+    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files; or FMUs, whose own experiments "
+    "are flown.", show_default=False, autocompletion=run_names)]
 RigFile = Annotated[Path | None, typer.Option("--rig", metavar="TOML", help="Description of a stage of yours "
                                               "(docs/own_stage.md).", show_default=False)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]

@@ -103,7 +103,7 @@ def test_no_file_that_a_tool_refuses(either_kind: Path, name: str) -> None:
     with zipfile.ZipFile(either_kind / f"{name}.fmu") as archive:
         places = {file.split("/")[0] for file in archive.namelist()}
     assert {"modelDescription.xml", "model.png", "documentation", "binaries"} < places
-    assert places <= {"modelDescription.xml", "model.png", "documentation", "binaries", "sources", "resources"}
+    assert places <= {"modelDescription.xml", "model.png", "documentation", "binaries", "sources", "resources", "extra"}
 
 
 def test_version_is_the_packages(fmus: Path) -> None:

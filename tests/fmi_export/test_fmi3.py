@@ -94,7 +94,7 @@ def test_files_inside(fmi3_fmus: Path, tmp_path: Path) -> None:
     listed = read_build_description(path)[0].sourceFileSets[0].sourceFiles
     assert {f"sources/{file}" for file in listed} == {file for file in files if file.endswith(".c")}
     assert {file.partition("/")[0] for file in files} == {"modelDescription.xml", "binaries", "documentation",
-                                                          "sources", "terminalsAndIcons"}
+                                                          "sources", "terminalsAndIcons", "extra"}
     # As the build description has it: a shared library of the sources, under a strict compiler.
     sources = unpacked_sources(path, tmp_path)
     made = compiled(sources, tmp_path / "plant.so", "-shared", "-fPIC", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")

@@ -1,0 +1,1 @@
+"""Experiments that an FMU carries: inputs, parameters and the results that are expected (FMI-LS-REF)."""

@@ -1,0 +1,148 @@
+"""Files of the experiments in an FMU, and the manifest that lists them.
+
+The layered standard FMI-LS-REF is a draft, 1.0.0-beta.1; it lists files and leaves the format of experiments to another
+draft, MA-HS-Experiments, whose schema these files follow. Neither says how close a result has to be: the tolerances are
+in a file beside the results, as those of the FMI cross-check.
+"""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+from xml.etree.ElementTree import Element, SubElement, fromstring, register_namespace
+
+from fmi_export.parameter_set import Value, parameter_set, xml_file
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref/"
+MANIFEST = f"{FOLDER}fmi-ls-manifest.xml"
+NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+VERSION = "1.0.0-beta.1"
+ROOT = {f"{{{NAMESPACE}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref", f"{{{NAMESPACE}}}fmi-ls-version": VERSION,
+        f"{{{NAMESPACE}}}fmi-ls-description":
+        "Layered Standard providing information on related files included in an FMU."}
+
+EXPERIMENTS, SSV_TYPE, CSV_TYPE = "application/x-ma-hs-experiments", "application/x-ssp-parameter-set", "text/csv"
+
+SMOKE_TEST, VALIDATION = "experiment/smoke-test", "experiment/validation"
+
+SHARE = 1e-6   # of the largest value of a result, by which another machine's rounding may change it
+
+register_namespace("fmi-ls", NAMESPACE)
+
+
+@dataclass(frozen=True)
+class ExperimentFiles:
+    """An experiment to be put into an FMU.
+
+    Attributes
+    ----------
+    name : str
+        Of the experiment and, with endings, of its files.
+    role : str
+        `SMOKE_TEST` or `VALIDATION`.
+    description : str
+        What it is, in a sentence.
+    step : float
+        Communication step, s.
+    results : mapping of str to sequence of float
+        Column "time" (s) first, then the expected values of outputs, SI; Booleans as 0 and 1.
+    tolerances : mapping of str to (float, float)
+        Of each output: absolute, and relative to the expected value.
+    inputs : mapping of str to sequence of float
+        Column "time" first, then the inputs; empty if they stay as they start.
+    parameters : sequence of Value
+        Start values that are not those of the FMU.
+    """
+
+    name: str
+    role: str
+    description: str
+    step: float
+    results: Mapping[str, Sequence[float]]
+    tolerances: Mapping[str, tuple[float, float]]
+    inputs: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    parameters: Sequence[Value] = ()
+
+    def files(self) -> dict[str, bytes]:
+        """The files by name."""
+        times = self.results["time"]
+        found = {f"{self.name}_ref.csv": table(self.results), f"{self.name}_ref.opt": self.options()}
+        root = Element("Experiments", {"name": self.name, "description": self.description})
+        experiment = SubElement(root, "Experiment", {"name": self.name, "description": self.description})
+        SubElement(experiment, "TransientSimulation", {"startTime": repr(float(times[0])),
+                                                       "stopTime": repr(float(times[-1])), "stepSize": repr(self.step)})
+        if self.parameters:
+            found[f"{self.name}.ssv"] = xml_file(parameter_set(self.name, self.parameters))
+            SubElement(experiment, "Parameters", {"source": f"{self.name}.ssv"})
+        if self.inputs:
+            found[f"{self.name}_in.csv"] = table(self.inputs)
+            SubElement(experiment, "Stimuli", {"source": f"{self.name}_in.csv"})
+        SubElement(experiment, "References", {"source": f"{self.name}_ref.csv"})
+        return {f"{self.name}.exp": xml_file(root), **found}
+
+    def options(self) -> bytes:
+        """Times and tolerances, a line for each, as the FMI cross-check has them."""
+        times = self.results["time"]
+        rows = [("StartTime", times[0]), ("StopTime", times[-1]), ("StepSize", self.step),
+                ("OutputInterval", times[1] - times[0])]
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerows((key, repr(float(value))) for key, value in rows)
+        for name, tolerance in self.tolerances.items():
+            writer.writerows((key, name, f"{value:.3g}") for key, value in zip(("AbsTol", "RelTol"), tolerance,
+                                                                             strict=True))
+        return text.getvalue().encode()
+
+
+def tolerances(results: Mapping[str, Sequence[float]],
+               nominals: Mapping[str, float | None]) -> dict[str, tuple[float, float]]:
+    """Tolerances of results that are to be repeated but for rounding, absolute and relative by name.
+
+    The absolute one is a share of the largest value, or of the nominal value (1 in place of None) if that is larger.
+    Results without a nominal value, such as Booleans, are exact.
+    """
+    return {name: (SHARE * max(nominals[name] or 1.0, *map(abs, values)) if name in nominals else 0.0, 0.0)
+            for name, values in results.items() if name != "time"}
+
+
+def table(columns: Mapping[str, Sequence[float]]) -> bytes:
+    """Columns as CSV; whole numbers, so also Booleans, without a decimal point."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*columns.values(), strict=True):
+        writer.writerow(repr(float(value)).removesuffix(".0") for value in row)
+    return text.getvalue().encode()
+
+
+def carried(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]],
+            before: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """Files of experiments by name in the FMU, and a manifest that lists them.
+
+    Parameters
+    ----------
+    experiments : mapping of str to (str, mapping of str to bytes)
+        By name of the experiment: its role, and its files as of `ExperimentFiles.files`.
+    before : mapping of str to bytes, optional
+        Files that are in the FMU: what its manifest lists stays listed, but for files that take the place of others.
+    """
+    new = {f"{FOLDER}{name}": data for _, files in experiments.values() for name, data in files.items()}
+    root = Element("fmiReferences", ROOT)
+    if before and MANIFEST in before:
+        root = fromstring(before[MANIFEST])
+        for related in root.findall("Related"):
+            if f"{FOLDER}{related.get('source')}" in new:
+                root.remove(related)
+    place = len(root.findall("Related"))   # annotations come last
+    for name, (role, files) in experiments.items():
+        description = fromstring(files[f"{name}.exp"]).get("description", name)
+        for file in sorted(files):
+            kind, own, what = {".exp": (EXPERIMENTS, role, ""), ".ssv": (SSV_TYPE, "parameter", "Parameters: "),
+                               ".opt": ("text/plain", "other", "Tolerances of the results: ")}.get(
+                PurePosixPath(file).suffix,
+                (CSV_TYPE, "result", "Results: ") if file.endswith("_ref.csv") else (CSV_TYPE, "other", "Inputs: "))
+            root.insert(place, Element("Related", {"type": kind, "source": file, "role": own,
+                                                   "description": f"{what}{description}"}))
+            place += 1
+    return {MANIFEST: xml_file(root), **new}

@@ -1,0 +1,43 @@
+"""Values of parameters as an SSV file (System Structure and Parameterization, 1.0 and 2.0 alike)."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
+
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+
+register_namespace("ssv", SSV)
+
+
+class Value(NamedTuple):
+    """A parameter: its name, its SSV type ("Real", "Integer" or "Boolean"), its value, and its unit if it has one."""
+
+    name: str
+    kind: str
+    value: float | bool
+    unit: str = ""
+
+
+def parameter_set(name: str, values: Iterable[Value]) -> Element:
+    """Element `ParameterSet` of values."""
+    found = Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name})
+    parameters = SubElement(found, f"{{{SSV}}}Parameters")
+    for value in values:
+        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": value.name})
+        SubElement(parameter, f"{{{SSV}}}{value.kind}",
+                   {"value": written(value)} | ({"unit": value.unit} if value.unit else {}))
+    return found
+
+
+def written(value: Value) -> str:
+    """A value as XML has it."""
+    if value.kind == "Boolean":
+        return "true" if value.value else "false"
+    return str(int(value.value)) if value.kind == "Integer" else repr(float(value.value))
+
+
+def xml_file(root: Element) -> bytes:
+    """A file of an element."""
+    indent(root)
+    text: str = tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()

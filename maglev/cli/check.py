@@ -1,0 +1,79 @@
+"""The command `maglev check`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from maglev.cli.options import FLIGHT, Debug, Jobs, NamesOrFmus, with_flight_options
+from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
+from maglev.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from maglev.baselines.outcome import CheckResult
+
+
+@with_flight_options("step", "order")
+def check(names: NamesOrFmus = None,
+          update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
+          baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
+                                                         show_default="the package's")] = None,
+          junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
+          = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
+    """Run scenarios, every one of the package if none is named, and compare with their baselines.
+
+    A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
+    exit code is 0 if all runs are within the tolerances, 1 if one is not, 2 if one could not be compared.
+
+    Of an FMU, anybody's, the experiments that it carries are flown: by the layered standard FMI-LS-REF, or in
+    `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` beside `NAME.fmu`.
+
+    **Examples:**
+
+    `maglev check --junit check.xml`
+
+    `maglev check 3dof-smooth-nonlinear --plant my_plant.fmu`
+
+    `maglev check mine.fmu`
+    """
+    with one_line_errors(debug):
+        if update and junit is not None:
+            raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
+        if junit is not None and not junit.name:
+            raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
+        from maglev.api.checking import check as check_runs
+        from maglev.api.checking import update as update_runs
+        from maglev.baselines.junit import write_junit
+        from maglev.baselines.outcome import exit_code
+
+        fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
+        runs = [name for name in names or () if not name.lower().endswith(".fmu")]
+        if fmus and update:
+            raise ScenarioError(f"{fmus[0]}: expected scenarios with --update; `maglev pack ref` puts one into an FMU")
+        if update:
+            updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+            print_outcomes(updated)
+            raise typer.Exit(exit_code(updated))
+        checked: list[CheckResult] = []
+        if runs or not fmus:
+            checked += check_runs(runs or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+        else:
+            require_no_options(fmus, {**options, "baselines": baselines})
+        if fmus:
+            from maglev.fmu_experiments.check import check_fmus
+
+            checked += check_fmus(fmus, jobs=jobs, watch=progress_of)
+        print_outcomes(checked)
+        if junit is not None:   # where it cannot be written, the results have been told
+            write_junit(junit, checked)
+        raise typer.Exit(exit_code(checked))
+
+
+def require_no_options(fmus: Sequence[Path], options: dict[str, Any]) -> None:
+    """Refuse options of runs where there are none: an FMU alone is flown as its experiments say."""
+    defaults = {name: default for name, (_, default) in FLIGHT.items()} | {"baselines": None}
+    for name, value in options.items():
+        if value != defaults[name]:
+            option = {"ports": "map"}.get(name, name.replace("_", "-"))
+            raise ScenarioError(f"--{option}: expected a scenario with it, {fmus[0]} is flown as its experiments say")

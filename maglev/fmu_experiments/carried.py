@@ -1,0 +1,213 @@
+"""Which experiments an FMU carries: by the layered standard FMI-LS-REF, or in files beside it.
+
+The drafts FMI-LS-REF 1.0.0-beta.1 and MA-HS-Experiments are read as they stand, also in the form with the times in the
+element `Experiment` itself. A result that no experiment refers to is that of the default experiment.
+"""
+
+import math
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from posixpath import normpath
+from typing import NamedTuple
+from urllib.parse import unquote, urlsplit
+from xml.etree.ElementTree import Element, ParseError, fromstring
+from zipfile import BadZipFile, ZipFile
+
+from fmi_export.experiments.files import CSV_TYPE, FOLDER, MANIFEST, SSV_TYPE
+from maglev.errors import FmuError, nearest, nearest_file, shortened
+
+MOST = 50_000_000   # bytes of a file
+
+EXPERIMENT_TYPES = ("application/x-ma-hs-experiments", "application/x-ma-ls-experiments")   # the latter in older drafts
+
+
+class File(NamedTuple):
+    """A file of an experiment: what messages call it, and its bytes."""
+
+    place: str
+    data: bytes
+
+
+@dataclass(frozen=True)
+class CarriedExperiment:
+    """An experiment: what an FMU is given, and what it should come to.
+
+    Attributes
+    ----------
+    name : str
+    start_time, stop_time, step, tolerance : float or None
+        s, and relative tolerance of a solver; None where nothing is said.
+    parameters, inputs, results, options : File or None
+        SSV, CSV, CSV, and the tolerances of the results.
+    problem : str
+        Why it cannot be flown; empty if it can.
+    """
+
+    name: str
+    start_time: float | None = None
+    stop_time: float | None = None
+    step: float | None = None
+    tolerance: float | None = None
+    parameters: File | None = None
+    inputs: File | None = None
+    results: File | None = None
+    options: File | None = None
+    problem: str = ""
+
+
+def carried_experiments(path: Path) -> list[CarriedExperiment]:
+    """Experiments of an FMU; FmuError if the file cannot be read, or if it carries none.
+
+    What is wrong with one experiment is in its `problem`: the others can be flown.
+    """
+    try:
+        with ZipFile(path) as archive:
+            sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
+            wanted = [name for name in sizes if name.startswith("extra/") or name == MANIFEST]
+            for name in wanted:
+                if sizes[name] > MOST:
+                    raise FmuError(f"{path}: {name} has {sizes[name]} bytes, expected at most {MOST}")
+            files = {name: archive.read(name) for name in wanted}
+    except FileNotFoundError:
+        raise FmuError(f"{path}: there is no such file{nearest_file(path)}, expected an FMU") from None
+    except (OSError, BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+        raise FmuError(f"{path}: cannot be read as an FMU: {error}") from error
+    found = [*(in_manifest(path, files) if MANIFEST in files else ()), *beside(path)]
+    if not found:
+        raise FmuError(f"{path}: carries no experiments, expected {MANIFEST} with some in it, or {path.stem}_ref.csv "
+                       "beside it")
+    return found
+
+
+def beside(path: Path) -> Iterator[CarriedExperiment]:
+    """The experiment in files beside an FMU, as in the FMI cross-check: NAME_ref.csv, NAME_in.csv and NAME_ref.opt."""
+    results = path.with_name(f"{path.stem}_ref.csv")
+    if not results.is_file():
+        return
+    def file(*names: str) -> File | None:
+        places = [path.with_name(name) for name in names]
+        return next((File(str(place), place.read_bytes()) for place in places if place.is_file()), None)
+
+    yield CarriedExperiment(results.name, inputs=file(f"{path.stem}_in.csv"), results=file(results.name),
+                            options=file(f"{path.stem}_ref.opt", f"{path.stem}.opt"))
+
+
+def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExperiment]:
+    """Experiments that the manifest lists, and the default experiment for results that none of them refers to."""
+    root = parsed(path, MANIFEST, files[MANIFEST], "fmiReferences")
+    listed: dict[str, list[tuple[str, Element]]] = {"experiment": [], "result": []}
+    for related in root.iter("Related"):
+        role = related.get("role", "")
+        kind = related.get("type", "application/octet-stream")
+        source = related.get("source")
+        if source is None:
+            raise FmuError(f"{path}: {MANIFEST}: an element Related has no source, expected the name of a file")
+        if role.partition("/")[0] in listed and role != "experiment/uncertainty-analysis":
+            if role == "result" and kind != CSV_TYPE:
+                continue
+            if role != "result" and kind not in EXPERIMENT_TYPES and not source.endswith(".exp"):
+                continue
+            listed[role.partition("/")[0]].append((source, related))
+    used: set[str] = set()
+    for source, _ in listed["experiment"]:
+        name = place_of(source, MANIFEST)
+        if name is None or name not in files:
+            yield CarriedExperiment(source, problem=missing(source, MANIFEST, files))
+            continue
+        for element in parsed(path, name, files[name], "Experiments").iter("Experiment"):
+            yield experiment(path, name, element, files, used)
+    for source, related in listed["result"]:
+        name = place_of(source, MANIFEST)
+        label = related.get("description") or source
+        if name is None or name not in files:
+            yield CarriedExperiment(label, problem=missing(source, MANIFEST, files))
+        elif name not in used:
+            yield CarriedExperiment(label, results=File(f"{path}: {name}", files[name]),
+                                    options=options_of(path, name, files))
+
+
+def experiment(path: Path, place: str, element: Element, files: Mapping[str, bytes],
+               used: set[str]) -> CarriedExperiment:
+    """An experiment of an experiments file; the names of its results are added to `used`."""
+    label = element.get("name", "")
+    kinds = [child.tag for child in element if child.tag[0].isupper()]
+    transient = element.find("TransientSimulation")
+    analyses = [kind for kind in kinds if kind not in ("TransientSimulation", "Parameters", "Stimuli", "References",
+                                                       "Annotations")]
+    if analyses:
+        return CarriedExperiment(label, problem=f"{place}: {analyses[0]}, expected TransientSimulation: no other kind "
+                                                "of experiment is flown")
+    times = {**element.attrib, **(transient.attrib if transient is not None else {})}
+    found: dict[str, File] = {}
+    for tag, kind in (("Parameters", SSV_TYPE), ("Stimuli", CSV_TYPE), ("References", CSV_TYPE)):
+        child = element.find(tag)
+        if child is None:
+            continue
+        source, given = child.get("source", ""), child.get("type", kind)
+        name = place_of(source, place)
+        if given != kind:
+            return CarriedExperiment(label, problem=f"{place}: {tag} are of type {given}, expected {kind}")
+        if name is None or name not in files:
+            return CarriedExperiment(label, problem=missing(source, place, files))
+        found[tag] = File(f"{path}: {name}", files[name])
+        if tag == "References":
+            used.add(name)
+            options = options_of(path, name, files)
+    if "References" not in found:
+        return CarriedExperiment(label, problem=f"{place}: experiment {label} has no References, expected some to "
+                                                "compare with")
+    try:
+        numbers = {key: number(place, key, times[key]) for key in ("startTime", "stopTime", "stepSize", "tolerance")
+                   if key in times}
+    except FmuError as error:
+        return CarriedExperiment(label, problem=str(error))
+    return CarriedExperiment(label, numbers.get("startTime"), numbers.get("stopTime"), numbers.get("stepSize"),
+                             numbers.get("tolerance"), found.get("Parameters"), found.get("Stimuli"),
+                             found["References"], options)
+
+
+def number(place: str, key: str, text: str) -> float:
+    """A number of an experiments file: finite, and positive but for times."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or (key in ("stepSize", "tolerance") and value <= 0.0):
+        raise FmuError(f"{place}: {key} = {shortened(text)}, expected a finite number"
+                       f"{', more than zero' if key in ('stepSize', 'tolerance') else ''}")
+    return value
+
+
+def options_of(path: Path, results: str, files: Mapping[str, bytes]) -> File | None:
+    """Tolerances beside results, NAME_ref.opt beside NAME_ref.csv, if there are any."""
+    name = f"{results.removesuffix('.csv')}.opt"
+    return File(f"{path}: {name}", files[name]) if name in files else None
+
+
+def place_of(source: str, base: str) -> str | None:
+    """Name in the archive of what a URI in the file `base` means; None if it is nothing in the archive."""
+    parts = urlsplit(source)
+    if parts.scheme or parts.netloc or not parts.path:
+        return None
+    name = normpath(f"{base.rpartition('/')[0]}/{unquote(parts.path)}")
+    return None if name.startswith(("..", "/")) else name
+
+
+def missing(source: str, base: str, files: Mapping[str, bytes]) -> str:
+    """Say that a file is not there."""
+    others = [name.removeprefix(FOLDER) for name in files if name != MANIFEST]
+    hint = f"; nearest is {nearest(source, others)}" if others else ""
+    return f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}"
+
+
+def parsed(path: Path, name: str, data: bytes, tag: str) -> Element:
+    """Root of an XML file that has a certain element there."""
+    try:
+        root = fromstring(data)
+    except (ParseError, ValueError, LookupError) as error:
+        raise FmuError(f"{path}: {name}: {error}, expected XML") from None
+    if root.tag != tag:
+        raise FmuError(f"{path}: {name}: the root element is {root.tag}, expected {tag}")
+    return root

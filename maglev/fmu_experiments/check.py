@@ -1,0 +1,221 @@
+"""The experiments that FMUs carry, flown and compared with the results that they carry."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from fmpy.model_description import ModelDescription, ScalarVariable
+
+from maglev.baselines.baseline import ON_GRID, Tolerance
+from maglev.baselines.check import deviation_text
+from maglev.baselines.deviation import Deviation, WorstDifference
+from maglev.baselines.junit import write_junit
+from maglev.baselines.outcome import CheckResult
+from maglev.errors import FAILURES, FmuError, in_one_line, nearest
+from maglev.experiment.chain import in_order
+from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
+from maglev.fmu_experiments.flight import Times, description_of, fly
+from maglev.fmu_experiments.tables import (
+    REALS,
+    TEXTS,
+    TOLERANCE,
+    Array,
+    input_array,
+    numbers,
+    options,
+    read_table,
+    start_values,
+    times,
+)
+from maglev.processes.side_by_side import Progress, Watcher
+from maglev.processors import processors
+
+
+class Expected(NamedTuple):
+    """Results that are expected: times (s), values by variable with a row for each time, tolerances, left out ones."""
+
+    time: Array
+    values: dict[str, Array]
+    tolerances: dict[str, Tolerance]
+    left_out: list[str]
+
+
+def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
+    """Every experiment of FMUs, by the name that its outcome has."""
+    found: dict[str, tuple[Path, CarriedExperiment]] = {}
+    for path in paths:
+        try:
+            experiments = carried_experiments(path)
+        except FmuError as error:
+            experiments = [CarriedExperiment("", problem=in_one_line(error).removeprefix(f"{path}: "))]
+        for experiment in experiments:
+            name = f"{path}, {experiment.name}" if experiment.name else str(path)
+            same = sum(other == name or other.startswith(f"{name} (") for other in found)
+            found[f"{name} ({same + 1})" if same else name] = (path, experiment)
+    return found
+
+
+def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
+               watch: Callable[[Sequence[str]], AbstractContextManager[Watcher]] | None = None) -> list[CheckResult]:
+    """Fly the experiments that FMUs carry, ours or anybody's, and compare with the results that they carry.
+
+    These are experiments by the layered standard FMI-LS-REF (1.0.0-beta.1), or files NAME_ref.csv, NAME_in.csv and
+    NAME_ref.opt beside NAME.fmu. Where nothing says how close a result has to be, a Real may be a thousandth of its
+    largest value apart, and the rest not at all.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        FMUs of FMI 2.0 or 3.0.
+    jobs : int, optional
+        Number at a time, in as many processes; as many as processors if not given.
+    junit : path, optional
+        Also write the outcome as JUnit XML.
+    watch : callable, optional
+        As of `maglev.run_all`.
+
+    Returns
+    -------
+    list of CheckResult
+        One for each experiment, with the status "passed", "deviated" or "error".
+    """
+    found = named([Path(path) for path in paths])
+    with watch(list(found)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
+        results = check_all(found, jobs or processors(), watcher)
+    if junit is not None:
+        write_junit(Path(junit), results)
+    return results
+
+
+def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher) -> list[CheckResult]:
+    """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
+    return list(in_order({name: set() for name in found},
+                         lambda name, _: partial(check_experiment, name, *found[name]), jobs,
+                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
+
+
+def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
+                     progress: Progress = lambda done, steps: None) -> CheckResult:
+    """Fly an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
+    begin = time.perf_counter()
+    try:
+        if experiment.problem or experiment.results is None:
+            raise FmuError(experiment.problem or "there are no results, expected some to compare with")
+        description = description_of(path)
+        variables = {v.name: v for v in description.modelVariables}
+        run, tolerances = options(experiment.options)
+        expected = expected_results(experiment.results, variables, tolerances)
+        result, said = fly(path, description, times_of(experiment, description, run, expected.time),
+                           start_values(experiment.parameters, variables) if experiment.parameters else {},
+                           input_array(experiment.inputs, variables) if experiment.inputs else None,
+                           list(expected.values), progress)
+        deviation, worst = compared(expected, result, variables)
+    except FAILURES as error:
+        return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
+    units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or "" for signal in worst}
+    notes = (f"the FMU says: {said}",) if said else ()
+    elapsed = time.perf_counter() - begin
+    if deviation is not None:
+        return CheckResult(name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation, worst,
+                           elapsed, units, notes=notes)
+    counted = f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'}"
+    same = all(difference == 0.0 for difference, _ in worst.values())
+    message = (f"passed, {counted} at {len(expected.time)} times to "
+               f"t = {expected.time[-1]:.9g} s " + ("equal the results in it" if same else "are within tolerance")
+               + (f", {TOLERANCE:g} of the largest value" if not tolerances and not same else "")
+               + (f"; not compared: {', '.join(expected.left_out)}" if expected.left_out else ""))
+    return CheckResult(name, "passed", message, None, worst, elapsed, units, notes=notes)
+
+
+def expected_results(file: File, variables: Mapping[str, ScalarVariable],
+                     given: Mapping[str, Tolerance]) -> Expected:
+    """Results of a file: those that are numbers of a variable of the FMU.
+
+    Without a tolerance a Real may be `TOLERANCE` of its largest value apart, the rest not at all.
+    """
+    columns = read_table(file)
+    left_out = [name for name in columns if name != "time" and
+                (name not in variables or variables[name].type in TEXTS)]
+    values = {name: numbers(file, name, texts) for name, texts in columns.items()
+              if name != "time" and name not in left_out}
+    if not values:
+        name = left_out[0]
+        raise FmuError(f"{file.place}: no column is a variable of the FMU that is a number; nearest to {name} is "
+                       f"{nearest(name, variables)}")
+    for name in given:   # who gives a tolerance means to have it compared
+        for known, where in ((columns, f"{file.place}: there is no column"), (variables, "the FMU has no variable")):
+            if name not in known:
+                raise FmuError(f"{where} {name}, for which there is a tolerance; nearest is {nearest(name, known)}")
+    tolerances = {name: given.get(name, Tolerance(
+        TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
+        for name, column in values.items()}
+    return Expected(times(file, columns), values, tolerances, left_out)
+
+
+def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],
+             expected: Array) -> Times:
+    """Times of a flight: those of the experiment, of the options, of the FMU's default experiment, of the results."""
+    default = description.defaultExperiment
+    internal = getattr(description.coSimulation, "fixedInternalStepSize", None)
+
+    def first(*found: Any) -> float | None:
+        return next((float(value) for value in found if value is not None), None)
+
+    def of_default(key: str) -> Any:
+        return getattr(default, key, None)
+
+    apart = np.diff(expected)
+    start = first(experiment.start_time, run.get("StartTime"), of_default("startTime"), 0.0)
+    stop = first(experiment.stop_time, run.get("StopTime"), of_default("stopTime"), expected[-1])
+    step = first(experiment.step, run.get("StepSize") or None, of_default("stepSize"), internal,
+                 *(apart[apart > 0.0].min(keepdims=True) if (apart > 0.0).any() else ()))
+    assert start is not None and stop is not None
+    if step is None or not 0.0 < step <= stop - start + ON_GRID * step:
+        raise FmuError(f"communication step = {step} s from {start} s to {stop} s, expected a positive step in a "
+                       "positive time")
+    return Times(start, stop, step, first(experiment.tolerance, run.get("RelTol") or None, of_default("tolerance")))
+
+
+def compared(expected: Expected, result: npt.NDArray[Any],
+             variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
+    """The first deviation, and the largest difference of every variable, or element of an array.
+
+    Where a result has two values at one time, as at an event, either will do. At times between communication points a
+    continuous variable is interpolated, another one holds.
+    """
+    flown = result["time"]
+    near = 1e-6 * max(float(flown[-1] - flown[0]) / max(1, len(flown) - 1), 1e-12)
+    if expected.time[-1] > flown[-1] + near or expected.time[0] < flown[0] - near:
+        raise FmuError(f"the run went from t = {flown[0]:.9g} s to {flown[-1]:.9g} s, expected "
+                       f"{expected.time[0]:.9g} s to {expected.time[-1]:.9g} s, as the results do")
+    first = np.searchsorted(flown, expected.time - near)
+    last = np.searchsorted(flown, expected.time + near, "right") - 1
+    between = last < first
+    found: Deviation | None = None
+    worst: dict[str, WorstDifference] = {}
+    for name, column in expected.values.items():
+        got = np.asarray(result[name], np.float64).reshape(len(flown), -1)
+        if got.shape[1] != column.shape[1]:
+            raise FmuError(f"{name} has {got.shape[1]} elements, expected {column.shape[1]} as the results have")
+        for k in range(column.shape[1]):
+            signal = name if column.shape[1] == 1 else f"{name}[{k + 1}]"
+            early, late = got[np.where(between, last, first), k], got[last, k]
+            if variables[name].variability == "continuous":
+                interpolated = np.interp(expected.time, flown, got[:, k])
+                early, late = np.where(between, interpolated, early), np.where(between, interpolated, late)
+            nearer = np.where(np.abs(early - column[:, k]) < np.abs(late - column[:, k]), early, late)
+            differing = np.where(np.isfinite(nearer), np.abs(nearer - column[:, k]), np.inf)
+            allowed = expected.tolerances[name].absolute + expected.tolerances[name].relative * np.abs(column[:, k])
+            i = int(np.argmax(differing))
+            worst[signal] = WorstDifference(float(differing[i]), float(expected.time[i]))
+            if (differing > allowed).any():
+                j = int(np.argmax(differing > allowed))
+                if found is None or expected.time[j] < found.time:
+                    found = Deviation(signal, float(expected.time[j]), float(column[j, k]), float(nearer[j]),
+                                      float(allowed[j]))
+    return found, worst

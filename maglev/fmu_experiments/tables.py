@@ -1,0 +1,154 @@
+"""Tables of experiments that FMUs carry: CSV with arrays, Booleans and integers; tolerances; parameter sets."""
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+from xml.etree.ElementTree import ParseError, fromstring
+
+import numpy as np
+import numpy.typing as npt
+from fmpy.model_description import ScalarVariable
+
+from fmi_export.parameter_set import SSV
+from maglev.baselines.baseline import Tolerance
+from maglev.errors import FmuError, nearest, shortened
+from maglev.fmu_experiments.carried import File
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+REALS = ("Real", "Float64", "Float32")
+TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
+BOOLEANS = {"true": 1.0, "false": 0.0}
+
+TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says how close it has to be
+
+
+def read_table(file: File) -> dict[str, list[str]]:
+    """Columns of a CSV file as texts: "time" first, then names; full rows, two at least for results to make sense."""
+    try:
+        text = file.data.decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True) if row]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise FmuError(f"{file.place}: {error}, expected comma-separated values") from None
+    if not rows:
+        raise FmuError(f"{file.place}: the file is empty, expected a header and rows")
+    header = [name.strip() for name in rows[0]]
+    if header[0] != "time" or len(header) < 2:
+        raise FmuError(f"{file.place}: row 1 is {shortened(','.join(header))}, expected time and other columns")
+    for name in header:
+        if header.count(name) > 1:
+            raise FmuError(f"{file.place}: row 1 has the column {name!r} {header.count(name)} times, expected it once")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(header):
+            raise FmuError(f"{file.place}: row {number} has {len(row)} values, expected {len(header)}")
+    if len(rows) < 2:
+        raise FmuError(f"{file.place}: has a header only, expected rows of numbers")
+    return {name: [row[k] for row in rows[1:]] for k, name in enumerate(header)}
+
+
+def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
+    """Values of a column, shape (n, m): m is 1, or the number of elements of an array; all finite."""
+    values: list[list[float]] = []
+    for number, text in enumerate(texts, 2):
+        try:
+            row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in text.split()]
+        except ValueError:
+            row = []
+        if not row or not all(map(math.isfinite, row)):
+            raise FmuError(f"{file.place}: row {number}, column {name} is {shortened(text)}, expected "
+                           f"finite numbers")
+        if values and len(row) != len(values[0]):
+            raise FmuError(f"{file.place}: row {number}, column {name} has {len(row)} elements, expected "
+                           f"{len(values[0])} as in row 2")
+        values.append(row)
+    return np.array(values)
+
+
+def times(file: File, columns: Mapping[str, list[str]]) -> Array:
+    """Times of a table, s; FmuError if one is before the one above it."""
+    found: Array = numbers(file, "time", columns["time"])[:, 0]
+    back = np.flatnonzero(np.diff(found) < 0.0)
+    if len(back):
+        k = int(back[0]) + 1
+        raise FmuError(f"{file.place}: row {k + 2}, column time is {found[k]:.9g}, expected no time before "
+                       f"{found[k - 1]:.9g}")
+    return found
+
+
+def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDArray[Any]:
+    """Inputs as fmpy takes them; a column has to be an input or a tunable parameter of the FMU."""
+    columns = read_table(file)
+    found = {"time": times(file, columns)}
+    for name, texts in columns.items():
+        if name == "time":
+            continue
+        variable = variables.get(name)
+        if variable is None or not (variable.causality == "input" or variable.variability == "tunable"):
+            known = [other.name for other in variables.values() if other.causality == "input"]
+            raise FmuError(f"{file.place}: column {name} is no input of the FMU, nearest is {nearest(name, known)}"
+                           if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
+        if variable.type in TEXTS:
+            raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
+        found[name] = numbers(file, name, texts)
+    result = np.zeros(len(found["time"]), [(name, np.float64) if values.ndim == 1 or values.shape[1] == 1
+                                           else (name, np.float64, (values.shape[1],))
+                                           for name, values in found.items()])
+    for name, values in found.items():
+        result[name] = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+    return result
+
+
+def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
+    """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
+    try:
+        root = fromstring(file.data)
+    except (ParseError, ValueError, LookupError) as error:
+        raise FmuError(f"{file.place}: {error}, expected XML") from None
+    found = {}
+    for parameter in root.iter(f"{{{SSV}}}Parameter"):
+        name = parameter.get("name", "")
+        if name not in variables:
+            raise FmuError(f"{file.place}: parameter {name}: the FMU has no such variable, nearest is "
+                           f"{nearest(name, variables)}")
+        value = next((child.get("value") for child in parameter if child.get("value") is not None), None)
+        if value is None:
+            raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
+        if variables[name].type in REALS:
+            try:
+                finite = math.isfinite(float(value))
+            except ValueError:
+                finite = False
+            if not finite:
+                raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
+        found[name] = value
+    return found
+
+
+def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
+    """Options of the run by key, and tolerances by signal: `KEY,NUMBER` and `AbsTol,SIGNAL,NUMBER` in each line."""
+    run: dict[str, float] = {}
+    signals: dict[str, Tolerance] = {}
+    if file is None:
+        return run, signals
+    for number, row in enumerate(csv.reader(io.StringIO(file.data.decode("utf-8", "replace"), newline=""),
+                                            skipinitialspace=True), 1):
+        if not row:
+            continue
+        key, *names, text = (cell.strip() for cell in row)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value) or len(names) > 1:
+            raise FmuError(f"{file.place}: line {number}: {shortened(','.join(row))}, expected KEY,NUMBER or "
+                           "AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER")
+        if not names:
+            run[key] = value
+        elif key in ("AbsTol", "RelTol"):
+            if value < 0.0:
+                raise FmuError(f"{file.place}: line {number}: {key} of {names[0]} = {value}, expected zero or more")
+            before = signals.get(names[0], Tolerance(0.0, 0.0))
+            signals[names[0]] = before._replace(**{"absolute" if key == "AbsTol" else "relative": value})
+    return run, signals

@@ -1,0 +1,64 @@
+"""What FMUs carry of their own: experiments and a manifest that lists exactly the files that are there."""
+
+import zipfile
+from pathlib import Path
+from xml.etree.ElementTree import fromstring
+
+import pytest
+
+from fmi_export.experiments.files import FOLDER, MANIFEST, NAMESPACE, SMOKE_TEST, ExperimentFiles, carried
+from fmi_export.experiments.smoke_test import STEPS, smoke_test
+from fmi_export.parameter_set import Value
+from maglev.cosim.master import FmuSetup, Master
+from maglev.own_fmus import DEFINITIONS, built_here, definition
+from maglev.schema.layers import PACKAGED
+
+NOWHERE = {"Estimator5DOF"}   # that no scenario flies
+
+
+def test_every_fmu_that_a_scenario_flies_has_a_validation() -> None:
+    recorded = {path.name.removesuffix("_validation.exp") for path in (PACKAGED / "validation").glob("*.exp")}
+    assert recorded == set(DEFINITIONS) - NOWHERE
+
+
+@pytest.mark.parametrize("name", ["Plant3DOF", "Estimator3DOF"])
+def test_the_manifest_lists_what_is_there(name: str, either_kind: Path) -> None:
+    with zipfile.ZipFile(either_kind / f"{name}.fmu") as archive:
+        files = {file.removeprefix(FOLDER) for file in archive.namelist() if file.startswith(FOLDER)}
+        root = fromstring(archive.read(MANIFEST))
+        sizes = sum(archive.getinfo(f"{FOLDER}{file}").file_size for file in files)
+    assert root.get(f"{{{NAMESPACE}}}fmi-ls-name") == "org.fmi-standard.fmi-ls-ref"
+    listed = [related.get("source") for related in root.findall("Related")]
+    assert sorted(map(str, listed)) == sorted(files - {"fmi-ls-manifest.xml"})
+    roles = {related.get("role") for related in root.findall("Related")}
+    assert {"experiment/smoke-test", "experiment/validation", "parameter", "result"} <= roles
+    assert sizes < 60_000
+    assert built_here(either_kind / f"{name}.fmu")
+
+
+def test_a_smoke_test_is_what_the_fmu_does(fmus: Path) -> None:
+    """Under another master than that which flies it in a check."""
+    expected = smoke_test(definition("Plant2DOF")).results
+    step = expected["time"][1]
+    with Master([FmuSetup("plant", fmus / "Plant2DOF.fmu")], [], step) as master:
+        flown = master.run(STEPS * step)
+    assert expected["time"] == pytest.approx(flown.time)
+    for name, values in expected.items():
+        assert name == "time" or values == pytest.approx(flown.columns[f"plant.{name}"], rel=1e-8)
+    assert len(set(expected["v.position"])) == STEPS + 1
+
+
+def test_a_manifest_keeps_what_it_lists() -> None:
+    def files(value: float) -> dict[str, bytes]:
+        return ExperimentFiles("a", SMOKE_TEST, "an experiment", 0.5, {"time": [0.0, 0.5], "y": [value, 2.0]},
+                               {"y": (0.1, 0.0)}, {"time": [0.0], "u": [1.0]}, [Value("p", "Real", 3.0, "m")]).files()
+
+    first = carried({"a": (SMOKE_TEST, files(1.0))})
+    other = first[MANIFEST].replace(b"</fmiReferences>", b'<Related type="text/plain" source="x.txt" role="document"/>'
+                                                         b"<Annotations/></fmiReferences>")
+    second = carried({"a": (SMOKE_TEST, files(7.0))}, {MANIFEST: other})
+    tags = [(child.tag, child.get("source")) for child in fromstring(second[MANIFEST])]
+    assert tags == [("Related", "x.txt"), *(("Related", f"a{end}") for end in
+                    (".exp", ".ssv", "_in.csv", "_ref.csv", "_ref.opt")), ("Annotations", None)]
+    assert second[f"{FOLDER}a_ref.csv"] == b"time,y\n0,7\n0.5,2\n"
+    assert b'value="3.0" unit="m"' in second[f"{FOLDER}a.ssv"]

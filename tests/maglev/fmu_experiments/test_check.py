@@ -1,0 +1,198 @@
+"""Experiments that FMUs carry: ours repeat, an altered one does not, anybody's are read, broken ones named."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from carried_experiments import carrying, experiments, files_of, manifest
+from command_line import error_line, maglev
+from fmpy.model_description import ScalarVariable
+
+from maglev.baselines.baseline import Tolerance
+from maglev.cosim.master import FmuSetup, Master
+from maglev.errors import FmuError
+from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, compared, named
+
+FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
+RESULT = 'type="text/csv" source="fall.csv" role="result" description="a fall"'
+EXPERIMENT = 'type="application/x-ma-hs-experiments" source="all.exp" role="experiment"'
+TRANSIENT = '<TransientSimulation stopTime="0.02" stepSize="0.0005"/>'
+REFERENCES = '<References source="fall.csv"/>'
+
+
+def test_every_fmu_repeats_what_it_carries(fastest_fmus: Path) -> None:
+    results = check_fmus(sorted(fastest_fmus.glob("*.fmu")))
+    assert [f"{result.name}: {result.message}" for result in results if result.status != "passed"] == []
+    assert len(results) > 60
+
+
+@pytest.mark.parametrize("kind", ["fmus", "native_fmus", "fmi3_fmus"])
+def test_every_kind_repeats_the_same(kind: str, request: pytest.FixtureRequest) -> None:
+    folder: Path = request.getfixturevalue(kind)
+    results = check_fmus([folder / f"{name}.fmu" for name in ("Plant3DOF", "Regulator3DOF", "Estimator3DOF")], jobs=1)
+    assert [result.status for result in results] == ["passed"] * 6
+
+
+def outcome(path: Path) -> tuple[str, str]:
+    """Status and message of the only experiment of an FMU."""
+    (name, (fmu, experiment)), = named([path]).items()
+    result = check_experiment(name, fmu, experiment)
+    return result.status, result.message
+
+
+@pytest.fixture(scope="module")
+def fall(fmus: Path) -> list[float]:
+    """Gap of the stage without current at 0, 10 and 20 ms, m, under another master than that of a check."""
+    with Master([FmuSetup("plant", fmus / "Plant2DOF.fmu")], [], 0.0005) as master:
+        return master.run(0.02).columns["plant.v.position"][::20].tolist()
+
+
+def table(gaps: Sequence[float]) -> str:
+    """File of a fall."""
+    return "time,v.position\n" + "".join(f"{0.01 * k},{gap!r}\n" for k, gap in enumerate(gaps))
+
+
+def test_an_altered_result_deviates(fmus: Path, tmp_path: Path) -> None:
+    """By more than the tolerance, one in a million; a third of that passes."""
+    files = files_of(fmus / "Plant2DOF.fmu")
+    name = "Plant2DOF_validation_ref.csv"
+    lines = files[name].decode().splitlines()
+    column = lines[0].split(",").index("v.position")
+    for share, status in ((3e-6, "deviated"), (3e-7, "passed")):
+        cells = lines[9].split(",")
+        cells[column] = repr(float(cells[column]) * (1.0 + share))
+        altered = "\n".join([*lines[:9], ",".join(cells), *lines[10:]])
+        path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "altered.fmu", {**files, name: altered.encode()})
+        results = {name: check_experiment(name, *each) for name, each in named([path]).items()}
+        assert [result.status for result in results.values()] == ["passed", status]
+
+
+def test_a_bare_result_is_of_the_default_experiment(fmus: Path, tmp_path: Path, fall: list[float]) -> None:
+    """As Reference-FMUs have it; without tolerances it is held to a thousandth of the largest value."""
+    for last, expected in ((0.9995, "passed, 1 variable at 3 times to t = 0.02 s are within tolerance, 0.001 of"),
+                           (1.0015, "deviates first at t = 0.02 s: v.position expected"),
+                           (1.0, "passed, 1 variable at 3 times to t = 0.02 s equal the results in it")):
+        path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
+            "fmi-ls-manifest.xml": manifest(RESULT), "fall.csv": table([*fall[:2], fall[2] * last]).encode()})
+        assert outcome(path)[1].startswith(expected)
+
+
+def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> None:
+    """Of the FMI cross-check: under a force that is in a file the stage falls otherwise, beyond the tolerance."""
+    path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "fall.fmu", {})
+    (tmp_path / "fall_ref.csv").write_text(table(fall))
+    assert outcome(path) == ("passed", "passed, 1 variable at 3 times to t = 0.02 s equal the results in it")
+    (tmp_path / "fall_in.csv").write_text("time,v.force\n0,-11.5\n1,-11.5\n")
+    status, message = outcome(path)
+    assert (status, message.startswith("deviates first at t = 0.01 s")) == ("deviated", True)
+    (tmp_path / "fall_ref.opt").write_text("StepSize,0.0005\nAbsTol,v.position,2e-3\n")
+    assert outcome(path)[0] == "passed"
+
+
+def test_times_in_the_experiment_itself(fmus: Path, tmp_path: Path) -> None:
+    """An older form of the draft; a start value in it decides where the fall begins."""
+    ssv = (b'<p:ParameterSet xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
+           b'name="n"><p:Parameters><p:Parameter name="v.position_start"><p:Real value="0.021"/></p:Parameter>'
+           b"</p:Parameters></p:ParameterSet>")
+    element = ('<Experiment name="e" stopTime="0.001" stepSize="0.0005"><Parameters source="a.ssv"/>'
+               f"{REFERENCES}</Experiment>")
+    path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
+        "fmi-ls-manifest.xml": manifest(EXPERIMENT, RESULT), "all.exp": experiments(element), "a.ssv": ssv,
+        "fall.csv": b"time,v.position\n0,0.021\n"})
+    assert outcome(path) == ("passed", "passed, 1 variable at 1 times to t = 0 s equal the results in it")
+
+
+BROKEN = {
+    "file": (TRANSIENT + '<References source="fal.csv"/>', {},
+             "there is no file 'fal.csv' in the FMU, expected what it says; nearest is 'fall.csv'"),
+    "outside": (TRANSIENT + '<References source="../../../fall.csv"/>', {}, "there is no file '../../../fall.csv'"),
+    "kind": (f"<Linearization/>{REFERENCES}", {}, "Linearization, expected TransientSimulation"),
+    "type": (TRANSIENT + '<References type="application/hdf5" source="fall.csv"/>', {},
+             "References are of type application/hdf5, expected text/csv"),
+    "nothing": (TRANSIENT, {}, "experiment e has no References"),
+    "step": (f'<TransientSimulation stepSize="-1"/>{REFERENCES}', {}, "stepSize = '-1', expected a finite"),
+    "nan": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,nan\n"},
+            "fall.csv: row 2, column v.position is 'nan', expected finite numbers"),
+    "ragged": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,1,2\n"}, "row 2 has 3 values, expected 2"),
+    "column": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.positon\n0,1\n"},
+               "no column is a variable of the FMU that is a number; nearest to v.positon is 'v.position'"),
+    "back": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n1,1\n0,1\n"}, "row 3, column time is 0, expected"),
+    "input": (f'{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}', {"in.csv": "time,v.forc\n0,1\n"},
+              "in.csv: column v.forc is no input of the FMU, nearest is 'v.force'"),
+    "parameter": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
+        "a.ssv": '<p:P xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><p:Parameter name="C9">'
+                 '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: parameter C9: the FMU has no such variable"),
+    "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
+                  "there is no column v.x, for which there is a tolerance"),
+    "option": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.position,-1\n"}, "AbsTol of v.position = -1.0, expected"),
+    "longer": ('<TransientSimulation stopTime="0.01" stepSize="0.0005"/>' + REFERENCES, {},
+               "the run went from t = 0 s to 0.01 s, expected 0 s to 0.02 s, as the results do")}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_is_broken_is_named(name: str, fmus: Path, tmp_path: Path) -> None:
+    inside, files, expected = BROKEN[name]
+    given = {"fall.csv": FALL, **files}
+    path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
+        "fmi-ls-manifest.xml": manifest(EXPERIMENT), **{file: text.encode() for file, text in given.items()},
+        "all.exp": experiments(f'<Experiment name="e">{inside}</Experiment>')})
+    status, message = outcome(path)
+    assert status == "error"
+    assert expected in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(("data", "expected"), [(b"<a", "no element found|not well-formed|unclosed"),
+                                                (b"<a/>", "the root element is a, expected fmiReferences"),
+                                                (manifest(), "carries no experiments")])
+def test_a_broken_manifest(data: bytes, expected: str, fmus: Path, tmp_path: Path) -> None:
+    path = carrying(fmus / "Commutation2DOF.fmu", tmp_path / "any.fmu", {"fmi-ls-manifest.xml": data})
+    status, message = outcome(path)
+    assert status == "error"
+    assert re.search(expected, message)
+
+
+def test_comparison_at_events_between_points_and_in_arrays() -> None:
+    """Two values at one time: either will do. Between points a continuous variable is a line, another one holds."""
+    flown = np.array([(0.0, 0.0, 0, (1.0, 2.0)), (1.0, 2.0, 1, (1.0, 3.0)), (1.0, 5.0, 2, (1.0, 4.0)),
+                      (2.0, 7.0, 3, (1.0, 5.0))],
+                     [("time", float), ("line", float), ("count", int), ("both", float, 2)])
+    variables = {name: ScalarVariable(name, 0, variability="discrete" if name == "count" else "continuous")
+                 for name in flown.dtype.names[1:]}
+
+    def found(time: float, name: str, *values: float) -> object:
+        expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])
+        deviation, _ = compared(expected, flown, variables)
+        return deviation and (deviation.signal, deviation.got)
+
+    assert found(1.0, "line", 2.0) is None
+    assert found(1.0, "line", 5.0) is None
+    assert found(1.0, "line", 3.0) == ("line", 2.0)
+    assert found(1.5, "line", 6.0) is None
+    assert found(1.5, "count", 2.0) is None
+    assert found(1.5, "count", 3.0) == ("count", 2.0)
+    assert found(0.0, "both", 1.0, 2.0) is None
+    assert found(0.0, "both", 1.0, 2.5) == ("both[2]", 2.0)
+    with pytest.raises(FmuError, match="both has 2 elements, expected 1"):
+        found(0.0, "both", 1.0)
+    with pytest.raises(FmuError, match="from t = 0 s to 2 s, expected 3 s to 3 s"):
+        found(3.0, "line", 7.0)
+
+
+def test_the_command(fmus: Path, tmp_path: Path) -> None:
+    good = fmus / "Commutation2DOF.fmu"
+    junit = tmp_path / "check.xml"
+    bad = carrying(fmus / "Plant2DOF.fmu", tmp_path / "bad.fmu",
+                   {"fmi-ls-manifest.xml": manifest(RESULT), "fall.csv": FALL.replace("0.0202", "0.03").encode()})
+    result = maglev("check", good, bad, "--junit", junit)
+    assert result.exit_code == 1
+    assert f"{good}, smoke_test: passed, 6 variables at 6 times" in result.stdout
+    assert "bad.fmu, a fall: deviates first" in result.stdout
+    assert [len(ElementTree.parse(junit).findall(f".//{tag}")) for tag in ("testcase", "failure")] == [3, 1]
+    result = maglev("check", tmp_path / "none.fmu")
+    assert (result.exit_code, "there is no such file" in result.stdout) == (2, True)
+    assert "--plant: expected a scenario with it" in error_line(maglev("check", good, "--plant", good))
+    assert "expected scenarios with --update" in error_line(maglev("check", good, "--update"))

@@ -1,0 +1,84 @@
+"""Record the validations that the FMUs carry: what each was given and gave at the start of an experiment.
+
+    python tools/record_validation.py
+
+Needs the built FMUs in the folder fmus. Writes scenarios/validation, which the build puts into the FMUs. Each FMU is
+flown in the set-point experiment of its rig, or in the first scenario that flies it, a few hundred steps long and with
+the first step of the references at a fifth of that. The closed loops get the references alone.
+"""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from fmi_export.experiments.files import VALIDATION
+from maglev.catalogue import DEFINITIONS, definition
+from maglev.experiment.preparation import prepare
+from maglev.fmu_experiments.recording import recorded
+from maglev.schema.layers import PACKAGED, packaged_runs
+from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import CheckSettings, FmuTable, RunPlan
+from maglev.schema.signals.kinds import Sinusoids, Steps
+from pmlsm.rigs import RIGS
+
+FOLDER = PACKAGED / "validation"
+STEPS, LOOP_STEPS = 200, 20   # communication steps; those of the closed loops are long
+EVERY, LOOP_EVERY = 10, 1     # of which one is in the results
+DIGITS = 9                    # of the results
+FIRST = 0.2                   # of the time, at which the references step
+
+
+def flown_in(name: str) -> tuple[RunPlan, str] | None:
+    """Run in which an FMU is flown, and its name in it; None if there is none."""
+    first = {rig.suffix: rig.experiment or f"{key}-setpoints" for key, rig in RIGS.items()}
+    for run in [*first.values(), *packaged_runs()]:
+        plan = load_plan(run)
+        fmu = next((fmu for fmu, table in plan.fmus.items() if table.model == name), None)
+        if fmu is not None and not plan.needs:
+            return plan, fmu
+    plan = load_plan(next(run for suffix, run in first.items() if name.endswith(suffix)))
+    places = {v.place: f"loop.{v.name}" for v in definition(name).variables if v.causality == "input"}
+    return (alone(plan, name, places), "loop") if {signal.to for signal in plan.signals} <= places.keys() else None
+
+
+def alone(plan: RunPlan, name: str, inputs: Mapping[str, str]) -> RunPlan:
+    """The references of a run, given to a closed loop, whose inputs are by their names in the run."""
+    signals = [signal.model_copy(update={"to": inputs[signal.to], "rate_to": inputs.get(signal.rate_to or "")})
+               for signal in plan.signals]
+    step = definition(name).experiment.step
+    return plan.model_copy(update={"fmus": {"loop": FmuTable(model=name)}, "connections": [], "signals": signals,
+                                   "step": step, "output_interval": step, "axes": {}, "motors": {}, "stop_flag": None,
+                                   "trip_flag": None, "check": CheckSettings(), "claims": [], "events": []})
+
+
+def early(plan: RunPlan, stop_time: float) -> RunPlan:
+    """The start of an experiment, to a stop time (s), in which something happens soon."""
+    def soon(signal: object) -> object:
+        if isinstance(signal, Steps):
+            return signal.model_copy(update={"times": [0.0, FIRST * stop_time, *signal.times[2:]]})
+        return signal.model_copy(update={"ramp": FIRST * stop_time}) if isinstance(signal, Sinusoids) else signal
+
+    return plan.model_copy(update={"signals": [soon(signal) for signal in plan.signals], "stop_time": stop_time})
+
+
+def main() -> None:
+    """Write the files of each FMU that is named, or of all."""
+    FOLDER.mkdir(exist_ok=True)
+    for name in sys.argv[1:] or DEFINITIONS:
+        found_run = flown_in(name)
+        if found_run is None:
+            print(f"{name}: no scenario flies it, expected one")
+            continue
+        plan, fmu = found_run
+        steps, every = (LOOP_STEPS, LOOP_EVERY) if fmu == "loop" else (STEPS, EVERY)
+        experiment = prepare(early(plan, steps * plan.step), Path("fmus"), {}, {})
+        found = recorded(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
+                         f"{name} as in the start of the scenario {plan.name}", every, DIGITS)
+        for old in FOLDER.glob(f"{found.name}*"):
+            old.unlink()
+        for file, data in found.files().items():
+            (FOLDER / file).write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()
