@@ -1,4 +1,7 @@
-"""A system of FMUs and its connections as an SSP file (System Structure and Parameterization 1.0)."""
+"""A system of FMUs and its connections as an SSP file (System Structure and Parameterization 1.0, or 2.0 with FMI 3.0).
+
+Both versions have the same elements where a system of FMI 2.0 is concerned; 2.0 adds the types of FMI 3.0.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,13 +16,17 @@ from fmi_export.units import exponents
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
+SSP = {2: "1.0", 3: "2.0"}   # version by that of FMI
+
+# How it looks where it is imported: components side by side in their order, inputs on the left, outputs on the right.
+WIDTH, GAP, PITCH = 160.0, 120.0, 10.0   # of a component, between two, and between two connectors
 
 for prefix, namespace in (("ssd", SSD), ("ssc", SSC)):
     register_namespace(prefix, namespace)
 
 
 def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], connections: Sequence[tuple[str, str]],
-              stop_time: float, ports: bool = True) -> Path:
+              stop_time: float, ports: bool = True, fmi: int = 2) -> Path:
     """Write a system of FMUs; inputs that nothing feeds become inputs of the system, all outputs its outputs.
 
     They keep the names that they have in their FMU: fmpy takes a port of the system that is named `component.variable`
@@ -37,6 +44,8 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
         Of the default experiment, s.
     ports : bool
         Whether the system has ports of its own: ecos and libcosim read no system that has.
+    fmi : int
+        Version of FMI of the FMUs. With 3 the file is SSP 2.0, and the parameter sets are files of their own.
 
     Raises
     ------
@@ -45,56 +54,81 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     """
     contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
     definitions = {name: definition for name, (definition, _) in components.items()}
-    root = Element(f"{{{SSD}}}SystemStructureDescription", {"version": "1.0", "name": path.stem})
+    root = Element(f"{{{SSD}}}SystemStructureDescription", {"version": SSP[fmi], "name": path.stem})
     system = SubElement(root, f"{{{SSD}}}System", {"name": path.stem})
     fed = {target for _, target in connections}
     outside = [(name, variable) for name, definition in definitions.items() for variable in definition.variables
                if ports and (variable.causality == "output"
                              or (variable.causality == "input" and f"{name}.{variable.name}" not in fed))]
-    if outside:
-        connectors = SubElement(system, f"{{{SSD}}}Connectors")
     owners: dict[str, str] = {}
     for name, variable in outside:
         if owners.setdefault(variable.name, name) != name:
             raise ExportError(f"{path.name}: {owners[variable.name]} and {name} both have an open port "
                               f"{variable.name}, expected different names")
-        add_connector(connectors, variable.name, variable)
+    if outside:
+        add_connectors(SubElement(system, f"{{{SSD}}}Connectors"), [variable for _, variable in outside], fmi)
     elements = SubElement(system, f"{{{SSD}}}Elements")
+    left = height = 0.0
     for name, (definition, file) in components.items():
-        add_component(elements, name, definition, file)
+        sides = [sum(v.causality == side for v in definition.variables) for side in ("input", "output")]
+        box = {"x1": repr(left), "y1": "0.0", "x2": repr(left + WIDTH), "y2": repr(PITCH * (max(sides) + 1))}
+        values = parameter_set(name, start_values(definition))
+        source = None
+        if fmi == 3:
+            source = f"resources/{name}.ssv"
+            contents[source] = xml_file(values)
+        add_component(elements, name, definition, file, box, values, source)
+        left, height = left + WIDTH + GAP, max(height, PITCH * (max(sides) + 1))
     links = SubElement(system, f"{{{SSD}}}Connections")
     for source, target in connections:
         add_connection(links, source.split(".", 1), target.split(".", 1))
     for name, variable in outside:
         inner, outer = [name, variable.name], [None, variable.name]
         add_connection(links, *((inner, outer) if variable.causality == "output" else (outer, inner)))
+    SubElement(system, f"{{{SSD}}}SystemGeometry", {"x1": repr(-GAP), "y1": repr(-GAP), "x2": repr(left),
+                                                    "y2": repr(height + GAP)})
     add_units(root, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
     SubElement(root, f"{{{SSD}}}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop_time)})
     contents["SystemStructure.ssd"] = xml_file(root)
     return write_archive(path, contents)
 
 
-def add_connector(connectors: Element, name: str, variable: Variable) -> None:
-    """Add a port with its type and unit."""
-    connector = SubElement(connectors, f"{{{SSD}}}Connector", {"name": name, "kind": variable.causality})
-    if variable.boolean:
-        SubElement(connector, f"{{{SSC}}}Boolean")
-    else:
-        SubElement(connector, f"{{{SSC}}}Real", {"unit": variable.unit} if variable.unit else {})
+def add_connectors(connectors: Element, variables: Sequence[Variable], fmi: int) -> None:
+    """Add ports with their types and units, and for inputs and outputs the place at the edge of what they belong to."""
+    sides = {side: [v.name for v in variables if v.causality == side] for side in ("input", "output")}
+    for variable in variables:
+        connector = SubElement(connectors, f"{{{SSD}}}Connector", {"name": variable.name, "kind": variable.causality})
+        SubElement(connector, f"{{{SSC}}}{type_of(variable, fmi)}", {"unit": variable.unit} if variable.unit else {})
+        if (side := variable.causality) in sides:
+            down = (sides[side].index(variable.name) + 1) / (len(sides[side]) + 1)
+            SubElement(connector, f"{{{SSD}}}ConnectorGeometry", {"x": "0.0" if side == "input" else "1.0",
+                                                                  "y": f"{1.0 - down:.4g}"})
 
 
-def add_component(elements: Element, name: str, definition: FmuDefinition, file: Path) -> None:
-    """Add an FMU with its ports, and with every start value: not every tool takes those of the FMU."""
+def type_of(variable: Variable, fmi: int) -> str:
+    """Type of a variable as SSP calls it."""
+    return "Boolean" if variable.boolean else "Real" if fmi == 2 else "Float64"
+
+
+def start_values(definition: FmuDefinition) -> list[Value]:
+    """Every start value: not every tool takes those of the FMU."""
+    return [Value(variable.name, type_of(variable, 2), definition.start_value(variable), variable.unit)
+            for variable in definition.variables if variable.causality != "output"]
+
+
+def add_component(elements: Element, name: str, definition: FmuDefinition, file: Path, box: dict[str, str],
+                  values: Element, source: str | None) -> None:
+    """Add an FMU with its ports, its place, and its parameter set: in it, or in the file of that name."""
     component = SubElement(elements, f"{{{SSD}}}Component", {
         "name": name, "description": definition.description, "type": FMU_TYPE, "source": f"resources/{file.name}"})
     connectors = SubElement(component, f"{{{SSD}}}Connectors")
-    for variable in definition.variables:
-        add_connector(connectors, variable.name, variable)
-    binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
-    values = SubElement(binding, f"{{{SSD}}}ParameterValues")
-    values.append(parameter_set(name, (
-        Value(variable.name, "Boolean" if variable.boolean else "Real", definition.start_value(variable), variable.unit)
-        for variable in definition.variables if variable.causality != "output")))
+    add_connectors(connectors, definition.variables, 2 if source is None else 3)
+    SubElement(component, f"{{{SSD}}}ElementGeometry", box)
+    bindings = SubElement(component, f"{{{SSD}}}ParameterBindings")
+    if source is not None:
+        SubElement(bindings, f"{{{SSD}}}ParameterBinding", {"source": source})
+        return
+    SubElement(SubElement(bindings, f"{{{SSD}}}ParameterBinding"), f"{{{SSD}}}ParameterValues").append(values)
 
 
 def add_connection(links: Element, source: Sequence[str | None], target: Sequence[str | None]) -> None:

@@ -82,7 +82,7 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     native : bool
         FMUs that need no Python, into the folder's folder `native`; needs the extra `native`.
     fmi : int
-        With `native`: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, and no systems with them.
+        With `native`: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, their systems as SSP 2.0.
     target : "all", "host" or "wasm"
         With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
@@ -117,7 +117,7 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
 
         flyable(rig)
-    every = [name for name in names_of(rig) if name not in systems() or (fmi == 2 and target != "wasm")]
+    every = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi)
     if target == "wasm" and fmi != 2:
         raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
@@ -126,8 +126,6 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     if target == "wasm":
         return [*(build_wasm(chosen or every, Path(fmus) / "wasm", watch) if chosen or not given else []),
                 *(build_written(path, Path(fmus) / "wasm", native, target) for path in files)]
-    for name in filter(systems().__contains__, given if fmi == 3 else ()):
-        raise ScenarioError(f"{name}: expected FMUs with --fmi 3, for systems (SSP 1.0) are of FMI 2.0")
     if source is not None:
         if not native or target != "all" or rig is not None or files:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")

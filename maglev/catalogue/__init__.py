@@ -171,7 +171,7 @@ def build_native(names: Iterable[str], folder: Path, host_only: bool = False, wa
                                                               host_only, fmi, experiments_in(each)), chosen),
                        len(chosen), watch)
         loop.result()
-        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
+        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished, fmi)]
     return [folder / path.name for path in made]
 
 
@@ -200,16 +200,16 @@ def build_wasm(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> 
     return [folder / module.name for module, _ in made]
 
 
-def build_systems(names: Iterable[str], fmus: Path, folder: Path) -> list[Path]:
-    """Write systems of the FMUs in the folder `fmus` into a folder; returns their paths.
+def build_systems(names: Iterable[str], fmus: Path, folder: Path, fmi: int = 2) -> list[Path]:
+    """Write systems of the FMUs, of a version of FMI, in the folder `fmus` into a folder; returns their paths.
 
-    Each as `NAME.ssp` and, for tools that know no ports of a system, as `NAMENoPorts.ssp`.
+    Each as `NAME.ssp` and, for tools of FMI 2.0 that know no ports of a system, as `NAMENoPorts.ssp`.
     """
     written = []
     for name in names:
         loop = loop_of(name)
         parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in loop.models.items()}
-        for ports in (True, False):
+        for ports in (True, False) if fmi == 2 else (True,):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")
-            written.append(write_ssp(path, parts, loop.wires, loop.stop_time, ports))
+            written.append(write_ssp(path, parts, loop.wires, loop.stop_time, ports, fmi))
     return written

@@ -59,7 +59,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2) -
                 raise BuildError(f"--from {given}: {file} is of other sources than those that are installed, expected "
                                  f"the FMUs of the release of maglev-fmus {project()[0]}")
         (unfinished / LIBRARY).write_bytes(file_of(given, loop))
-        build_systems([name for name in names if name in systems()], unfinished, unfinished)
+        build_systems([name for name in names if name in systems()], unfinished, unfinished, fmi)
         return [folder / path.name for path in sorted(unfinished.iterdir()) if path.name != LIBRARY]
 
 

@@ -219,7 +219,6 @@ def test_a_run_equals_the_baseline(fmi3_fmus: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("arguments", "reason"), [
     (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --native with it"),
     (("run", "2dof-setpoints", "--fmi", "3"), "--fmi 3: expected 2, or 3 and --native with it"),
-    (("build", "--native", "--fmi", "3", "Stage2DOF"), "Stage2DOF: expected FMUs with --fmi 3, for systems (SSP 1.0)"),
     (("build", "--native", "--fmi", "3", "--target", "wasm", "Plant2DOF"), "--fmi 3: expected 2 with --target wasm")])
 def test_where_there_is_no_fmi_3(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
     assert reason in error_line(maglev(*arguments, "--fmus", tmp_path))

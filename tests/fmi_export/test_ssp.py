@@ -95,6 +95,55 @@ def test_start_values_are_those_of_the_scenario_and_of_the_fmus(system: str) -> 
         assert next(s for s in plan.signals if s.to == f"controller.{axis}.reference").value(0.0) == at
 
 
+@pytest.mark.parametrize("file", FILES)
+def test_it_can_be_looked_at(systems: Path, file: str) -> None:
+    """Components lie side by side within the system, and each of their inputs and outputs has a place of its own."""
+    system = structure(systems / file)
+    def box(element: Element, kind: str) -> list[float]:
+        found = element.find(f"{{{SSD}}}{kind}")
+        assert found is not None
+        return [float(found.attrib[key]) for key in ("x1", "y1", "x2", "y2")]
+
+    x1, y1, x2, y2 = box(system, "SystemGeometry")
+    right = x1
+    components = list(system.iter(f"{{{SSD}}}Component"))
+    for component in components:
+        left, bottom, end, top = box(component, "ElementGeometry")
+        assert right < left < end < x2 and y1 < bottom < top < y2
+        right = end
+    for owner in [*components, *([system] if "NoPorts" not in file else [])]:
+        places = []
+        for connector in owner.findall(f"{{{SSD}}}Connectors/{{{SSD}}}Connector"):
+            place = connector.find(f"{{{SSD}}}ConnectorGeometry")
+            assert (place is None) == (connector.get("kind") == "parameter")
+            if place is not None:
+                places.append((place.attrib["x"], float(place.attrib["y"])))
+                assert place.attrib["x"] == {"input": "0.0", "output": "1.0"}[connector.attrib["kind"]]
+        assert all(0.0 < y < 1.0 for _, y in places)
+        assert len(places) == len(set(places)) > 0
+
+
+def test_ssp_2_of_fmi_3(fmi3_fmus: Path, systems: Path, tmp_path: Path) -> None:
+    """The system of FMI 2.0 with the types of FMI 3.0, and the same parameters in files of their own."""
+    path, = build_systems(["Stage3DOF"], fmi3_fmus, tmp_path, 3)
+    read = fmpy.ssp.ssd.read_ssd(str(path), validate=False)
+    assert (read.version, [each.name for each in read.system.elements]) == ("2.0", ["controller", "plant"])
+    older = structure(systems / "Stage3DOF.ssp")
+    types = {connector[0].tag for connector in structure(path).iter(f"{{{SSD}}}Connector")}
+    assert types == {f"{{{SSC}}}Float64", f"{{{SSC}}}Boolean"}
+    assert ([each.attrib for each in structure(path).iter(f"{{{SSD}}}Connection")]
+            == [each.attrib for each in older.iter(f"{{{SSD}}}Connection")])
+    with zipfile.ZipFile(path) as archive:
+        assert fmpy.read_model_description(archive.open("resources/Plant3DOF.fmu")).fmiVersion == "3.0"
+        for component, inside in zip(structure(path).iter(f"{{{SSD}}}Component"), older.iter(f"{{{SSV}}}ParameterSet"),
+                                     strict=True):
+            binding = next(component.iter(f"{{{SSD}}}ParameterBinding"))
+            outside = fromstring(archive.read(binding.attrib["source"]))
+            values = [[(each.get("name"), each[0].attrib) for each in of.iter(f"{{{SSV}}}Parameter")]
+                      for of in (outside, inside)]
+            assert values[0] == values[1] != []
+
+
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
     plant = (definition("Plant2DOF"), fmus / "Plant2DOF.fmu")
     twin = (replace(plant[0], name="Twin"), plant[1])
