@@ -41,8 +41,8 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 ROOMS = ("errors", "processes", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file",
          "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym", "stability",
          "schema", "maps", "live", "judging", "experiment", "analysis", "catalogue",
-         "baselines", "fmu_experiments", "procedures", "report", "comparison", "studies", "tuning", "api", "__init__", "cli",
-         "__main__")
+         "baselines", "fmu_experiments", "procedures", "report", "comparison", "studies", "tuning", "api", "__init__",
+         "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|drawings|definitions?|\w+_fmu|plant_\w+")
