@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from faulty_fmus import faulty
 
-import maglev
 from maglev.baselines.update import update_all
 from maglev.errors import Interrupted
 from maglev.experiment.selection import prepare_all
@@ -153,27 +152,27 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
     file.write_text(f'name = "payload"\nscenario = "{scenario(tmp_path, "hold", 10.0)}"\nmetrics = ["rms error"]\n'
                     'keep = ["plant.v.position"]\nkeep_interval = "1 s"\n[[vary]]\nset = "plant.v.mass"\n'
                     'kind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
-    folder = tmp_path / "parts"
-    folder.mkdir()
+    folders = [tmp_path / name for name in ("whole", "parts")]
+    for folder in folders:
+        folder.mkdir()
     arguments = ["study", file, "--fmus", fastest_fmus, "--jobs", "2"]
-    parts, before = folder / "results" / "payload.parts", 0
+    parts, before = folders[1] / "results" / "payload.parts", 0
     for (number, code, word), more in zip(CODES, ([], ["--resume"]), strict=True):
-        command = Command(folder, *arguments, *more)
+        command = Command(folders[1], *arguments, *more)
         command.wait_until(lambda before=before: len(list(parts.glob("samples-*.parquet"))) > before)
         found, lines = command.ended(number)
         done = 8 * len(list(parts.glob("samples-*.parquet")))
         assert 8 * before < done < 64
         assert (found, lines) == (code, [f"maglev: {word}: {done} of 64 samples are kept in "
-                                         f"{parts.relative_to(folder)}, --resume goes on with them"])
+                                         f"{parts.relative_to(folders[1])}, --resume goes on with them"])
         command.unpacked.rmdir()
         before = done // 8
-    command = Command(folder, *arguments, "--resume")
-    _, errors = command.process.communicate(timeout=300.0)
-    assert command.process.returncode == 0, errors
-    assert list(command.unpacked.iterdir()) == []
-    maglev.study(file, fmus=fastest_fmus, jobs=1, out=tmp_path / "whole")
-    whole, resumed = ({path.name: path.read_bytes() for path in results.iterdir()}
-                      for results in (tmp_path / "whole", folder / "results"))
+    for folder, more in zip(folders, ([], ["--resume"]), strict=True):
+        command = Command(folder, *arguments, *more)
+        _, errors = command.process.communicate(timeout=300.0)
+        assert command.process.returncode == 0, errors
+        assert list(command.unpacked.iterdir()) == []
+    whole, resumed = ({path.name: path.read_bytes() for path in (folder / "results").iterdir()} for folder in folders)
     assert set(whole) == {"payload.parquet", "payload.trajectories.parquet", "payload.html"}
     assert resumed == whole
 
