@@ -23,7 +23,8 @@ LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/t
            "examples/test_worked_examples.py", "own_stage/test_flight.py", "linear/test_tilting.py",
            "tuning/test_search.py")
 
-FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled")))
+FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
+                                                                "Measurement")))
 
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 

@@ -6,6 +6,7 @@ It needs a Chromium, Playwright, and the FMUs of `maglev build --native --target
 """
 
 import argparse
+import json
 import shutil
 import sys
 import tempfile
@@ -19,10 +20,11 @@ import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from maglev import build, new_controller
-from maglev.experiment.preparation import Experiment
+from maglev.experiment.preparation import prepare
 from maglev.live.content import live_runs
 from maglev.live.page import write_live
 from maglev.schema.run_plan import RunPlan
+from maglev.schema.settings import start_values
 
 SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 POSITION = "maglevLive.history.last().axes"
@@ -69,14 +71,19 @@ class Tab:
 
 
 def compare_runs(browser: Browser, url: str, fmus: Path) -> None:
-    """Every run of the page against the native FMUs under the master."""
+    """Every run of the page against the native FMUs under the master.
+
+    Where something happens the encoders measure exactly: what is lost goes where a count of them has it go.
+    """
     tab = Tab(browser, url)
     tab.page.click("#play")   # the flight that is shown rests meanwhile
     took = steps = seconds = 0.0
     rows = []
     for plan in live_runs():
-        there = native(plan, fmus)
-        tab.page.evaluate(f"post({{ type: 'flown', run: '{plan.name}', until: {plan.stop_time} }})")
+        settings = {"plant.encoder.resolution": 0.0} if plan.events else {}
+        there = native(plan, fmus, settings)
+        tab.page.evaluate(f"post({{ type: 'flown', run: '{plan.name}', until: {plan.stop_time}, "
+                          f"settings: {json.dumps(settings)} }})")
         wait_until(tab.page, f"maglevLive.flown['{plan.name}'] !== undefined", 60.0)
         flown = tab.page.evaluate(f"(({{ positions, took }}) => [Array.from(positions), took])"
                                   f"(maglevLive.flown['{plan.name}'])")
@@ -94,15 +101,16 @@ def compare_runs(browser: Browser, url: str, fmus: Path) -> None:
     print(f"{len(rows)} runs, {seconds:.0f} s: {equal} equal, {close} within 1e-12 m, largest "
           f"{max(most for _, most, _ in rows):.1e} m; {1e3 * took / steps:.1f} µs a step of plant and controller, "
           f"{seconds / (1e-3 * took):.0f} times real time")
+    events = {plan.name for plan in live_runs() if plan.events}
+    require(max(most for name, most, _ in rows if name in events) < 1e-9, "a run in which something happens differs")
     smooth = [most for name, most, _ in rows if "smooth" in name]
     require(bool(smooth) and max(smooth) < 1e-15, f"runs without encoder differ by {max(smooth)} m")
     require(max(most for _, most, _ in rows) < 100e-6, "a run differs by more than the check of the runs allows")
 
 
-def native(plan: RunPlan, fmus: Path) -> np.ndarray:
+def native(plan: RunPlan, fmus: Path, settings: dict[str, float]) -> np.ndarray:
     """Positions, shape (points, axes), in the order of the page."""
-    files = {name: fmus / "native" / f"{fmu.model}.fmu" for name, fmu in plan.fmus.items()}
-    columns = Experiment(plan, files, plan.step).run(None).columns
+    columns = prepare(plan, fmus / "native", {}, start_values(settings)).run(None).columns
     assert plan.rig is not None
     return np.stack([columns[f"plant.{axis}.position"] for axis in plan.rig.axis_names], axis=1)
 
@@ -232,6 +240,46 @@ def fingers(browser: Browser, url: str) -> None:
     tab.close()
 
 
+def faults(browser: Browser, url: str) -> None:
+    """What goes wrong, by hand: each shows in the flight, and is gone when it is taken back."""
+    tab = Tab(browser, url + "#run=5dof-setpoints")
+    page = tab.page
+    page.evaluate("for (const axis of maglevLive.run.axes) nudge(axis, 0)")
+
+    def error(act: Callable[[], None], seconds: float = 1.0) -> float:
+        """Largest deviation (m) of the gap from its mean in the seconds after something is done."""
+        act()
+        page.wait_for_timeout(200)
+        before = page.evaluate("maglevLive.history.count")
+        page.wait_for_timeout(1e3 * seconds)
+        gaps = page.evaluate(f"Array.from({{ length: maglevLive.history.count - {before} }}, (_, k) => "
+                             f"maglevLive.history.at({before} + k, columnOf.position(0)))")
+        return float(np.ptp(gaps))
+
+    quiet = error(lambda: None)
+    for slider, value in (("noise", "100"), ("shake", "2")):
+        felt = error(lambda slider=slider, value=value: page.fill(f"#{slider}", value))
+        page.fill(f"#{slider}", "0")
+        page.wait_for_timeout(1500)
+        print(f"  {slider} {value}: the gap moves by {1e6 * felt:.0f} µm, {1e6 * quiet:.0f} µm without")
+        require(felt > 2 * quiet and not page.evaluate("maglevLive.frame.flags.stop"), f"{slider}: {felt} m")
+    require("measurement" not in page.evaluate("location.hash"), "what is taken back stays in the address")
+    off = error(lambda: page.click("#blink"), 0.1)
+    require(off > 2 * quiet, f"20 ms without current move the gap by {off} m")
+    page.wait_for_timeout(1000)
+    page.check("#switch-phase")
+    wait_until(page, "maglevLive.history.last().motors[maglevLive.run.motors[0]].phases[1] === 0")
+    require(page.evaluate("maglevLive.history.last().motors[maglevLive.run.motors[0]].phases[0]") != 0, "all are open")
+    page.uncheck("#switch-phase")
+    page.fill("#delay", "20")
+    wait_until(page, "maglevLive.frame.flags.stop")
+    print(f"  20 ms late: {page.inner_text('#status')}")
+    page.click("#planned")
+    wait_until(page, "maglevLive.frame.time > 1 && maglevLive.frame.time < 4 && !maglevLive.frame.flags.stop")
+    require("measurement" not in page.evaluate("location.hash"), "as planned leaves a setting")
+    tab.close()
+
+
 def own_controllers(browser: Browser, url: str, folder: Path) -> None:
     """The law in JavaScript against the C of the same one; what is wrong is said, and a link runs nothing."""
     for rig in ("2dof", "3dof", "5dof"):
@@ -356,7 +404,7 @@ def main() -> None:
     parser.add_argument("--fmus", type=Path, default=Path("fmus"))
     parser.add_argument("--pictures", type=Path)
     parser.add_argument("--hands", action="store_true", help="hands alone, without the runs and the frames")
-    parser.add_argument("--own", action="store_true", help="controllers of the reader's alone")
+    parser.add_argument("--own", action="store_true", help="controllers of the reader's, and faults, alone")
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -365,6 +413,7 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         try:
             if arguments.own:
+                faults(browser, path.as_uri())
                 own_controllers(browser, path.as_uri(), Path(folder))
                 return
             if not arguments.hands:
@@ -372,6 +421,7 @@ def main() -> None:
             hands(browser, path.as_uri())
             tilting_hands(browser, path.as_uri())
             fingers(browser, path.as_uri())
+            faults(browser, path.as_uri())
             stories(browser, path.as_uri())
             own_controllers(browser, path.as_uri(), Path(folder))
             if not arguments.hands:

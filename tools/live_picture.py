@@ -14,9 +14,9 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 RUN = "3dof-setpoints-improved"
-UNTIL = 6.1              # s of flight: a set-point has just changed
+UNTIL = 1.6               # s of flight: set-points have just changed
 SIZE = (1240, 860)       # px of the page
-COLOURS = 128            # of the file: flat areas, few gradients
+COLOURS = 256            # of the file: flat areas, few gradients
 
 
 def picture(page: Path) -> Image.Image:

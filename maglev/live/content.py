@@ -36,9 +36,23 @@ def models_of(rig: Rig) -> list[str]:
     return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
 
 
+def modules_of(rig: Rig) -> list[str]:
+    """Those, and what lies between its encoders and a controller."""
+    return [*models_of(rig), measurement_of(rig)]
+
+
+def measurement_of(rig: Rig) -> str:
+    """The FMU between encoders and controller."""
+    return f"Measurement{rig.suffix}"
+
+
 def flies_live(plan: RunPlan) -> bool:
-    """Whether the page of all runs has a run: a packaged experiment of one plant and one controller on references."""
-    return plan.path in packaged_files().values() and not plan.check_only and not why_not_live(plan)
+    """Whether the page of all runs has a run: a packaged experiment of one plant and one controller.
+
+    What is for the check alone is in it where something happens to the stage, or to what is measured of it.
+    """
+    happens = "measurement" in plan.fmus or bool(plan.events)
+    return plan.path in packaged_files().values() and (happens or not plan.check_only) and not why_not_live(plan)
 
 
 def not_live() -> dict[str, list[str]]:
@@ -54,18 +68,20 @@ def why_not_live(plan: RunPlan) -> str:
     """Why no page can fly a run; empty if one can."""
     models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
     plant, *controllers = models_of(rig) if rig is not None else [""]
-    if list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers:
+    between = models.pop("measurement", None)
+    if (list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers
+            or rig is None or between not in (None, measurement_of(rig))):
         others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
                        for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
                        and models.get("controller") in models_of(other)), "")
-        flown = ", ".join(dict.fromkeys(map(str, models.values())))
+        flown = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
         return f"it flies {flown}{others}, expected a controller and then the plant of one stage"
     if plan.procedure is not None or plan.needs:
         return "it is part of a procedure or begins as another run ends, expected a run of its own"
-    other = next((signal for signal in plan.signals
-                  if signal.kind not in SIGNALS or not signal.to.endswith(".reference")), None)
+    other = next((signal for signal in plan.signals if signal.kind not in SIGNALS or (
+        signal.to.startswith("controller.") and not signal.to.endswith(".reference"))), None)
     return "" if other is None else (f"it has a signal {other.kind} to {other.to}, expected {', '.join(SIGNALS)} to "
-                                     "references")
+                                     "references, to the plant or to measurements")
 
 
 def live_runs() -> list[RunPlan]:
@@ -93,7 +109,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
             again = f"maglev build {own}--native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
             flown.append(rig)
-            data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in models_of(rig)}
+            data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in modules_of(rig)}
         data["runs"][plan.name] = run_data(plan, rig)
     return {**data, "parts": parts_text(flown)}
 
@@ -138,9 +154,10 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
     """A run's plan as the page flies it, SI."""
     plant, *controllers = models_of(rig)
-    return {"title": plan.title, "plant": plant, "step": plan.step, "stop": plan.stop_time,
-            "axes": rig.axis_names, "vertical": rig.vertical.name, "motors": rig.motor_names,
-            "rotations": [axis.name for axis in rig.rotations], "external": [axis.external for axis in rig.axes],
+    return {"title": plan.title, "plant": plant, "measurement": measurement_of(rig),
+            "step": plan.step, "stop": plan.stop_time, "axes": rig.axis_names, "vertical": rig.vertical.name,
+            "motors": rig.motor_names, "rotations": [axis.name for axis in rig.rotations],
+            "external": [axis.external for axis in rig.axes],
             "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name,
             "laws": {name: LAWS[name.removesuffix(rig.suffix)] for name in controllers},
             "command": command_of(plan),

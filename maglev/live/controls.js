@@ -11,7 +11,7 @@ function make(name, attributes, parent, text = "") {
 
 /** Names `fmu.variable` of the parameters of what flies, whose ends match. */
 function parametersLike(run, controller, pattern) {
-  return [["plant", run.plant], ["controller", controller]].flatMap(([part, model]) => live.fmus[model].variables
+  return [["plant", run.plant], ["controller", controller], ["measurement", run.measurement]].flatMap(([part, model]) => live.fmus[model].variables
     .filter(({ causality, name }) => causality === "parameter" && pattern.test(`${part}.${name}`))
     .map(({ name }) => `${part}.${name}`));
 }
@@ -35,9 +35,29 @@ const KNOBS = [
     like: /^plant\.\w+\.amplifier\.peak$/ },
   { id: "limit", label: "current limit", zero: "none", unit: "A", low: 0, high: 9, step: 0.25, by: "value",
     like: /^controller\.current_limit$/ },
+  { id: "noise", group: "faults", label: "noise", zero: "none", unit: "µm", low: 0, high: 100, step: 2, scale: 1e-6, by: "value",
+    like: /^measurement\.\w+\.noise$/ },
+  { id: "delay", group: "faults", label: "delay", zero: "none", unit: "ms", low: 0, high: 20, step: 0.5, scale: 1e-3, by: "value",
+    like: /^measurement\.delay$/ },
+  { id: "lost", group: "faults", label: "samples lost", zero: "none", unit: "%", low: 0, high: 95, step: 5, scale: 0.01, by: "value",
+    like: /^measurement\.\w+\.lost$/ },
+  { id: "bus", group: "faults", label: "bus voltage", zero: "no limit", unit: "V", low: 0, high: 48, step: 1, by: "value",
+    like: /^plant\.bus_voltage$/ },
+  { id: "magnets", group: "faults", label: "warmer magnets", zero: "none", unit: "K", low: 0, high: 100, step: 5, by: "value",
+    like: /^plant\.magnet_rise$/ },
   { id: "gains", label: "all gains", unit: "×", low: 0.2, high: 2, step: 0.05, like: /^controller\.\w+\.k[1-5]$/,
     by: "factor" },
 ];
+
+/** What is wrong or not: the Booleans that a switch sets, of the first motor or encoder or of all. */
+const SWITCHES = [
+  { id: "phase", label: "a phase is open", like: /^plant\.\w+\.phase_b\.open$/, first: 1 },
+  { id: "supply", label: "a supply is lost", like: /^plant\.\w+\.phase_[abc]\.open$/, first: 3 },
+  { id: "stuck", label: "amplifiers stuck", like: /^plant\.\w+\.amplifier\.stuck$/ },
+  { id: "frozen", label: "an encoder is stuck", like: /^measurement\.\w+\.frozen$/, first: 1 },
+];
+
+const switchNames = ({ like, first = Infinity }, run, controller) => parametersLike(run, controller, like).slice(0, first);
 
 /** What a knob shows for the present values of its parameters; undefined if nothing of what flies has them. */
 function knobValue(knob, run, controller, valueOf) {

@@ -3,12 +3,13 @@
 // and the plant then steps under its currents (Gauss–Seidel, controller first).
 
 const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: the hand that holds the mover
+const SHAKE = 10 * Math.PI;   // rad/s, of the floor: 5 Hz
 const KICK_TIME = 0.02;                                     // s
 
 /** Start values of an FMU of a run, by variable: the plan's, and over them the settings `fmu.variable`. What a user brings
  * has its own: the plan's gains and limits are those of our controllers. */
 function startValues(run, part, settings, own) {
-  const values = new Map(own ? [] : Object.entries(run.fmus[part].start));
+  const values = new Map(own ? [] : Object.entries(run.fmus[part]?.start ?? {}));
   for (const [name, value] of Object.entries(settings)) {
     if (name.startsWith(`${part}.`)) values.set(name.slice(part.length + 1), value);
   }
@@ -39,7 +40,13 @@ class Flight {
     this.seen = this.plant.ports(run.motors.flatMap((motor) => ["i_a", "i_b", "i_c", "i_d", "i_q"]
       .map((current) => `${motor}.${current}`)));
     this.wirePlant();
+    this.measure();
     this.swap(model);
+    // What a run's signals drive beside the references: forces, faults, parameters that change.
+    this.events = run.signals.filter(({ to }) => !to.endsWith(".reference")).map((signal) => ({ signal, last: undefined }));
+    this.pushes = run.external.map((port) => this.events.find(({ signal }) => signal.to === `plant.${port}`)?.signal);
+    this.events = this.events.filter(({ signal }) => !this.pushes.includes(signal));
+    this.shaken = 0;   // m/s², amplitude of the floor
     this.readOutputs();
   }
 
@@ -54,8 +61,45 @@ class Flight {
       .map((wire) => wire[end].slice(wire[end].indexOf(".") + 1));
     this.measured = this.plant.ports(ends("plant", 0));
     this.commanded = this.plant.ports(ends("controller", 1));
-    this.measuredNames = ends("plant", 1);
+    // What lies between encoders and controller calls its ports as these do.
+    const last = this.run.fmus.measurement ? "measurement" : "plant";
+    this.measuredNames = ends(last, 1);
+    [this.encoderNames, this.betweenNames] = last === "plant" ? [ends("plant", 0), this.measuredNames]
+      : [ends("plant", 1), ends(last, 0)];
     this.commandNames = ends("controller", 0);
+  }
+
+  /** Put between encoders and controller what is set there, from what is measured now on; nothing where nothing is set. */
+  measure() {
+    const { run, settings } = this, set = Object.keys(settings).some((name) => name.startsWith("measurement."));
+    this.between = run.fmus.measurement || set ? this.made("measurement", run.measurement) : null;
+    if (!this.between) return;
+    this.encoders = this.between.ports(this.encoderNames);
+    this.given = this.between.ports(this.betweenNames);
+  }
+
+  /** Measurements as the controller gets them. */
+  sensed(t) {
+    if (!this.between) return this.measured.values;
+    this.encoders.values.set(this.measured.values);
+    this.between.put(this.encoders);
+    this.between.step(t, this.run.step);
+    return this.between.get(this.given);
+  }
+
+  /** Set what a run's signals drive, and the floor. */
+  happen(t) {
+    for (const event of this.events) {
+      const value = signalValue(event.signal, t);
+      if (value === event.last) continue;
+      event.last = value;
+      this.tune(event.signal.to, value);
+    }
+    if (this.shaken || this.wasShaken) {
+      const name = `${this.run.vertical}.floor_acceleration`;
+      if (this.plant.has(name)) this.plant.set(name, this.shaken * Math.sin(SHAKE * t));
+      this.wasShaken = this.shaken;
+    }
   }
 
   /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. If it lacks a
@@ -77,6 +121,8 @@ class Flight {
     const other = new Flight(this.library, this.run, model, this.settings);
     other.k = this.k;
     other.plant.restore(this.plant.state());
+    if (this.between && other.between) other.between.restore(this.between.state());
+    other.shaken = this.shaken;
     other.swap(model);
     this.follow(other);
     other.readOutputs();
@@ -130,12 +176,13 @@ class Flight {
   /** One communication step. */
   step() {
     const { plant, controller, run } = this, t = this.time;
+    if (this.events.length || this.shaken || this.wasShaken) this.happen(t);
     for (let i = 0; i < run.axes.length; i++) {
       this.references.values[i] = this.reference(i, t);
-      this.forces.values[i] = this.force(i, t);
+      this.forces.values[i] = this.force(i, t) + (this.pushes[i] ? signalValue(this.pushes[i], t) : 0);
     }
     this.rated.forEach((i, k) => { this.rates.values[k] = this.referenceRate(i, t); });
-    this.measurements.values.set(this.measured.values);
+    this.measurements.values.set(this.sensed(t));
     controller.put(this.references);
     controller.put(this.rates);
     controller.put(this.measurements);
@@ -150,8 +197,9 @@ class Flight {
 
   /** Set a parameter that can change in flight, where there is one of that name. */
   tune(name, value) {
-    const fmu = name.startsWith("plant.") ? this.plant : this.controller;
-    const variable = name.slice(name.indexOf(".") + 1);
+    const part = name.slice(0, name.indexOf(".")), variable = name.slice(name.indexOf(".") + 1);
+    if (part === "measurement" && (!this.between || this.between.byName.get(variable)?.fixed)) { this.measure(); return; }
+    const fmu = { plant: this.plant, measurement: this.between }[part] ?? this.controller;
     if (fmu.has(variable)) fmu.set(variable, value);
   }
 

@@ -4,6 +4,7 @@
 const REFERENCE_STEP = 1e-3;   // m of an arrow key
 const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };   // m/s, rad/s: what a kick leaves of the nominal mass alone
 
+const BLINK = 0.02;   // s that amplifiers are off for
 const NEAR = 14;   // px beside the mover in which a finger still takes it
 
 /** Where a pointer is on the stage: the view that it is in, axis and place (m) across and upright, and whether the mover, or
@@ -182,12 +183,20 @@ function showPanel() {
   at("view").value = state.view;
   panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
   panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
+  for (const each of SWITCHES) {
+    const names = switchNames(each, run, state.controller), input = at(`switch-${each.id}`);
+    input.parentElement.hidden = !names.length;
+    input.checked = names.length > 0 && names.every((name) => valueOf(name) === true);
+  }
+  at("blink").hidden = !offNames().length;
   for (const knob of KNOBS) panel.knobs[knob.id](knobValue(knob, run, state.controller, valueOf));
   at("antiwindup").disabled = valueOf("controller.antiwindup") === undefined;
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
-  at("copy-command").hidden = !run.command || isOwn(state.controller);   // what is in no file no command flies
+  // What is in no file no command flies.
+  at("copy-command").hidden = !run.command || isOwn(state.controller)
+    || (!run.fmus.measurement && Object.keys(state.settings).some((name) => name.startsWith("measurement.")));
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
 }
 
@@ -200,7 +209,26 @@ function setParameter(full, text) {
   }
 }
 
+/** What switches all amplifiers off. */
+const offNames = () => parametersLike(page.run, page.state.controller, /^plant\.\w+\.amplifier\.off$/);
+
+function buildSwitches() {
+  for (const each of SWITCHES) {
+    const label = make("label", { class: "check" }, at("switches"));
+    const input = make("input", { type: "checkbox", id: `switch-${each.id}` }, label);
+    label.append(each.label);
+    input.addEventListener("change", () => change(Object.fromEntries(
+      switchNames(each, page.run, page.state.controller).map((name) => [name, input.checked]))));
+  }
+  at("blink").addEventListener("click", () => {
+    const all = (value) => Object.fromEntries(offNames().map((name) => [name, value]));
+    post({ type: "blink", values: all(true), back: all(false), time: BLINK });
+    say(`No current for ${1e3 * BLINK} ms.`);
+  });
+}
+
 function buildPanel() {
+  buildSwitches();
   for (const rig of Object.values(live.rigs).reverse()) {
     const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
     const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
@@ -213,8 +241,10 @@ function buildPanel() {
   page.panel = {
     controller: choices(at("controllers"), "controller", "Controller", swap),
     ghost: choices(at("controllers"), "ghost", "Flies along, transparent", setGhost),
-    knobs: Object.fromEntries(KNOBS.map((knob) => [knob.id, slider(at("knobs"), knob,
+    knobs: Object.fromEntries(KNOBS.map((knob) => [knob.id, slider(at(knob.group ?? "knobs"), knob,
       (value) => change(knobSettings(knob, page.run, page.state.controller, value)))])),
+    shake: slider(at("faults"), { id: "shake", label: "the floor shakes", zero: "no", unit: "m/s²", low: 0, high: 3, step: 0.1 },
+      (value) => { post({ type: "shake", value }); page.panel.shake(value); }),
     parameter: parameterForm(at("any"), setParameter),
     settings: settingsList(at("changed"), (full) => change({ [full]: plannedValue(page.run, page.state.controller, full)
       ?? plannedValue(page.run, page.run.fmus.controller.model, full) })),

@@ -40,6 +40,7 @@ function begin(state, planned = []) {
   page.story = null;
   page.ended = false;
   page.lit = {};
+  page.panel.shake(0);
   if (!planned.length) state.story = "";
   page.history = page.ghost = null;
   post({ type: "start", run: state.run, controller: state.controller, other: state.ghost, settings: { ...state.settings },
@@ -79,7 +80,8 @@ function asPlanned() {
 /** Change parameters: in flight where they can, with a new start where not. */
 function change(settings) {
   const { state, run } = page;
-  const fixed = Object.keys(settings).some((full) => variableOf(run, state.controller, full)?.fixed);
+  const fixed = Object.keys(settings).some((full) => variableOf(run, state.controller, full)?.fixed
+    && !full.startsWith("measurement."));
   for (const [full, value] of Object.entries(settings)) {
     if (value === plannedValue(run, state.controller, full)) delete state.settings[full];
     else state.settings[full] = value;

@@ -36,7 +36,7 @@ function endsOf(run, axis, values) {
 /** The variable `fmu.variable` of a run with a controller; undefined if there is none. */
 function variableOf(run, controller, full) {
   const [part, variable] = [full.slice(0, full.indexOf(".")), full.slice(full.indexOf(".") + 1)];
-  const model = { plant: run.plant, controller }[part];
+  const model = { plant: run.plant, measurement: run.measurement, controller }[part];
   return live.fmus[model]?.variables.find(({ name, causality }) => name === variable && causality === "parameter");
 }
 

@@ -183,6 +183,13 @@ const HANDLERS = {
     if (value === null) flight.chosen.delete(axis); else flight.chosen.set(axis, value);
   },
   hold: ({ axis, value }) => { if (value === null) flight.held.delete(axis); else flight.held.set(axis, value); },
+  shake: ({ value }) => { flight.shaken = value; if (ghost) ghost.shaken = value; },
+  /** Set values for a time (s). */
+  blink: ({ values, back, time }) => {
+    HANDLERS.tune({ values });
+    acts.push({ at: flight.time + time, type: "tune", values: back });
+    acts.sort((one, other) => one.at - other.at);
+  },
   kick: ({ axis, impulse }) => flight.kick(axis, impulse),
 };
 

@@ -15,7 +15,17 @@ from motor import MOTOR
 
 from fmi_export.model_description import model_description
 from maglev.errors import FmuError, ScenarioError
-from maglev.live.content import flies_live, gap_table, live_runs, models_of, not_live, page_data, places, tilts
+from maglev.live.content import (
+    flies_live,
+    gap_table,
+    live_runs,
+    models_of,
+    modules_of,
+    not_live,
+    page_data,
+    places,
+    tilts,
+)
 from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
@@ -27,7 +37,7 @@ from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rigs import RIGS
 
-FLOWN = tuple(name for rig in RIGS.values() for name in models_of(rig))
+FLOWN = tuple(name for rig in RIGS.values() for name in modules_of(rig))
 LARGEST = 1_300_000   # bytes of the page with three stages
 
 
@@ -175,7 +185,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     new_stage("mine.toml")
     folder = tmp_path / "wasm"
     folder.mkdir()
-    for name in models_of(know_stage("mine.toml")):
+    for name in modules_of(know_stage("mine.toml")):
         (folder / f"{name}.wasm").write_bytes(b"module")
         (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0, ["a.c"]))
     yield folder
@@ -187,7 +197,8 @@ def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     page = write_live(tmp_path, files=["mine.toml", "mine-setpoints.toml"], fmus=tmp_path)
     assert page.name == "live-mine.html"   # beside the page of ours
     data = json.loads(element(page.read_text(encoding="utf-8"), "data"))
-    assert list(data["fmus"]) == ["PlantMine", "RegulatorMine", "LinearRegulatorMine", "PIDMine"]
+    assert list(data["fmus"]) == ["PlantMine", "RegulatorMine", "LinearRegulatorMine", "PIDMine",
+                                  "MeasurementMine"]
     assert {name: run["command"] for name, run in data["runs"].items()} == {
         "mine": "", "mine-setpoints": "mine-setpoints.toml"}   # no command flies what is in no scenario
     rest, flown = data["runs"].values()
