@@ -15,7 +15,7 @@ class Variable:
     """
 
     name: str                              # and attribute path of the block, if there is no `path`
-    causality: str                         # input, output or parameter
+    causality: str                         # input, output, parameter, or local in a continuous model
     variability: str                       # continuous, discrete, tunable or fixed
     description: str
     unit: str = ""                         # made of `units.SYMBOLS`; "" for Booleans and ratios
@@ -46,6 +46,30 @@ class Experiment:
 
     stop_time: float
     step: float
+
+
+@dataclass(frozen=True)
+class State:
+    """A continuous state: names of its variable, of its derivative, and of states and inputs that decide the latter."""
+
+    variable: str
+    derivative: str
+    depends_on: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ContinuousModel:
+    """A block as a system of differential equations, for Model Exchange.
+
+    The block has `derive() -> int`, which computes all that is continuous at the present point and returns what `step`
+    does, `settle() -> bool`, which takes in an event and says whether a state jumps, and `measure()`, which sets the
+    discrete outputs that follow from the states. A native FMU has the variables after those of the definition.
+    """
+
+    states: tuple[State, ...]
+    variables: tuple[Variable, ...]              # local: states and rates that are no outputs, and indicators
+    indicators: tuple[str, ...]                  # names of variables whose sign changes at an event
+    outputs: Mapping[str, tuple[str, ...]]       # states and inputs that decide an output, by its name
 
 
 @dataclass(frozen=True)
@@ -86,6 +110,12 @@ class FmuDefinition:
     slave: tuple[str, str] = ("fmi_export.slave", "BlockSlave")   # module and class, of an FMU that runs in Python
     author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs
     requires: tuple[str, ...] = ()                     # packages of the importer's Python that the block needs
+    continuous: ContinuousModel | None = None          # of a native FMU that is for Model Exchange as well
+
+    @property
+    def native_variables(self) -> tuple[Variable, ...]:
+        """Variables of a native FMU."""
+        return self.variables if self.continuous is None else (*self.variables, *self.continuous.variables)
 
     def new_block(self) -> Any:
         """Make a block."""

@@ -1,10 +1,10 @@
-"""modelDescription.xml of a definition (FMI 2.0, co-simulation)."""
+"""modelDescription.xml of a definition (FMI 2.0)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.definition import ContinuousModel, FmuDefinition, Variable
 from fmi_export.units import DISPLAY_UNITS, exponents
 
 LICENCE = "MIT"
@@ -36,7 +36,21 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     native = bool(sources)
     root = Element("fmiModelDescription", attributes(definition, "2.0", "guid", guid, version, date,
                                                      "pyccel" if native else "pythonfmu"))
-    simulation = SubElement(root, "CoSimulation", {
+    continuous = definition.continuous if native else None
+    interfaces = []
+    if continuous:
+        root.set("numberOfEventIndicators", str(len(continuous.indicators)))
+        interfaces.append(SubElement(root, "ModelExchange", {
+            "modelIdentifier": definition.name,
+            "needsExecutionTool": "false",
+            "completedIntegratorStepNotNeeded": "false",
+            "canBeInstantiatedOnlyOncePerProcess": "false",
+            "canNotUseMemoryManagementFunctions": "false",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            "providesDirectionalDerivative": "true",
+        }))
+    interfaces.append(SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
         "needsExecutionTool": xml_boolean(not native),   # Python, which executes what the FMU carries (4.3.1)
         "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
@@ -48,19 +62,23 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": "false",
-    })
-    if native:
-        files = SubElement(simulation, "SourceFiles")
+    }))
+    for interface in interfaces if native else ():
+        files = SubElement(interface, "SourceFiles")
         for name in sources:
             SubElement(files, "File", {"name": name})
-    add_units(root, definition)
+    add_units(root, definition.native_variables if native else definition.variables)
     if native:   # pythonfmu's binary gives its messages no category
         add_log_categories(root)
     add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(definition.variables):
-        add_variable(variables, definition, variable, reference)
-    add_structure(root, definition)
+    table = definition.native_variables if native else definition.variables
+    derivatives = {state.derivative: state.variable for state in continuous.states} if continuous else {}
+    index = {v.name: number for number, v in enumerate(table, start=1)}
+    for reference, variable in enumerate(table):
+        of = derivatives.get(variable.name)
+        add_variable(variables, definition, variable, reference, {"derivative": str(index[of])} if of else {})
+    add_structure(root, definition, continuous, index)
     return as_bytes(root)
 
 
@@ -109,10 +127,10 @@ def add_experiment(root: Element, definition: FmuDefinition) -> None:
     })
 
 
-def add_units(root: Element, definition: FmuDefinition) -> None:
+def add_units(root: Element, variables: Iterable[Variable]) -> None:
     """Add the definitions of the units that occur."""
     units = SubElement(root, "UnitDefinitions")
-    for name in sorted({v.unit for v in definition.variables if v.unit}):
+    for name in sorted({v.unit for v in variables if v.unit}):
         unit = SubElement(units, "Unit", {"name": name})
         SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})
         if name in DISPLAY_UNITS:
@@ -120,24 +138,26 @@ def add_units(root: Element, definition: FmuDefinition) -> None:
             SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})
 
 
-def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int) -> None:
-    """Add one ScalarVariable."""
+def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int,
+                 derivative: Mapping[str, str]) -> None:
+    """Add one ScalarVariable; `derivative` has an attribute that says of which state it is one, or none."""
     scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
-    SubElement(scalar, "Boolean" if variable.boolean else "Real", typed_attributes(definition, variable))
+    SubElement(scalar, "Boolean" if variable.boolean else "Real",
+               {**typed_attributes(definition, variable), **derivative})
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
     """Attributes that variables of all types have."""
     found = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
              "causality": variable.causality, "variability": variable.variability}
-    initial = {"output": "calculated", "parameter": "exact"}.get(variable.causality)
+    initial = {"output": "calculated", "local": "calculated", "parameter": "exact"}.get(variable.causality)
     return found | ({"initial": initial} if initial else {})
 
 
 def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
     """Start value, unit and range."""
     typed: dict[str, str] = {}
-    if variable.causality != "output":
+    if variable.causality in ("input", "parameter"):
         start = definition.start_value(variable)
         typed["start"] = xml_boolean(bool(start)) if variable.boolean else repr(float(start))
     if variable.unit:
@@ -150,17 +170,34 @@ def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str,
     return typed
 
 
-def add_structure(root: Element, definition: FmuDefinition) -> None:
-    """Add the outputs with the inputs, and the initial unknowns with the parameters, that they depend on."""
-    index = {v.name: number for number, v in enumerate(definition.variables, start=1)}
+def add_structure(root: Element, definition: FmuDefinition, continuous: ContinuousModel | None,
+                  index: Mapping[str, int]) -> None:
+    """Add the outputs, and the derivatives, with what decides them, and the initial unknowns with the parameters."""
     structure = SubElement(root, "ModelStructure")
+    for element, unknowns in structure_of(definition, continuous).items():
+        listed = SubElement(structure, element)
+        for name, knowns in unknowns.items():
+            SubElement(listed, "Unknown", {"index": str(index[name])} | dependencies(knowns, index))
+
+
+def dependencies(knowns: Iterable[str] | None, reference: Mapping[str, int]) -> dict[str, str]:
+    """Attributes that say what decides an unknown, by name; None for what nothing is said of."""
+    if knowns is None:
+        return {}
+    found = sorted(reference[name] for name in knowns)
+    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join("dependent" for _ in found)}
+
+
+def structure_of(definition: FmuDefinition,
+                 continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...] | None]]:
+    """Names of unknowns, each with the names of what decides it, by the element of FMI 2.0 that they stand in."""
     outputs = [v for v in definition.variables if v.causality == "output"]
-    for element, names_of in (("Outputs", "depends_on"), ("InitialUnknowns", "starts_from")):
-        unknowns = SubElement(structure, element)
-        for variable in outputs:
-            knowns = sorted(index[name] for name in getattr(variable, names_of))
-            SubElement(unknowns, "Unknown", {
-                "index": str(index[variable.name]),
-                "dependencies": " ".join(str(known) for known in knowns),
-                "dependenciesKind": " ".join("dependent" for _ in knowns),
-            })
+    found: dict[str, dict[str, tuple[str, ...] | None]] = {
+        "Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
+    initial: dict[str, tuple[str, ...] | None] = {v.name: v.starts_from for v in outputs}
+    if continuous:
+        found["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
+        for state in continuous.states:   # all that is calculated; of rates nothing is said, as much decides them
+            initial |= {name: None for name in (state.variable, state.derivative) if name not in initial}
+    order = {v.name: number for number, v in enumerate(definition.native_variables)}
+    return found | {"InitialUnknowns": dict(sorted(initial.items(), key=lambda item: order[item[0]]))}

@@ -1,4 +1,4 @@
-"""The XML of an FMU of FMI 3.0, co-simulation: modelDescription, buildDescription, terminalsAndIcons."""
+"""The XML of an FMU of FMI 3.0: modelDescription, buildDescription, terminalsAndIcons."""
 
 from collections.abc import Iterable, Sequence
 from xml.etree.ElementTree import Element, SubElement
@@ -11,11 +11,16 @@ from fmi_export.model_description import (
     as_bytes,
     attributes,
     common_attributes,
+    dependencies,
+    structure_of,
     typed_attributes,
     xml_boolean,
 )
 
 FMI = "3.0"
+
+# What FMI 3.0 calls the unknowns in an element of FMI 2.0.
+ELEMENTS = {"Outputs": "Output", "Derivatives": "ContinuousStateDerivative", "InitialUnknowns": "InitialUnknown"}
 
 SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from -100 to 100
 
@@ -27,41 +32,44 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     """
     root = Element("fmiModelDescription", attributes(definition, FMI, "instantiationToken", token, version, date,
                                                      "pyccel"))
-    SubElement(root, "CoSimulation", {
+    continuous = definition.continuous
+    common = {
         "modelIdentifier": definition.name,
         "needsExecutionTool": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
         "canGetAndSetFMUState": "true",
         "canSerializeFMUState": "true",
+    }
+    if continuous:
+        SubElement(root, "ModelExchange", common | {
+            "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true",
+            "needsCompletedIntegratorStep": "true"})
+    SubElement(root, "CoSimulation", common | {
         "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
     })
-    add_units(root, definition)
+    table = definition.native_variables
+    add_units(root, table)
     add_log_categories(root)
     add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(definition.variables):
+    reference = {v.name: number for number, v in enumerate(table)}
+    derivatives = {state.derivative: state.variable for state in continuous.states} if continuous else {}
+    for variable in table:
+        of = derivatives.get(variable.name)
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
-                   common_attributes(variable, reference) | typed_attributes(definition, variable))
+                   common_attributes(variable, reference[variable.name]) | typed_attributes(definition, variable)
+                   | ({"derivative": str(reference[of])} if of else {}))
     SubElement(variables, "Float64", {
-        "name": "time", "valueReference": str(len(definition.variables)), "description": "Time",
+        "name": "time", "valueReference": str(len(table)), "description": "Time",
         "causality": "independent", "variability": "continuous", "unit": "s"})
-    add_structure(root, definition)
-    return as_bytes(root)
-
-
-def add_structure(root: Element, definition: FmuDefinition) -> None:
-    """Add the outputs with the inputs, and the initial unknowns with the parameters, that they depend on."""
-    reference = {v.name: number for number, v in enumerate(definition.variables)}
     structure = SubElement(root, "ModelStructure")
-    outputs = [v for v in definition.variables if v.causality == "output"]
-    for element, names_of in (("Output", "depends_on"), ("InitialUnknown", "starts_from")):
-        for variable in outputs:
-            knowns = sorted(reference[name] for name in getattr(variable, names_of))
-            SubElement(structure, element, {
-                "valueReference": str(reference[variable.name]),
-                "dependencies": " ".join(str(known) for known in knowns),
-                "dependenciesKind": " ".join("dependent" for _ in knowns),
-            })
+    for element, unknowns in structure_of(definition, continuous).items():
+        for name, knowns in unknowns.items():
+            SubElement(structure, ELEMENTS[element],
+                       {"valueReference": str(reference[name])} | dependencies(knowns, reference))
+    for name in continuous.indicators if continuous else ():
+        SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
+    return as_bytes(root)
 
 
 def build_description(name: str, units: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ from fmi_export.build import CARRIED, what_runs
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import BINARIES, DIGESTS, SOURCES, TABLE, digests, native_sources
 from fmi_export.native.shells import SHELLS
+from fmi_export.native.tangent import tangent_name
 from fmi_export.sources import module_path
 
 # What is only read, by people or by tools beside it; what runs is compared byte for byte.
@@ -58,8 +59,9 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ve
     shell = SHELLS[3 if b' fmiVersion="3.0"' in contents["modelDescription.xml"] else 2]
     known = modules_of(tuple((package, folder) for package in packages for folder in import_module(package).__path__))
     blocks = [name for name in sources if name.endswith(".c") and name not in (*shell.layer, TABLE)]
-    texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in
-             (PurePosixPath(name).stem for name in blocks)}
+    stems = {PurePosixPath(name).stem for name in blocks}
+    derived = {tangent_name(name) for name in stems}   # made of the others
+    texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in stems - derived}
     platforms = [PurePosixPath(name).parent.name for name in libraries]
     made = native_sources(definition, texts, sources, version, platforms, shell, date_of(contents))
     return contents.get(DIGESTS) == digests(libraries) and runs == {

@@ -89,6 +89,21 @@ class Axis:
         self.velocity_sum = 0.0
         self.deflection_sum = 0.0
 
+    def resume(self) -> None:
+        """Begin to compute the rates at the present point of a continuous model, by one `add_slope` of weight 1."""
+        self.begin()
+        self.stop.resume(self.position)
+        self.swing = self.mode.encoder_share * self.mode.deflection
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model; whether the mover is at a stop."""
+        return self.stop.settle(self.velocity)
+
+    def contained(self) -> bool:
+        """Whether the mover has not run away."""
+        return (-LARGEST_POSITION < self.position < LARGEST_POSITION
+                and -LARGEST_SPEED < self.velocity < LARGEST_SPEED)
+
     def add_slope(self, motors: float, weight: float, ahead: float) -> None:
         """Add the slope at the present point, and go to the next one.
 
@@ -129,5 +144,4 @@ class Axis:
         self.deflection = saturate(self.deflection_0 + self.deflection_sum, 1.0)
         if self.flexible:
             self.swing = self.mode.finish()
-        return (-LARGEST_POSITION < self.position < LARGEST_POSITION
-                and -LARGEST_SPEED < self.velocity < LARGEST_SPEED)
+        return self.contained()

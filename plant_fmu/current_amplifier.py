@@ -1,6 +1,6 @@
 """Linear current amplifier module (LCAM), sections 4.1.3, 5.1.3 and 5.6.2."""
 
-from math import exp
+from math import exp, fabs
 
 from plant_fmu.winding import SHORTEST_LAG, Winding
 from pmlsm.saturation import saturate
@@ -84,6 +84,9 @@ class CurrentAmplifier:
         self.started = False       # state: the lag starts at the first clamped command
         self.saturated = False     # output
         self.voltage = 0.0         # V, at the end of the last integration step; where the bus has one
+        self.current_rate = 0.0    # A/s, in a continuous model
+        self.heat_rate = 0.0       # A²/s
+        self.margin = 1.0          # A or V that the clamp, or the bus, leaves: its sign changes at an event
 
     def advance(self, command: float, rating: AmplifierRating) -> None:
         """Follow a command (A) over the integration step that the rating is prepared for."""
@@ -137,6 +140,45 @@ class CurrentAmplifier:
             self.current_middle = (6.0 * charge / dt - self.current_start - self.current) / 4.0
             last = saturate(winding.demanded(self.current, self.target, lag, induced), bus)
         self.voltage = last
+
+    def derive(self, command: float, rating: AmplifierRating, winding: Winding, induced: float, bus: float) -> None:
+        """Compute the rates of a continuous model: i' = (i* − i)/lag as far as the bus drives it, q' = (i*² − q)/T.
+
+        A command and an induced voltage in A and V, the voltage of the bus in V (0 = no limit). A lag of 0 is the
+        shortest one.
+        """
+        self.current_rate = 0.0
+        self.heat_rate = 0.0
+        self.voltage = 0.0
+        self.margin = 1.0
+        self.target = self.current
+        if not (self.open or rating.stuck):
+            bound = rating.clamp(self.heat)
+            self.target = saturate(command, bound)
+            self.margin = bound - fabs(command)
+            lag = rating.lag
+            if lag < SHORTEST_LAG:
+                lag = SHORTEST_LAG
+            self.current_rate = (self.target - self.current) / lag
+            if bus > 0.0:
+                demanded = winding.demanded(self.current, self.target, lag, induced)
+                self.voltage = saturate(demanded, bus)
+                self.current_rate += (self.voltage - demanded) / winding.inductance
+                if bus - fabs(demanded) < self.margin:
+                    self.margin = bus - fabs(demanded)
+        if rating.thermal_time > 0.0:
+            self.heat_rate = (self.target * self.target - self.heat) / rating.thermal_time
+
+    def settle(self, rating: AmplifierRating) -> bool:
+        """Take in an event of a continuous model, whose rates are known; whether the current has jumped."""
+        before = self.current
+        if self.open:
+            self.current = 0.0
+        elif not (self.started or rating.stuck):
+            self.current = self.target
+        self.started = True
+        self.saturated = self.margin < 0.0
+        return self.current != before
 
     def mean_square(self) -> float:
         """Mean square of the current (A²) over the last integration step."""

@@ -1,6 +1,7 @@
 """The FMU of a stage."""
 
 from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from plant_fmu.continuous import continuous_stage
 from plant_fmu.variables import stage_refusals, stage_variables
 from pmlsm.rig import Rig
 
@@ -16,6 +17,7 @@ def plant(rig: Rig, block: type) -> FmuDefinition:
         refusals=stage_refusals(rig),
         experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=True,
+        continuous=continuous_stage(rig),
         documentation=(("pmlsm", "motor.html"), ("plant_fmu", page), ("plant_fmu", "effects.html")),
         icon=Drawing("plant_fmu.drawings", "icon", (len(rig.axes),)),
         sketch=Drawing("plant_fmu.drawings", "stage_sketch", (rig.title, *rig.axis_names)))

@@ -17,6 +17,9 @@ class EndStop:
         self.stiffness = 4.0e5     # N/m, parameter
         self.damping = 1500.0      # N s/m, parameter
         self.side = 0              # stop that the mover is at in an integration step: -1 lower, 1 upper, 0 none
+        self.contact = 0           # the same between two events of a continuous model
+        self.to_lower = 1.0        # m, way to the stop, 1 if there is none: its sign changes at an event
+        self.to_upper = 1.0
 
     def touched(self, position: float) -> bool:
         """Whether a position (m) is beyond a stop that is there."""
@@ -55,6 +58,28 @@ class EndStop:
             self.side = -1
         elif position > self.upper - TOUCH:
             self.side = 1
+
+    def resume(self, position: float) -> None:
+        """Take the stop that the last event has left, in a continuous model, and the ways to both (m)."""
+        self.side = self.contact
+        if self.stiffness > 0.0 or self.damping > 0.0:
+            self.to_lower = position - self.lower
+            self.to_upper = self.upper - position
+        else:
+            self.to_lower = 1.0
+            self.to_upper = 1.0
+
+    def settle(self, velocity: float) -> bool:
+        """Decide, at an event, which stop a mover is at until the next one; whether it is at one.
+
+        At a stop, where the event has been found but for rounding, the velocity (m/s) tells which way it goes.
+        """
+        self.contact = 0
+        if self.to_lower < -TOUCH or (self.to_lower <= TOUCH and velocity <= 0.0):
+            self.contact = -1
+        elif self.to_upper < -TOUCH or (self.to_upper <= TOUCH and velocity >= 0.0):
+            self.contact = 1
+        return self.contact != 0
 
     def force(self, position: float, velocity: float) -> float:
         """Force (N) on the mover at a position (m) and a velocity (m/s)."""

@@ -53,6 +53,14 @@ class MotorMount:
         """Begin an integration step."""
         self.stop.engage(self.gap)
 
+    def resume(self) -> None:
+        """Begin to compute the rates at the present point of a continuous model."""
+        self.stop.resume(self.gap)
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model; whether the gap is at a stop."""
+        return self.stop.settle(self.gap_rate)
+
     def push(self, geometry: MotorGeometry, i_d: float, i_q: float, thrust: float, attraction: float, coils: float,
              iron: float, modulation: float) -> None:
         """Compute the forces at the present point.

@@ -96,6 +96,45 @@ class MotorSupply:
         self.middle_alpha, self.middle_beta = clarke(a.current_middle, b.current_middle, c.current_middle)
         self.end_alpha, self.end_beta = clarke(a.current, b.current, c.current)
 
+    def resume(self, theta: float) -> None:
+        """Take the phase currents, as they are in a continuous model; i_d and i_q at an electrical angle (rad)."""
+        self.phase_a.current = self.i_a
+        self.phase_b.current = self.i_b
+        self.phase_c.current = self.i_c
+        self.end_alpha, self.end_beta = clarke(self.i_a, self.i_b, self.i_c)
+        self.at_end(theta)
+
+    def derive(self, bus: float) -> None:
+        """Compute the rates of a continuous model with the voltage of the bus (V); 0 = no limit."""
+        a = self.phase_a
+        b = self.phase_b
+        c = self.phase_c
+        rating = self.amplifier
+        winding = self.winding
+        share = 1.0
+        if rating.off:
+            share = 0.0
+        a.derive(share * self.i_a_cmd, rating, winding, self.e_a, bus)
+        b.derive(share * self.i_b_cmd, rating, winding, self.e_b, bus)
+        c.derive(share * self.i_c_cmd, rating, winding, self.e_c, bus)
+        self.voltage = larger(larger(fabs(a.voltage), fabs(b.voltage)), fabs(c.voltage))
+        winding.derive(self.i_a * self.i_a + self.i_b * self.i_b + self.i_c * self.i_c)
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model, whose rates are known; whether a current has jumped."""
+        rating = self.amplifier
+        a = self.phase_a
+        b = self.phase_b
+        c = self.phase_c
+        jump_a = a.settle(rating)
+        jump_b = b.settle(rating)
+        jump_c = c.settle(rating)
+        self.i_a = a.current
+        self.i_b = b.current
+        self.i_c = c.current
+        self.saturated = a.saturated or b.saturated or c.saturated
+        return jump_a or jump_b or jump_c
+
     def at_start(self, theta: float) -> None:
         """Set i_d and i_q to the start of the integration step, at an electrical angle (rad)."""
         self.i_d, self.i_q = park(self.start_alpha, self.start_beta, theta)

@@ -94,6 +94,33 @@ class Stage2DOF:
             self.at_stop = True
         return contained
 
+    def derive(self) -> int:
+        """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
+        geometry = self.geometry
+        v = self.v
+        h = self.h
+        motor = self.motor
+        v.resume()
+        h.resume()
+        motor.resume(geometry.electrical_angle(self.h.position))
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.0)
+        motor.derive(bus)
+        self.add_slope(1.0, 0.0)
+        if v.contained() and h.contained():
+            return STARTED
+        return RUN_AWAY
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model: stops, clamps, first currents, encoders; whether a current jumps."""
+        self.derive()
+        v_stopped = self.v.settle()
+        h_stopped = self.h.settle()
+        self.at_stop = v_stopped or h_stopped
+        self.measure()
+        return self.motor.settle()
+
     def add_slope(self, weight: float, ahead: float) -> None:
         """Add one Runge–Kutta slope on all axes (4.3)."""
         v = self.v

@@ -111,6 +111,41 @@ class Stage3DOF:
             self.at_stop = True
         return contained
 
+    def derive(self) -> int:
+        """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
+        geometry = self.geometry
+        y = self.y
+        x = self.x
+        z = self.z
+        alpha = self.alpha
+        beta = self.beta
+        y.resume()
+        x.resume()
+        z.resume()
+        alpha.resume(geometry.electrical_angle(self.x.position))
+        beta.resume(geometry.electrical_angle(self.z.position))
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.0)
+        alpha.derive(bus)
+        beta.derive(bus)
+        self.add_slope(1.0, 0.0)
+        if y.contained() and x.contained() and z.contained():
+            return STARTED
+        return RUN_AWAY
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model: stops, clamps, first currents, encoders; whether a current jumps."""
+        self.derive()
+        y_stopped = self.y.settle()
+        x_stopped = self.x.settle()
+        z_stopped = self.z.settle()
+        self.at_stop = y_stopped or x_stopped or z_stopped
+        self.measure()
+        alpha_jumps = self.alpha.settle()
+        beta_jumps = self.beta.settle()
+        return alpha_jumps or beta_jumps
+
     def add_slope(self, weight: float, ahead: float) -> None:
         """Add one Runge–Kutta slope on all axes (5.3)."""
         y = self.y

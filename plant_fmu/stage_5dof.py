@@ -183,6 +183,68 @@ class Stage5DOF:
             self.at_stop = True
         return contained
 
+    def derive(self) -> int:
+        """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
+        geometry = self.geometry
+        y = self.y
+        x = self.x
+        z = self.z
+        roll = self.roll
+        pitch = self.pitch
+        alpha1 = self.alpha1
+        alpha2 = self.alpha2
+        beta1 = self.beta1
+        beta2 = self.beta2
+        payload = self.payload
+        y.payload = payload.mass
+        x.payload = payload.mass
+        z.payload = payload.mass
+        roll.payload = payload.roll_inertia()
+        pitch.payload = payload.pitch_inertia()
+        self.place_motors()
+        self.alpha1_mount.resume()
+        self.alpha2_mount.resume()
+        self.beta1_mount.resume()
+        self.beta2_mount.resume()
+        y.resume()
+        x.resume()
+        z.resume()
+        roll.resume()
+        pitch.resume()
+        alpha1.resume(geometry.electrical_angle(self.alpha1_mount.displacement))
+        alpha2.resume(geometry.electrical_angle(self.alpha2_mount.displacement))
+        beta1.resume(geometry.electrical_angle(self.beta1_mount.displacement))
+        beta2.resume(geometry.electrical_angle(self.beta2_mount.displacement))
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.induce(0.0)
+        alpha1.derive(bus)
+        alpha2.derive(bus)
+        beta1.derive(bus)
+        beta2.derive(bus)
+        self.add_slope(1.0, 0.0)
+        self.yaw_moment = self.moment()
+        if y.contained() and x.contained() and z.contained() and roll.contained() and pitch.contained():
+            return STARTED
+        return RUN_AWAY
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model: stops, clamps, first currents, encoders; whether a current jumps."""
+        self.derive()
+        x_stopped = self.x.settle()
+        z_stopped = self.z.settle()
+        alpha1_stopped = self.alpha1_mount.settle()
+        alpha2_stopped = self.alpha2_mount.settle()
+        beta1_stopped = self.beta1_mount.settle()
+        beta2_stopped = self.beta2_mount.settle()
+        self.at_stop = x_stopped or z_stopped or alpha1_stopped or alpha2_stopped or beta1_stopped or beta2_stopped
+        self.measure()
+        alpha1_jumps = self.alpha1.settle()
+        alpha2_jumps = self.alpha2.settle()
+        beta1_jumps = self.beta1.settle()
+        beta2_jumps = self.beta2.settle()
+        return alpha1_jumps or alpha2_jumps or beta1_jumps or beta2_jumps
+
     def add_slope(self, weight: float, ahead: float) -> None:
         """Add one Runge–Kutta slope on all axes, and go to the next point."""
         self.push_motors()
@@ -304,6 +366,15 @@ class Stage5DOF:
         return (self.x.beyond_stop() or self.z.beyond_stop() or self.alpha1_mount.beyond_stop()
                 or self.alpha2_mount.beyond_stop() or self.beta1_mount.beyond_stop() or self.beta2_mount.beyond_stop())
 
+    def moment(self) -> float:
+        """Moment (N m) of the motors about y."""
+        alpha1_mount = self.alpha1_mount
+        alpha2_mount = self.alpha2_mount
+        beta1_mount = self.beta1_mount
+        beta2_mount = self.beta2_mount
+        return (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
+                - beta1_mount.x * beta1_mount.thrust - beta2_mount.x * beta2_mount.thrust)
+
     def measure(self) -> None:
         """Set the outputs of the encoders, and the yaw moment."""
         self.x.encoder = self.encoder.measure(self.x.position + self.x.swing)
@@ -316,5 +387,4 @@ class Stage5DOF:
         alpha2_mount.gap_encoder = self.encoder.measure(alpha2_mount.seen_gap(self.y, self.roll, self.pitch))
         beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.seen_gap(self.y, self.roll, self.pitch))
         beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.seen_gap(self.y, self.roll, self.pitch))
-        self.yaw_moment = (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
-                           - beta1_mount.x * beta1_mount.thrust - beta2_mount.x * beta2_mount.thrust)
+        self.yaw_moment = self.moment()

@@ -20,6 +20,7 @@ class Winding:
         self.thermal_resistance = 0.0   # K/W, parameter: from the windings to their surroundings; 0 = they stay as warm
         self.thermal_time = 600.0       # s, parameter
         self.rise = 0.0                 # K, state and output: above the temperature at which R holds
+        self.rise_rate = 0.0            # K/s, in a continuous model
 
     def present_resistance(self) -> float:
         """Resistance (ohm) at the present temperature."""
@@ -32,6 +33,15 @@ class Winding:
             self.rise = final + (self.rise - final) * exp(-dt / self.thermal_time)
         else:
             self.rise = final
+
+    def derive(self, squares: float) -> None:
+        """Compute the rate of the rise by the squared currents (A²), in a continuous model."""
+        self.rise_rate = 0.0
+        if self.thermal_resistance > 0.0:
+            time = self.thermal_time
+            if time < SHORTEST_LAG:
+                time = SHORTEST_LAG
+            self.rise_rate = (self.thermal_resistance * self.present_resistance() * squares - self.rise) / time
 
     def demanded(self, current: float, target: float, lag: float, induced: float) -> float:
         """Voltage (V) by which a current (A) follows a target (A) with a lag (s) against an induced voltage (V)."""

@@ -45,7 +45,7 @@ ROOMS = ("errors", "processes", "copies", "processors", "units", "quantities", "
          "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
-DESCRIBES = re.compile(r"variables|drawings|definitions?|\w+_fmu|plant_\w+")
+DESCRIBES = re.compile(r"variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")
 
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
 

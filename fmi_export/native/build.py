@@ -17,6 +17,7 @@ from fmi_export.native.compiler import WEBASSEMBLY, Platform, library
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.shells import SHELLS, Shell
+from fmi_export.native.tangent import tangent_module, tangent_name
 from fmi_export.native.translation import files_of, translated
 from fmi_export.sources import carried_modules
 from maglev_files.whole_file import whole_file
@@ -38,7 +39,10 @@ def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str,
     """
     texts: dict[str, str] = {}
     for definition in definitions:
-        texts |= carried_modules(definition.block.__module__, packages)
+        own = carried_modules(definition.block.__module__, packages)
+        texts |= own
+        if definition.continuous:
+            texts[tangent_name(definition.block.__module__)] = tangent_module(own, definition.block.__name__, "derive")
     return translated(texts)
 
 
@@ -119,7 +123,8 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translat
     it: an installation so tells its own FMUs from others without a translation.
     """
     timed = shell.version == "3.0"
-    blocks = files_of(texts, translation)
+    differentiated = [tangent_name(definition.block.__module__)] if definition.continuous else []
+    blocks = files_of([*texts, *differentiated], translation)
     above = layer_files(shell.layer)
     headers = {name: fmi_header(name) for name in shell.headers}   # not in the FMU: FMI leaves them to the importer
     own_headers = [text for name, text in {**blocks, **above}.items() if name.endswith(".h")]

@@ -1,9 +1,12 @@
 """The table of an FMU's variables as C, for its FMI layer."""
 
 import re
+from collections.abc import Iterable
 from math import inf
+from textwrap import wrap
 
 from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.native.tangent import named, tangent_name
 from fmi_export.native.translation import literal
 
 SOURCE = """\
@@ -11,7 +14,7 @@ SOURCE = """\
 
 #include "instance.h"
 #include "{header}"
-
+{more}
 static void construct(void *block)
 {{
     {block}__init__({arguments});
@@ -37,7 +40,7 @@ static const struct Refusal REFUSALS[] = {{
 {refusals}
 }};
 
-const struct Model MODEL = {{
+{tables}const struct Model MODEL = {{
     .name = {name_text},
     .guid = {guid},
     .block_size = sizeof(struct {block}),
@@ -48,7 +51,52 @@ const struct Model MODEL = {{
     .variable_count = sizeof VARIABLES / sizeof *VARIABLES,
     .refusals = REFUSALS,
     .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
+    .continuous = {continuous},
 }};
+"""
+
+CONTINUOUS = """\
+static int64_t derive(void *block)
+{{
+    return {block}__derive(block);
+}}
+
+static int64_t derive_along(void *block, void *direction)
+{{
+    return {differentiated}(block, direction);
+}}
+
+static bool settle(void *block)
+{{
+    return {block}__settle(block);
+}}
+
+static void measure(void *block)
+{{
+    {block}__measure(block);
+}}
+
+static const uint32_t STATES[] = {{{states}}};
+static const uint32_t RATES[] = {{{rates}}};
+static const double NOMINALS[] = {{{nominals}}};
+static const uint32_t INDICATORS[] = {{{indicators}}};
+static const uint32_t UNKNOWNS[] = {{{unknowns}}};
+
+static const struct Continuous CONTINUOUS = {{
+    .states = STATES,
+    .rates = RATES,
+    .nominals = NOMINALS,
+    .state_count = sizeof STATES / sizeof *STATES,
+    .indicators = INDICATORS,
+    .indicator_count = sizeof INDICATORS / sizeof *INDICATORS,
+    .unknowns = UNKNOWNS,
+    .unknown_count = sizeof UNKNOWNS / sizeof *UNKNOWNS,
+    .derive = derive,
+    .differentiate = derive_along,
+    .settle = settle,
+    .measure = measure,
+}};
+
 """
 
 
@@ -66,6 +114,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         If a refusal names something that is no variable.
     """
     block = definition.block
+    header = block.__module__.rpartition(".")[2]
     arguments = ", ".join(["block", *(literal(argument) for argument in definition.arguments)])
     known = {v.name for v in definition.variables} | {"time", "step"}
     for text in definition.refusals.values():
@@ -73,11 +122,39 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
             if name not in known:
                 raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
     return SOURCE.format(
-        name=definition.name, header=f"{block.__module__.rpartition('.')[2]}.h", block=block.__name__,
+        name=definition.name, header=f"{header}.h", block=block.__name__,
+        more=f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
+        tables=continuous_tables(definition), continuous="&CONTINUOUS" if definition.continuous else "NULL",
         arguments=arguments, name_text=text_literal(definition.name), guid=text_literal(guid),
-        variables="\n".join([*(variable_row(v) for v in definition.variables), *([TIME] if timed else [])]),
+        variables="\n".join([*(variable_row(v) for v in definition.native_variables), *([TIME] if timed else [])]),
         refusals="\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
                            for status, text in sorted(definition.refusals.items())))
+
+
+def continuous_tables(definition: FmuDefinition) -> str:
+    """C source of what the layer knows of a continuous model; nothing of a block that is none."""
+    model = definition.continuous
+    if model is None:
+        return ""
+    reference = {v.name: number for number, v in enumerate(definition.native_variables)}
+    nominal = {v.name: 1.0 if v.nominal is None else v.nominal for v in definition.native_variables}
+    states = [state.variable for state in model.states]
+    rates = [state.derivative for state in model.states]
+    outputs = [v.name for v in definition.variables if v.causality == "output" and v.variability == "continuous"]
+
+    def references(names: Iterable[str]) -> str:
+        return wrapped(str(reference[name]) for name in names)
+
+    return CONTINUOUS.format(
+        block=definition.block.__name__, differentiated=named(f"{definition.block.__name__}.derive"),
+        states=references(states), rates=references(rates), indicators=references(model.indicators),
+        nominals=wrapped(literal(nominal[name]) for name in states),
+        unknowns=references(dict.fromkeys([*rates, *outputs])))
+
+
+def wrapped(cells: Iterable[str]) -> str:
+    """Cells of a C array, on lines of their own."""
+    return "\n    " + "\n    ".join(wrap(", ".join(cells), 110)) + "\n"
 
 
 def variable_row(variable: Variable) -> str:

@@ -14,7 +14,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from math import isinf
 from pathlib import Path
-from types import ModuleType
 
 from fmi_export.errors import ExportError
 from fmi_export.sources import imported_modules
@@ -63,7 +62,8 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     Parameters
     ----------
     texts : mapping of str to str
-        Source text by dotted name of every module that one of them imports, but `math`. They can be imported as well.
+        Source text by dotted name of every module that one of them imports, but `math`. Those with constants can be
+        imported as well.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
             header = generated.with_suffix(".h").read_text(encoding="utf-8")
             source = generated.with_suffix(".c").read_text(encoding="utf-8")
             constants = [found for _, found in DECLARED.findall(header)]
-            files[f"{stem}.h"] = finished_header(header, import_module(name))
+            files[f"{stem}.h"] = finished_header(header, name)
             files[f"{stem}.c"] = finished_source(name, source, constants)
     return files
 
@@ -128,10 +128,10 @@ def run_pyccel(root: Path, paths: Iterable[str]) -> None:
         raise ExportError(f"pyccel cannot translate: {' '.join((done.stdout + done.stderr).split())[-1000:]}")
 
 
-def finished_header(header: str, module: ModuleType) -> str:
-    """Header with constants for variables, without the function that fills them, and with the FMU's prefix."""
-    header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = {literal(getattr(module, found[2]))};",
-                          header)
+def finished_header(header: str, module: str) -> str:
+    """Header with constants of a module for variables, without the function that fills them, with the FMU's prefix."""
+    header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = "
+                                        f"{literal(getattr(import_module(module), found[2]))};", header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
     header = re.sub(r"^#define \w+_H\n", r'\g<0>\n#include "prefix.h"', header, count=1, flags=re.MULTILINE)
     return header.replace("#include <math.h>", f'#include "{PRELUDE_FILE}"')

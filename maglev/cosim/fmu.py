@@ -20,6 +20,7 @@ from fmi_export.units import exponents
 from maglev.copies import original
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
@@ -78,8 +79,11 @@ def read_description(name: str, path: Path) -> ModelDescription:
         raise FmuError(f"{name}: {original(path)} cannot be read as an FMU: {error}") from error
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
         raise FmuError(f"{name}: {original(path)} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
+    if description.coSimulation is None and description.modelExchange is None:
+        raise FmuError(f"{name}: {original(path)} is for scheduled execution only, expected co-simulation or model "
+                       "exchange")
     if description.coSimulation is None:
-        raise FmuError(f"{name}: {original(path)} is for model exchange only, expected co-simulation")
+        with_solver(description)
     identifier = description.coSimulation.modelIdentifier
     if IDENTIFIER.fullmatch(identifier) is None:   # a path would load a library from outside the archive
         raise FmuError(f"{name}: {original(path)} has modelIdentifier = {shortened(identifier)}, expected letters, "
@@ -176,7 +180,7 @@ class Fmu:
         instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
-        self.do_step = self.fmi.do_step(instance)
+        self.do_step = self.fmi.do_step(instance, self.description)
 
     def take_message(self, status: int, message: bytes) -> None:
         """Keep a message."""

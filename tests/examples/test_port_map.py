@@ -104,9 +104,10 @@ def test_a_longer_step_of_the_plant_is_made_at_its_end(fmus: Path) -> None:
     ("""<fmiModelDescription fmiVersion="1.0" modelName="M" guid="g" modelIdentifier="m" numberOfContinuousStates="0"
      numberOfEventIndicators="0"><ModelVariables/></fmiModelDescription>""",
      "is an FMI 1.0 FMU, expected FMI 2.0 or 3.0"),
-    ("""<fmiModelDescription fmiVersion="2.0" modelName="M" guid="g"><ModelExchange modelIdentifier="m"/>
-     <ModelVariables><ScalarVariable name="x" valueReference="0"><Real/></ScalarVariable></ModelVariables>
-     <ModelStructure/></fmiModelDescription>""", "is for model exchange only, expected co-simulation")])
+    ("""<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t">
+     <ScheduledExecution modelIdentifier="m"/>
+     <ModelVariables><Float64 name="time" valueReference="0" causality="independent"/></ModelVariables>
+     <ModelStructure/></fmiModelDescription>""", "is for scheduled execution only, expected co-simulation or model")])
 def test_fmus_of_other_kinds_are_refused_with_the_reason(tmp_path: Path, text: str, reason: str) -> None:
     path = tmp_path / "other.fmu"
     with zipfile.ZipFile(path, "w") as archive:

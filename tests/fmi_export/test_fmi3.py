@@ -58,10 +58,15 @@ def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -
     assert [told(v) for v in newer.modelVariables[:-1]] == [told(v) for v in older.modelVariables]
     time = newer.modelVariables[-1]
     assert (time.name, time.causality, time.valueReference) == ("time", "independent", len(older.modelVariables))
-    for kind in ("outputs", "initialUnknowns"):
-        one, other = ([(u.variable.name, [v.name for v in u.dependencies], u.dependenciesKind or [])
+    for kind in ("outputs", "initialUnknowns", *(["derivatives"] if block.continuous else [])):
+        one, other = ([(u.variable.name, [v.name for v in u.dependencies or ()], u.dependenciesKind or [])
                        for u in getattr(each, kind)] for each in (older, newer))
         assert one == other and one
+    if block.continuous:
+        assert [u.variable.name for u in newer.eventIndicators] == list(block.continuous.indicators)
+        for each in (older, newer):
+            assert {state.derivative: state.variable for state in block.continuous.states} == {
+                v.name: v.derivative.name for v in each.modelVariables if v.derivative is not None}
     assert (older.coSimulation.canHandleVariableCommunicationStepSize
             is newer.coSimulation.canHandleVariableCommunicationStepSize)
 

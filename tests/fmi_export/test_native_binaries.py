@@ -37,14 +37,16 @@ from maglev.catalogue import build_native
 NAME = "Regulator2DOF"
 STEP = 5e-4    # s, its sample time
 
-# Every function of FMI 2.0 for co-simulation.
+# Every function of FMI 2.0: an FMU that is for co-simulation alone refuses those of model exchange.
 FUNCTIONS = {f"fmi2{name}" for name in (
     "GetTypesPlatform", "GetVersion", "SetDebugLogging", "Instantiate", "FreeInstance", "SetupExperiment",
     "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "GetReal", "GetInteger", "GetBoolean",
     "GetString", "SetReal", "SetInteger", "SetBoolean", "SetString", "GetFMUstate", "SetFMUstate", "FreeFMUstate",
     "SerializedFMUstateSize", "SerializeFMUstate", "DeSerializeFMUstate", "GetDirectionalDerivative",
     "SetRealInputDerivatives", "GetRealOutputDerivatives", "DoStep", "CancelStep", "GetStatus", "GetRealStatus",
-    "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus")}
+    "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus", "EnterEventMode", "NewDiscreteStates",
+    "EnterContinuousTimeMode", "CompletedIntegratorStep", "SetTime", "SetContinuousStates", "GetDerivatives",
+    "GetEventIndicators", "GetContinuousStates", "GetNominalsOfContinuousStates")}
 
 TARGETS = sorted({target for shell in SHELLS.values() for each in shell.platforms.values() for target in each.targets})
 PROCESSORS = {"x86_64": 62, "aarch64": 183}   # their numbers in ELF

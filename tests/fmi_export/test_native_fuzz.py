@@ -58,6 +58,18 @@ def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     assert count == 3000 and refusals > 10000
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path,
+                                                version: int) -> None:
+    """`c/fuzz_exchange.c`: any order of calls; what it asks for is finite where the states are in reach."""
+    sources = unpacked_sources((fmi3_fmus if version == 3 else native_fmus) / "Plant3DOF.fmu", tmp_path)
+    tool = compiled(sources, tmp_path / "fuzz", *SANITIZERS, *(["-DFMI3"] if version == 3 else []),
+                    extra=(HERE / "fuzz_exchange.c",))
+    said = carry_out([tool], random_programs(2000, 3), tmp_path)
+    count, refusals = (int(word) for word in said.split() if word.isdigit())
+    assert count == 2000 and refusals > 10000
+
+
 @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(programs=st.lists(st.binary(max_size=300), min_size=1, max_size=30))
 def test_programs_that_hypothesis_finds(sanitized: Path, tmp_path: Path, programs: list[bytes]) -> None:

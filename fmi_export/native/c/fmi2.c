@@ -1,4 +1,4 @@
-/* FMI 2.0 for co-simulation: its functions over an instance. */
+/* FMI 2.0: its functions over an instance; those of model exchange are in fmi2_exchange.c. */
 
 #include "instance.h"
 
@@ -20,6 +20,8 @@ const char *phase_name(enum Phase phase)
     case INITIALIZING: return "in the initialization";
     case RUNNING: return "after the initialization";
     case TERMINATED: return "after fmi2Terminate";
+    case AT_EVENT: return "in event mode";
+    case BETWEEN_EVENTS: return "in continuous-time mode";
     default: return "after an error";
     }
 }
@@ -31,7 +33,7 @@ const char *real_type(void)
 
 int readable_phases(void)
 {
-    return INITIALIZING | RUNNING | TERMINATED | FAILED;
+    return INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS | TERMINATED | FAILED;
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -55,12 +57,12 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     struct Importer importer = {functions->componentEnvironment, (void (*)(void))functions->logger,
                                 functions->allocateMemory, functions->freeMemory};
-    if (instanceName && *instanceName && fmuType != fmi2CoSimulation) {
+    if (instanceName && *instanceName && fmuType != fmi2CoSimulation && fmuType != fmi2ModelExchange) {
         struct Instance nobody = {.importer = importer, .name = (char *)instanceName};
-        refuse(&nobody, "FMU type = %d, expected fmi2CoSimulation", (int)fmuType);
+        refuse(&nobody, "FMU type = %d, expected fmi2CoSimulation or fmi2ModelExchange", (int)fmuType);
         return NULL;
     }
-    return created(&importer, instanceName, loggingOn != fmi2False, "GUID", fmuGUID);
+    return created(&importer, instanceName, fmuType == fmi2ModelExchange, loggingOn != fmi2False, "GUID", fmuGUID);
 }
 
 void fmi2FreeInstance(fmi2Component c)

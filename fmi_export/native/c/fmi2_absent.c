@@ -1,22 +1,9 @@
-/* What of FMI 2.0 the model description says this FMU cannot do: derivatives, integers and texts, and steps that return
- * before they are done. */
+/* What of FMI 2.0 the model description says this FMU cannot do: derivatives by time, integers and texts, and steps that
+ * return before they are done. */
 
 #include "instance.h"
 
 #include "fmi2Functions.h"
-
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
-                                        const fmi2ValueReference vKnown_ref[], size_t nKnown,
-                                        const fmi2Real dvKnown[], fmi2Real dvUnknown[])
-{
-    (void)vUnknown_ref;
-    (void)nUnknown;
-    (void)vKnown_ref;
-    (void)nKnown;
-    (void)dvKnown;
-    (void)dvUnknown;
-    return (fmi2Status)absent(c, "fmi2GetDirectionalDerivative");
-}
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[])

@@ -1,4 +1,4 @@
-/* FMI 3.0 for co-simulation: its functions over an instance. */
+/* FMI 3.0: its functions over an instance; those of model exchange are in fmi3_exchange.c. */
 
 #include "instance.h"
 
@@ -19,6 +19,8 @@ const char *phase_name(enum Phase phase)
     case INITIALIZING: return "in the initialization";
     case RUNNING: return "after the initialization";
     case TERMINATED: return "after fmi3Terminate";
+    case AT_EVENT: return "in event mode";
+    case BETWEEN_EVENTS: return "in continuous-time mode";
     default: return "after an error";
     }
 }
@@ -30,7 +32,7 @@ const char *real_type(void)
 
 int readable_phases(void)
 {
-    return INSTANTIATED | INITIALIZING | RUNNING | TERMINATED | FAILED;   /* start values before the initialization */
+    return INSTANTIATED | INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS | TERMINATED | FAILED;   /* start values too */
 }
 
 const char *fmi3GetVersion(void)
@@ -63,7 +65,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
                (unsigned)nRequiredIntermediateVariables);
         return NULL;
     }
-    return created(&importer, instanceName, loggingOn, "instantiation token", instantiationToken);
+    return created(&importer, instanceName, false, loggingOn, "instantiation token", instantiationToken);
 }
 
 void fmi3FreeInstance(fmi3Instance instance)

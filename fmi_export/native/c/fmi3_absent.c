@@ -70,12 +70,7 @@ fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueRef
         return (fmi3Status)absent(instance, "fmi3" #function);                                                         \
     }
 
-/* Directional and adjoint derivatives, derivatives of outputs, dependencies that change. */
-ABSENT(GetDirectionalDerivative, const fmi3ValueReference unknowns[], size_t nUnknowns,
-       const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
-       fmi3Float64 sensitivity[], size_t nSensitivity)
-ABSENT(GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[],
-       size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
+/* Derivatives of outputs by time, dependencies that change. */
 ABSENT(GetOutputDerivatives, const fmi3ValueReference valueReferences[], size_t nValueReferences,
        const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
 ABSENT(GetNumberOfVariableDependencies, fmi3ValueReference valueReference, size_t *nDependencies)
@@ -88,11 +83,7 @@ ABSENT_ALONE(EnterConfigurationMode)
 ABSENT_ALONE(ExitConfigurationMode)
 
 /* Events and clocks. */
-ABSENT_ALONE(EnterEventMode)
 ABSENT_ALONE(EnterStepMode)
-ABSENT(UpdateDiscreteStates, fmi3Boolean *discreteStatesNeedUpdate, fmi3Boolean *terminateSimulation,
-       fmi3Boolean *nominalsOfContinuousStatesChanged, fmi3Boolean *valuesOfContinuousStatesChanged,
-       fmi3Boolean *nextEventTimeDefined, fmi3Float64 *nextEventTime)
 ABSENT_ALONE(EvaluateDiscreteStates)
 ABSENT(GetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
        fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
@@ -110,32 +101,8 @@ ABSENT(SetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValu
 ABSENT(SetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
        const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 
-/* Model exchange. */
-ABSENT_ALONE(EnterContinuousTimeMode)
-ABSENT(CompletedIntegratorStep, fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *enterEventMode,
-       fmi3Boolean *terminateSimulation)
-ABSENT(SetTime, fmi3Float64 time)
-ABSENT(SetContinuousStates, const fmi3Float64 continuousStates[], size_t nContinuousStates)
-ABSENT(GetContinuousStateDerivatives, fmi3Float64 derivatives[], size_t nContinuousStates)
-ABSENT(GetEventIndicators, fmi3Float64 eventIndicators[], size_t nEventIndicators)
-ABSENT(GetContinuousStates, fmi3Float64 continuousStates[], size_t nContinuousStates)
-ABSENT(GetNominalsOfContinuousStates, fmi3Float64 nominals[], size_t nContinuousStates)
-ABSENT(GetNumberOfEventIndicators, size_t *nEventIndicators)
-ABSENT(GetNumberOfContinuousStates, size_t *nContinuousStates)
-
 /* Scheduled execution. */
 ABSENT(ActivateModelPartition, fmi3ValueReference clockReference, fmi3Float64 activationTime)
-
-fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
-                                          fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
-                                          fmi3InstanceEnvironment instanceEnvironment,
-                                          fmi3LogMessageCallback logMessage)
-{
-    const struct Importer importer = {.environment = instanceEnvironment, .logger = (void (*)(void))logMessage};
-    const struct Instance nobody = {.importer = importer};
-    absent(&nobody, "fmi3InstantiateModelExchange");
-    return NULL;
-}
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
                                                fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,

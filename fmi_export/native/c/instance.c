@@ -36,12 +36,13 @@ static void renew(struct Instance *instance)
     memset(state, 0, sizeof *state + MODEL.block_size);
     MODEL.construct(state->block);
     state->progress.phase = INSTANTIATED;
+    state->progress.exchange = instance->exchange;
     state->progress.stale = true;
     state->progress.stop_time = INFINITY;
 }
 
-struct Instance *created(const struct Importer *importer, const char *name, bool logging, const char *key_name,
-                         const char *key)
+struct Instance *created(const struct Importer *importer, const char *name, bool exchange, bool logging,
+                         const char *key_name, const char *key)
 {
     if (!name) {
         name = "";
@@ -57,11 +58,17 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
                key ? key : "(none)", MODEL.guid);
         return NULL;
     }
+    if (exchange && !MODEL.continuous) {
+        refuse(&nobody, "%s is for co-simulation alone, expected no model exchange", MODEL.name);
+        return NULL;
+    }
     struct Instance *instance = allocate(importer, sizeof *instance);
     char *kept_name = allocate(importer, strlen(name) + 1);
     struct RunState *state = allocate(importer, sizeof *state + MODEL.block_size);
-    if (!instance || !kept_name || !state) {
+    void *direction = exchange ? allocate(importer, MODEL.block_size) : NULL;
+    if (!instance || !kept_name || !state || (exchange && !direction)) {
         refuse(&nobody, "out of memory");
+        release(importer, direction);
         release(importer, state);
         release(importer, kept_name);
         release(importer, instance);
@@ -70,7 +77,9 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
     instance->importer = *importer;
     instance->name = strcpy(kept_name, name);
     instance->logging = logging;
+    instance->exchange = exchange;
     instance->state = state;
+    instance->direction = direction;
     renew(instance);
     return instance;
 }
@@ -81,6 +90,7 @@ void freed(struct Instance *instance)
         return;
     }
     struct Importer importer = instance->importer;
+    release(&importer, instance->direction);
     release(&importer, instance->state);
     release(&importer, instance->name);
     release(&importer, instance);
@@ -136,7 +146,7 @@ static const struct Variable *out_of_range(const struct Instance *instance)
 {
     for (size_t i = 0; i < MODEL.variable_count; ++i) {
         const struct Variable *variable = &MODEL.variables[i];
-        if (variable->boolean || variable->causality == OUTPUT || variable->causality == INDEPENDENT) {
+        if (variable->boolean || (variable->causality != PARAMETER && variable->causality != INPUT)) {
             continue;
         }
         double value = *real_at(instance, variable);
@@ -147,7 +157,7 @@ static const struct Variable *out_of_range(const struct Instance *instance)
     return NULL;
 }
 
-static enum Status check_ranges(struct Instance *instance)
+enum Status check_ranges(struct Instance *instance)
 {
     const struct Variable *wrong = out_of_range(instance);
     if (wrong) {
@@ -161,8 +171,7 @@ static enum Status check_ranges(struct Instance *instance)
     return DONE;
 }
 
-/* Leave the instance as one that can only be reset, restored or freed. */
-static enum Status fail(struct Instance *instance)
+enum Status fail(struct Instance *instance)
 {
     instance->state->progress.phase = FAILED;
     return REFUSED;
@@ -181,18 +190,36 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
         refuse_status(instance, status, 0.0, 0.0);
         return fail(instance);
     }
-    instance->state->progress.stale = false;
-    instance->state->progress.phase = RUNNING;
+    instance->state->progress.stale = instance->exchange;   /* the start leaves the rates to be computed */
+    instance->state->progress.phase = instance->exchange ? AT_EVENT : RUNNING;
     return DONE;
 }
 
-void refresh(struct Instance *instance)
+enum Status refresh(struct Instance *instance)
 {
     struct RunState *state = instance->state;
-    if (state->progress.stale && !out_of_range(instance)) {
-        MODEL.start(state->block);
-        state->progress.stale = false;
+    struct Progress *progress = &state->progress;
+    if (!progress->stale) {
+        return DONE;
     }
+    if (instance->exchange && progress->phase & (AT_EVENT | BETWEEN_EVENTS | TERMINATED)) {
+        if (progress->suspect && check_ranges(instance) != DONE) {
+            return fail(instance);
+        }
+        if (MODEL.continuous->derive(state->block) != 0) {
+            return discard(instance, "there are no rates at this point: the mover has run away");
+        }
+    } else {
+        if (out_of_range(instance) || (instance->exchange && progress->phase == FAILED)) {
+            return DONE;
+        }
+        MODEL.start(state->block);
+        if (instance->exchange) {
+            MODEL.continuous->derive(state->block);
+        }
+    }
+    progress->stale = false;
+    return DONE;
 }
 
 enum Status take_step(struct Instance *instance, const char *call, double time, double size)
@@ -234,7 +261,7 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
 
 enum Status end_run(struct Instance *instance, const char *call)
 {
-    if (!allowed(instance, call, RUNNING)) {
+    if (!allowed(instance, call, RUNNING | AT_EVENT | BETWEEN_EVENTS)) {
         return REFUSED;
     }
     instance->state->progress.phase = TERMINATED;

@@ -17,9 +17,11 @@
 enum Phase {
     INSTANTIATED = 1,
     INITIALIZING = 2,
-    RUNNING = 4,
+    RUNNING = 4,         /* co-simulation, between its steps */
     TERMINATED = 8,
     FAILED = 16,
+    AT_EVENT = 32,       /* these two in model exchange */
+    BETWEEN_EVENTS = 64,
 };
 
 /* Statuses of FMI that occur here, with its numbers. */
@@ -28,10 +30,11 @@ enum Status { DONE = 0, DISCARDED = 2, REFUSED = 3 };
 /* Everything that a run changes but the block. */
 struct Progress {
     enum Phase phase;
-    bool stale;          /* the outputs of a block that has not started are not computed yet */
+    bool exchange;       /* of an instance for model exchange */
+    bool stale;          /* the outputs of a block that has not started, or is continuous, are not computed yet */
     bool suspect;        /* a value out of range was set */
     bool timed;          /* the start time is known */
-    double next_time;    /* s, where the next communication step has to start */
+    double next_time;    /* s, where the next communication step has to start; the time in model exchange */
     double stop_time;    /* s, infinite if the importer has defined none */
 };
 
@@ -53,7 +56,9 @@ struct Instance {
     struct Importer importer;
     char *name;
     bool logging;        /* of what is discarded; errors are always said */
+    bool exchange;       /* for model exchange, not co-simulation */
     struct RunState *state;
+    void *direction;     /* scratch for directional derivatives: a block, in model exchange */
 };
 
 #include "model.h"
@@ -71,8 +76,8 @@ int readable_phases(void);
 /* -- instance.c; `call` is the name of the function of FMI -- */
 
 /* A new instance, or NULL and a message. The key of the FMU (GUID, instantiation token) has a name for the message. */
-struct Instance *created(const struct Importer *importer, const char *name, bool logging, const char *key_name,
-                         const char *key);
+struct Instance *created(const struct Importer *importer, const char *name, bool exchange, bool logging,
+                         const char *key_name, const char *key);
 void freed(struct Instance *instance);
 enum Status set_logging(struct Instance *instance, bool on, size_t count, const char *const categories[]);
 
@@ -88,8 +93,15 @@ enum Status begin_anew(struct Instance *instance);
 void *allocate(const struct Importer *importer, size_t size);
 void release(const struct Importer *importer, void *memory);
 
-/* Compute the initial outputs from what is set so far, if it is in range: if not, the end of the initialization says so. */
-void refresh(struct Instance *instance);
+/* Compute the outputs from what is set so far. In the initialization that is done if it is in range: if not, its end says
+ * so. In model exchange, what is out of range is refused, and a point at which there are no rates discarded. */
+enum Status refresh(struct Instance *instance);
+
+/* Leave the instance as one that can only be reset, restored or freed. */
+enum Status fail(struct Instance *instance);
+
+/* Refuse the first input or parameter that is not a finite number within its range. */
+enum Status check_ranges(struct Instance *instance);
 
 /* -- variables.c -- */
 
@@ -107,6 +119,30 @@ bool booleans_settable(struct Instance *instance, const char *call, const uint32
 /* Access to variables of a type that this FMU does not have. */
 enum Status get_none(const struct Instance *instance, const char *call, size_t count);
 enum Status set_none(const struct Instance *instance, const char *call, size_t count);
+
+/* Whether a call with so many references and values can be carried out; says why if it cannot. */
+bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
+              const void *values);
+
+/* -- exchange.c: model exchange -- */
+
+enum Status enter_event(struct Instance *instance, const char *call);
+enum Status take_event(struct Instance *instance, const char *call, bool *states_changed);
+enum Status leave_event(struct Instance *instance, const char *call);
+enum Status complete_step(struct Instance *instance, const char *call);
+enum Status set_time(struct Instance *instance, const char *call, double time);
+enum Status set_states(struct Instance *instance, const char *call, const double values[], size_t count);
+enum Status get_states(struct Instance *instance, const char *call, double values[], size_t count);
+enum Status get_nominals(struct Instance *instance, const char *call, double values[], size_t count);
+enum Status get_rates(struct Instance *instance, const char *call, double values[], size_t count);
+enum Status get_indicators(struct Instance *instance, const char *call, double values[], size_t count);
+
+/* Derivatives of unknowns along a seed of knowns, and of a seed of unknowns by each known. */
+enum Status differentiate(struct Instance *instance, const char *call, const uint32_t unknowns[], size_t unknown_count,
+                          const uint32_t knowns[], size_t known_count, const double seed[], double sensitivity[]);
+enum Status differentiate_adjoint(struct Instance *instance, const char *call, const uint32_t unknowns[],
+                                  size_t unknown_count, const uint32_t knowns[], size_t known_count,
+                                  const double seed[], double sensitivity[]);
 
 /* -- state.c -- */
 

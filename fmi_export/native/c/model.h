@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum Causality { PARAMETER, INPUT, OUTPUT, INDEPENDENT };
+enum Causality { PARAMETER, INPUT, OUTPUT, LOCAL, INDEPENDENT };
 
 /* An FMI variable; its value reference is its place in the table. */
 struct Variable {
@@ -29,6 +29,21 @@ struct Refusal {
     const char *text;
 };
 
+/* A block as a continuous model, whose states an importer integrates. */
+struct Continuous {
+    const uint32_t *states, *rates;       /* references of the states, and of their derivatives */
+    const double *nominals;               /* of the states */
+    size_t state_count;
+    const uint32_t *indicators;           /* references of what changes its sign at an event */
+    size_t indicator_count;
+    const uint32_t *unknowns;             /* references of what has directional derivatives by states and real inputs */
+    size_t unknown_count;
+    int64_t (*derive)(void *block);       /* all that is continuous; 0, or the status of a refusal */
+    int64_t (*differentiate)(void *block, void *direction);   /* and its derivatives along a direction, itself a block */
+    bool (*settle)(void *block);          /* take in an event; whether a state jumps */
+    void (*measure)(void *block);         /* outputs of encoders */
+};
+
 struct Model {
     const char *name;
     const char *guid;                                          /* in FMI 3.0 the instantiation token */
@@ -40,6 +55,7 @@ struct Model {
     size_t variable_count;
     const struct Refusal *refusals;
     size_t refusal_count;
+    const struct Continuous *continuous;                       /* NULL if it is for co-simulation alone */
 };
 
 extern const struct Model MODEL;

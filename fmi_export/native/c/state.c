@@ -30,6 +30,17 @@ static uint64_t checksum(const void *bytes, size_t size)
     return hash;
 }
 
+/* Whether a state is of an instance for the same purpose. */
+static bool fits(const struct Instance *instance, const struct RunState *state)
+{
+    if (state->progress.exchange != instance->exchange) {
+        refuse(instance, "state of an instance for %s, expected one for %s",
+               instance->exchange ? "co-simulation" : "model exchange",
+               instance->exchange ? "model exchange" : "co-simulation");
+    }
+    return state->progress.exchange == instance->exchange;
+}
+
 enum Status save_state(struct Instance *instance, const char *call, void **place)
 {
     if (!instance || !place) {
@@ -49,6 +60,9 @@ enum Status restore_state(struct Instance *instance, const char *call, const voi
 {
     if (!instance || !state) {
         return refuse(instance, "%s with a null pointer, expected a state", call);
+    }
+    if (!fits(instance, state)) {
+        return REFUSED;
     }
     memcpy(instance->state, state, state_size());
     return DONE;

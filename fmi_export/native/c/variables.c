@@ -2,7 +2,7 @@
 
 #include "instance.h"
 
-static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING;
+static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS;
 
 /* The variable of a reference and type; NULL, and a message, if there is none. */
 static const struct Variable *variable_of(const struct Instance *instance, uint32_t reference, bool boolean)
@@ -21,9 +21,8 @@ static const struct Variable *variable_of(const struct Instance *instance, uint3
     return variable;
 }
 
-/* Whether a call with so many references and values can be carried out; says why if it cannot. */
-static bool callable(const struct Instance *instance, const char *call, int phases, const void *references,
-                     size_t count, const void *values)
+bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
+              const void *values)
 {
     if (!allowed(instance, call, phases)) {
         return false;
@@ -43,12 +42,17 @@ static bool settable(const struct Instance *instance, const uint32_t references[
         if (!variable) {
             return false;
         }
-        if (variable->causality == OUTPUT || variable->causality == INDEPENDENT) {
+        if (variable->causality != PARAMETER && variable->causality != INPUT) {
             refuse(instance, "%s is %s, expected an input or a parameter to set", variable->name,
-                   variable->causality == OUTPUT ? "an output" : "independent");
+                   variable->causality == OUTPUT ? "an output" : variable->causality == LOCAL ? "local"
+                                                                                             : "independent");
             return false;
         }
-        if (variable->fixed && instance->state->progress.phase == RUNNING) {
+        if (variable->causality == PARAMETER && instance->state->progress.phase == BETWEEN_EVENTS) {
+            refuse(instance, "%s is a parameter, expected to be set in event mode", variable->name);
+            return false;
+        }
+        if (variable->fixed && instance->state->progress.phase & (RUNNING | AT_EVENT)) {
             refuse(instance, "%s is a fixed parameter, expected to be set before the initialization ends",
                    variable->name);
             return false;
@@ -71,7 +75,10 @@ enum Status get_reals(struct Instance *instance, const char *call, const uint32_
     if (!callable(instance, call, readable_phases(), references, count, values)) {
         return REFUSED;
     }
-    refresh(instance);
+    enum Status status = refresh(instance);
+    if (status != DONE) {
+        return status;
+    }
     for (size_t i = 0; i < count; ++i) {
         const struct Variable *variable = variable_of(instance, references[i], false);
         if (!variable) {
@@ -106,7 +113,9 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
     if (!callable(instance, call, readable_phases(), references, count, values)) {
         return false;
     }
-    refresh(instance);
+    if (!instance->exchange || instance->state->progress.phase == INITIALIZING) {
+        refresh(instance);   /* in model exchange they change at events alone */
+    }
     for (size_t i = 0; i < count; ++i) {
         if (!variable_of(instance, references[i], true)) {
             return false;

@@ -9,15 +9,18 @@ from typing import Any, ClassVar, NamedTuple
 import fmpy
 import numpy as np
 from fmpy.fmi2 import (
+    FMU2Model,
     FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
+
+from maglev.cosim.versions.exchange import Integration, SolverInterface
 
 Listener = Callable[[int, bytes], None]   # told status and text of a message
 
@@ -48,8 +51,9 @@ class Fmi:
         identifier = description.coSimulation.modelIdentifier
         # FMI 2.0 has no folder for Linux on ARM, where fmpy would load the binary for Intel; FMI 3.0's name is allowed.
         own = folder.absolute() / "binaries" / fmpy.platform_tuple / f"{identifier}{fmpy.sharedLibraryExtension}"
-        instance = FMU2Slave(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
-                             instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
+        kind = FMU2Model if isinstance(description.coSimulation, SolverInterface) else FMU2Slave
+        instance = kind(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
+                        instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
         LISTENERS[name] = listener
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = LOGGER
@@ -68,8 +72,10 @@ class Fmi:
         """C functions that get or set values, by type."""
         return {kind: function_of(instance, self.name(verb, kind)) for kind in self.types}
 
-    def do_step(self, instance: Any) -> Any:
-        """The C function that makes a communication step, or what calls it."""
+    def do_step(self, instance: Any, description: ModelDescription) -> Any:
+        """The C function that makes a communication step, or what calls it; a solver where there is none."""
+        if isinstance(instance, FMU2Model):
+            return Integration(instance, description, instance.newDiscreteStates)
         return function_of(instance, "fmi2DoStep")
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
@@ -120,15 +126,18 @@ class Fmi3(Fmi):
         def listen(_environment: object, status: int, _category: bytes, message: bytes) -> None:
             listener(status, message)
 
-        instance = FMU3Slave(guid=description.guid, unzipDirectory=str(folder),
-                             modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
+        kind = FMU3Model if isinstance(description.coSimulation, SolverInterface) else FMU3Slave
+        instance = kind(guid=description.guid, unzipDirectory=str(folder),
+                        modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
         instance.instantiate(loggingOn=True, logMessage=listen)
         return instance
 
     def functions(self, instance: Any, verb: str) -> dict[str, Any]:
         return {kind: Exchange3(function) for kind, function in super().functions(instance, verb).items()}
 
-    def do_step(self, instance: Any) -> Any:
+    def do_step(self, instance: Any, description: ModelDescription) -> Any:
+        if isinstance(instance, FMU3Model):
+            return Integration(instance, description, instance.updateDiscreteStates)
         return Step3(function_of(instance, "fmi3DoStep"))
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,

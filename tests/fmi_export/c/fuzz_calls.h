@@ -5,14 +5,46 @@
 
 #include "fuzz_importer.h"
 
+enum { INSTANCES = 4, STATES = 6 };
+
+static struct Slave slaves[INSTANCES];
+
+static struct Saved {
+    fmi2FMUstate state;
+    struct Slave from;
+} saved[STATES];
+
+/* Check what a call of an instance has returned; true if it was carried out. */
+static bool carried_out(const struct Slave *slave, unsigned said_before, int allowed_in, fmi2Status status)
+{
+    REQUIRE(status == fmi2OK || status == fmi2Error);
+    REQUIRE((slave->phase & allowed_in) || status == fmi2Error);
+    REQUIRE(said - said_before == (unsigned)(status == fmi2Error && slave->phase != ABSENT));
+    return status == fmi2OK;
+}
+
+#if !defined FMI3
+/* Check what a call for a status has returned: it is told, or discarded, which is said if the importer wants it. */
+static void told(const struct Slave *slave, unsigned said_before, bool expected, fmi2Status status)
+{
+    bool discarded = slave->phase != ABSENT && !expected;
+    REQUIRE(status == (slave->phase == ABSENT ? fmi2Error : expected ? fmi2OK : fmi2Discard));
+    REQUIRE(said - said_before == (unsigned)(discarded && slave->logging));
+}
+#endif
+
+#define CALL(slave, allowed_in, call) (before = said, carried_out(slave, before, allowed_in, call))
+#define ASK(slave, expected, call) (before = said, told(slave, before, expected, call))
+
 static void instantiate(struct Slave *slave, bool plainly)
 {
     unsigned flaws = plainly ? 0 : byte();
     const char *name = flaws % 16 == 1 ? NULL : flaws % 16 == 2 ? "" : slave->name;
     const char *guid = flaws % 16 == 3 ? NULL : flaws % 16 == 4 ? "{another}" : MODEL.guid;
-    fmi2Type type = flaws % 16 == 5 ? fmi2ModelExchange : fmi2CoSimulation;
+    bool exchange = flaws % 16 == 5 && !MODEL.continuous;   /* of those that can, see fuzz_exchange.c */
+    fmi2Type type = exchange ? fmi2ModelExchange : fmi2CoSimulation;
     const fmi2CallbackFunctions *functions = flaws % 16 == 6 ? NULL : &callbacks;
-    bool flawed = flaws % 16 > 0 && flaws % 16 <= 6;
+    bool flawed = flaws % 16 > 0 && flaws % 16 <= 6 && (flaws % 16 != 5 || exchange);
     if (slave->component) {
         return;
     }

@@ -20,24 +20,19 @@ enum { INSTANTIATED_READABLE = 0 };
 #endif
 #include "model.h"
 
-enum { INSTANCES = 4, STATES = 6, MOST = 12 };
+enum { MOST = 12 };
 
 /* As FMI names them; ABSENT is one that is not there. */
 enum Phase { ABSENT = 0, INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, ERROR = 16 };
 enum { EVERY = INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED | ERROR };
 
-static struct Slave {
+struct Slave {
     fmi2Component component;
     int phase;
     bool logging;
     double time;
     char name[16];
-} slaves[INSTANCES];
-
-static struct Saved {
-    fmi2FMUstate state;
-    struct Slave from;
-} saved[STATES];
+};
 
 static unsigned program;                    /* the one that runs */
 static const unsigned char *at, *end;       /* what is left of it */
@@ -125,27 +120,5 @@ static void listen(void *environment, fmi2String instance, fmi2Status status, fm
 }
 
 static fmi2CallbackFunctions callbacks;
-
-/* Check what a call of an instance has returned; true if it was carried out. */
-static bool carried_out(const struct Slave *slave, unsigned said_before, int allowed_in, fmi2Status status)
-{
-    REQUIRE(status == fmi2OK || status == fmi2Error);
-    REQUIRE((slave->phase & allowed_in) || status == fmi2Error);
-    REQUIRE(said - said_before == (unsigned)(status == fmi2Error && slave->phase != ABSENT));
-    return status == fmi2OK;
-}
-
-#if !defined FMI3
-/* Check what a call for a status has returned: it is told, or discarded, which is said if the importer wants it. */
-static void told(const struct Slave *slave, unsigned said_before, bool expected, fmi2Status status)
-{
-    bool discarded = slave->phase != ABSENT && !expected;
-    REQUIRE(status == (slave->phase == ABSENT ? fmi2Error : expected ? fmi2OK : fmi2Discard));
-    REQUIRE(said - said_before == (unsigned)(discarded && slave->logging));
-}
-#endif
-
-#define CALL(slave, allowed_in, call) (before = said, carried_out(slave, before, allowed_in, call))
-#define ASK(slave, expected, call) (before = said, told(slave, before, expected, call))
 
 #endif

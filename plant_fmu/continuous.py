@@ -1,0 +1,155 @@
+"""The stage as a continuous model, for Model Exchange: its states, their rates, and what decides each of them."""
+
+from dataclasses import dataclass
+
+from fmi_export.definition import ContinuousModel, State, Variable
+from pmlsm.rig import Rig, RigAxis, RigMotor
+
+PHASES = ("a", "b", "c")
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What of the motion a motor sees: names of positions by its gap and by its displacement, and of gap rates."""
+
+    gap: tuple[str, ...]
+    displacement: tuple[str, ...]
+    gap_rate: tuple[str, ...]
+    rate: tuple[str, ...]   # of the displacement
+
+
+def local(name: str, unit: str, description: str, nominal: float, path: str) -> Variable:
+    """Variable of the continuous model alone."""
+    return Variable(name, "local", "continuous", description, unit, nominal=nominal, path="" if path == name else path)
+
+
+def rate(of: str, unit: str, nominal: float, path: str) -> Variable:
+    """Derivative of a state that is no variable otherwise."""
+    return local(f"der({of})", unit, f"rate of {of}", nominal, path)
+
+
+def reach(rig: Rig, motor: RigMotor) -> Reach:
+    """What of the motion a motor sees; where the platform tilts, its place on it counts."""
+    gap, along = [rig.vertical.name], [motor.drives]
+    if rig.rotations:
+        roll, pitch = (axis.name for axis in rig.rotations)
+        gap += [roll, pitch]
+        along.append(pitch if motor.drives == rig.horizontal[0].name else roll)
+    return Reach(*(tuple(f"{axis}.{what}" for axis in axes) for axes, what in (
+        (gap, "position"), (along, "position"), (gap, "velocity"), (along, "velocity"))))
+
+
+def currents(motor: RigMotor) -> tuple[str, ...]:
+    """Names of the phase currents."""
+    return tuple(f"{motor.name}.i_{phase}" for phase in PHASES)
+
+
+def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
+    """States of an axis, and the variables that only the continuous model has."""
+    name, unit = axis.name, axis.unit
+    position, velocity, deflection = f"{name}.position", f"{name}.velocity", f"{name}.friction.deflection"
+    swing, swing_rate = f"{name}.mode.deflection", f"{name}.mode.rate"
+    size = 1e-3 if axis.rotation else 0.01
+    variables = (
+        rate(velocity, unit("m/s2"), 1.0, f"{name}.velocity_sum"),
+        local(deflection, "", "relative deflection of the presliding friction, within ±1", 1.0, f"{name}.deflection"),
+        rate(deflection, "1/s", 1.0, f"{name}.deflection_sum"),
+        local(swing, unit("m"), "deflection of the flexible mode", 0.1 * size, swing),
+        local(swing_rate, unit("m/s"), "rate of the flexible mode's deflection", 10.0 * size, swing_rate),
+        rate(swing_rate, unit("m/s2"), 1.0, f"{name}.mode.rate_sum"))
+    shaken = () if axis.rotation else (f"{name}.floor_acceleration",)
+    swung = unique((position, velocity, deflection, swing, swing_rate, *pulled(rig, axis), axis.external))
+    states = (
+        State(position, velocity, (velocity,)),
+        State(velocity, f"der({velocity})", (*swung, *shaken)),
+        State(deflection, f"der({deflection})", (velocity, deflection)),
+        State(swing, swing_rate, (swing_rate,)),
+        State(swing_rate, f"der({swing_rate})", swung))   # the floor shakes both parts of the mover alike
+    return states, variables
+
+
+def pulled(rig: Rig, axis: RigAxis) -> tuple[str, ...]:
+    """What decides the acceleration of an axis by the motors, and by the stops at them."""
+    found: list[str] = []
+    for motor in rig.motors:
+        seen = reach(rig, motor)
+        lifts = axis is rig.vertical or axis.rotation
+        if not lifts and motor.drives != axis.name:
+            continue
+        found += [*seen.gap, *seen.displacement, *currents(motor)]
+        if lifts:   # beside the gap, where the stops are, or where the attraction changes
+            found += seen.gap_rate if rig.rotations else (f"{rig.horizontal[0].name}.position",)
+    return tuple(found)
+
+
+def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
+    """States of a motor's supply, and the variables that only the continuous model has."""
+    name, rise = motor.name, f"{motor.name}.winding.rise"
+    states: list[State] = []
+    variables: list[Variable] = []
+    for phase, current in zip(PHASES, currents(motor), strict=True):
+        part = f"{name}.phase_{phase}"
+        heat, command = f"{part}.heat", f"{current}_cmd"
+        variables += [rate(current, "A/s", 1e3, f"{part}.current_rate"),
+                      local(heat, "A2", f"low-passed square of the current of phase {phase}", 1.0, heat),
+                      rate(heat, "A2/s", 1.0, f"{part}.heat_rate"),
+                      local(f"{part}.margin", "", "what the clamp (A) or the bus (V) leaves; an event where it gets "
+                            "negative", 1.0, f"{part}.margin")]
+        states += [State(current, f"der({current})", unique((current, heat, command, *induced(rig, motor)))),
+                   State(heat, f"der({heat})", (heat, command, current))]
+    variables.append(rate(rise, "K/s", 0.1, f"{name}.winding.rise_rate"))
+    states.append(State(rise, f"der({rise})", (*currents(motor), rise)))
+    return tuple(states), tuple(variables)
+
+
+def induced(rig: Rig, motor: RigMotor) -> tuple[str, ...]:
+    """What decides the voltages of a motor beside its commands."""
+    seen = reach(rig, motor)
+    return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
+
+
+def stop_ways(owner: str, path: str) -> tuple[Variable, ...]:
+    """Ways to the stops of an axis or a motor, which change their sign where it meets or leaves them."""
+    return tuple(local(f"{owner}.stop.to_{side}", "m", f"way to the {side} end stop, 1 if there is none; an event at 0",
+                       0.01, f"{path}.stop.to_{side}") for side in ("lower", "upper"))
+
+
+def output_dependencies(rig: Rig) -> dict[str, tuple[str, ...]]:
+    """States and inputs that decide each output."""
+    found: dict[str, tuple[str, ...]] = {}
+    motion = tuple(f"{axis.name}.{what}" for axis in rig.axes for what in ("position", "velocity"))
+    found |= {name: (name,) for name in motion}
+    for axis in rig.measured:
+        found[f"{axis.name}.encoder"] = (f"{axis.name}.position", f"{axis.name}.mode.deflection")
+    for motor in rig.motors:
+        seen, name = reach(rig, motor), motor.name
+        found |= {current: (current,) for current in (*currents(motor), f"{name}.winding.rise")}
+        found |= {f"{name}.i_{part}": (*currents(motor), *seen.displacement) for part in "dq"}
+        heats = tuple(f"{name}.phase_{phase}.heat" for phase in PHASES)
+        commands = tuple(f"{current}_cmd" for current in currents(motor))
+        found |= {f"{name}.{what}": (*induced(rig, motor), *heats, *commands) for what in ("voltage", "saturated")}
+        if rig.rotations:
+            swings = tuple(place.replace(".position", ".mode.deflection") for place in seen.gap)
+            found |= {f"{name}.gap": seen.gap, f"{name}.gap_encoder": (*seen.gap, *swings)}
+    if rig.rotations:
+        found["yaw_moment"] = unique(tuple(each for motor in rig.motors for seen in [reach(rig, motor)]
+                                           for each in (*seen.gap, *seen.displacement,
+                                                                   *currents(motor))))
+    return found | {"at_stop": motion}
+
+
+def unique(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names without those that come again."""
+    return tuple(dict.fromkeys(names))
+
+
+def continuous_stage(rig: Rig) -> ContinuousModel:
+    """States, rates and event indicators of a stage."""
+    parts = [axis_states(rig, axis) for axis in rig.axes] + [motor_states(rig, motor) for motor in rig.motors]
+    ways = [way for axis in rig.axes if axis.stop is not None for way in stop_ways(axis.name, axis.name)]
+    ways += [way for motor in rig.motors if rig.rotations for way in stop_ways(motor.name, f"{motor.name}_mount")]
+    variables = (*(v for _, more in parts for v in more), *ways)
+    margins = tuple(v.name for v in variables if v.name.endswith(".margin"))
+    return ContinuousModel(
+        states=tuple(state for states, _ in parts for state in states), variables=variables,
+        indicators=(*(way.name for way in ways), *margins), outputs=output_dependencies(rig))

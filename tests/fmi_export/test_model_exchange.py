@@ -1,0 +1,137 @@
+"""Plants in model exchange: under CVODE, at stops, through states, with derivatives; what is refused."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ctypes import c_double
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from continuous_block import ContinuousBlock
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model
+from fmpy.fmi3 import FMU3Model
+
+START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "beta.i_a_cmd": 0.9,
+         "y.mode.frequency": 90.0, "y.position_start": 0.0222}
+
+
+@contextmanager
+def exchanged(fmu: Path, folder: Path, initialised: bool = True) -> Iterator[Any]:
+    """An instance for model exchange, in event mode."""
+    description = fmpy.read_model_description(str(fmu))
+    fmpy.extract(str(fmu), str(folder))
+    kind = FMU2Model if description.fmiVersion == "2.0" else FMU3Model
+    instance = kind(guid=description.guid, unzipDirectory=str(folder), instanceName="plant",
+                    modelIdentifier=description.modelExchange.modelIdentifier)
+    instance.instantiate()
+    if initialised:
+        if kind is FMU2Model:
+            instance.setupExperiment()
+        instance.enterInitializationMode()
+        instance.exitInitializationMode()
+    yield instance
+    instance.freeInstance()
+
+
+def references(fmu: Path) -> dict[str, int]:
+    return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
+
+
+@pytest.fixture(params=[2, 3])
+def plant(request: pytest.FixtureRequest, native_fmus: Path, fmi3_fmus: Path) -> Path:
+    """The 3-DOF stage of a version of FMI."""
+    return (native_fmus if request.param == 2 else fmi3_fmus) / "Plant3DOF.fmu"
+
+
+def test_cvode_and_co_simulation_agree(plant: Path) -> None:
+    """Over 0.1 s at 1e-10, from rest: 1e-9 m, 1e-6 m/s, and every count of the encoders."""
+    flown = [fmpy.simulate_fmu(str(plant), stop_time=0.1, output_interval=1e-3, fmi_type=kind, start_values=START,
+                               relative_tolerance=1e-10, record_events=False)
+             for kind in ("ModelExchange", "CoSimulation")]
+    for axis in "yxz":
+        for name, tolerance in ((f"{axis}.position", 1e-9), (f"{axis}.velocity", 1e-6), (f"{axis}.encoder", 1e-9)):
+            assert np.abs(flown[0][name] - flown[1][name]).max() < tolerance
+            assert np.ptp(flown[0][name]) > 10 * tolerance, "it moves"
+
+
+def test_into_a_stop(plant: Path) -> None:
+    """The solver ends its step at the stop; two bounces later the two differ by less than docs/accuracy.md allows."""
+    start = {"y.position_start": 0.0315, "y.friction.coulomb": 0.0}
+    exchange, stepped = (fmpy.simulate_fmu(str(plant), stop_time=0.1, output_interval=1e-3, fmi_type=kind,
+                                           start_values=start, relative_tolerance=1e-10, record_events=False)
+                         for kind in ("ModelExchange", "CoSimulation"))
+    assert exchange["at_stop"].any() and not exchange["at_stop"].all()
+    assert np.abs(exchange["y.position"] - stepped["y.position"]).max() < 1e-5
+    assert exchange["y.position"].max() > 0.0321
+
+
+def test_derivatives_are_those_of_the_block(plant: Path, tmp_path: Path) -> None:
+    """What the C functions give is what the same rules make of the Python block, to rounding; adjoint: transposed."""
+    known = references(plant)
+    block = ContinuousBlock("Plant3DOF", {})
+    knowns = [*block.states, "alpha.i_b_cmd", "z.force"]
+    unknowns = [*block.rates, "beta.i_q"]
+    with exchanged(plant, tmp_path) as instance:
+        if isinstance(instance, FMU2Model):
+            instance.newDiscreteStates()
+        else:
+            instance.updateDiscreteStates()
+        instance.enterContinuousTimeMode()
+        states = (c_double * len(block.states))()
+        instance.getContinuousStates(states, len(states))
+        states[:] = [value + 1e-3 * (k % 7 - 3) for k, value in enumerate(states)]
+        instance.setContinuousStates(states, len(states))
+        expected = block.at(block.states, list(states), unknowns)
+        rates = (c_double * len(states))()
+        (instance.getDerivatives if isinstance(instance, FMU2Model) else instance.getContinuousStateDerivatives)(
+            rates, len(rates))
+        np.testing.assert_allclose(list(rates), expected[:-1], rtol=1e-12, atol=1e-12)
+        jacobian = block.jacobian(unknowns, knowns)
+        seed = [0.1 * (k % 5 - 2) for k in range(len(knowns))]
+        of_unknowns, of_knowns = [known[name] for name in unknowns], [known[name] for name in knowns]
+        found = instance.getDirectionalDerivative(of_unknowns, of_knowns, seed)
+        scale = np.abs(jacobian).max()
+        np.testing.assert_allclose(found, jacobian @ seed, rtol=1e-12, atol=1e-15 * scale)
+        if isinstance(instance, FMU3Model):
+            weights = [0.2 * (k % 3 - 1) for k in range(len(unknowns))]
+            adjoint = instance.getAdjointDerivative(of_unknowns, of_knowns, weights, len(of_knowns))
+            np.testing.assert_allclose(adjoint, np.array(weights) @ jacobian, rtol=1e-12, atol=1e-15 * scale)
+        with pytest.raises(FMICallException):
+            instance.getDirectionalDerivative([known["y.encoder"]], of_knowns, seed)
+        with pytest.raises(FMICallException):
+            instance.getDirectionalDerivative(of_unknowns, [known["C1"]], [1.0])
+
+
+def test_parameters_change_at_events(native_fmus: Path, tmp_path: Path) -> None:
+    """A fault in event mode takes the current away; between events no parameter can be set, inputs can."""
+    fmu = native_fmus / "Plant3DOF.fmu"
+    known = references(fmu)
+    with exchanged(fmu, tmp_path) as plant:
+        plant.setReal([known["alpha.i_a_cmd"]], [7.0])
+        assert plant.newDiscreteStates()[3] == 1, "the lag starts at the first clamped command"
+        plant.enterContinuousTimeMode()
+        assert plant.getReal([known["alpha.i_a"]]) == [5.0] and plant.getBoolean([known["alpha.saturated"]]) == [True]
+        plant.setReal([known["y.force"]], [1.0])
+        with pytest.raises(FMICallException):
+            plant.setReal([known["C1"]], [0.5])
+        plant.enterEventMode()
+        plant.setBoolean([known["alpha.phase_a.open"]], [True])
+        assert plant.newDiscreteStates()[3] == 1
+        assert plant.getReal([known["alpha.i_a"]]) == [0.0]
+        plant.setReal([known["y.mass"]], [-1.0])
+        with pytest.raises(FMICallException):
+            plant.newDiscreteStates()
+
+
+def test_controllers_are_for_co_simulation_alone(native_fmus: Path, tmp_path: Path) -> None:
+    fmu = native_fmus / "Regulator3DOF.fmu"
+    description = fmpy.read_model_description(str(fmu))
+    assert description.modelExchange is None and description.coSimulation is not None
+    fmpy.extract(str(fmu), str(tmp_path))
+    instance = FMU2Model(guid=description.guid, unzipDirectory=str(tmp_path), instanceName="regulator",
+                         modelIdentifier=description.coSimulation.modelIdentifier)
+    with pytest.raises(Exception, match="[Ii]nstantiate"):
+        instance.instantiate()
