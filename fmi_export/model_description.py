@@ -40,16 +40,9 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     interfaces = []
     if continuous:
         root.set("numberOfEventIndicators", str(len(continuous.indicators)))
+        able = ("canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative")
         interfaces.append(SubElement(root, "ModelExchange", {
-            "modelIdentifier": definition.name,
-            "needsExecutionTool": "false",
-            "completedIntegratorStepNotNeeded": "false",
-            "canBeInstantiatedOnlyOncePerProcess": "false",
-            "canNotUseMemoryManagementFunctions": "false",
-            "canGetAndSetFMUstate": "true",
-            "canSerializeFMUstate": "true",
-            "providesDirectionalDerivative": "true",
-        }))
+            "modelIdentifier": definition.name, **dict.fromkeys(able, "true")}))   # what else there is stays false
     interfaces.append(SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
         "needsExecutionTool": xml_boolean(not native),   # Python, which executes what the FMU carries (4.3.1)
