@@ -138,10 +138,14 @@ function tellStory(id) {
 }
 
 /** Run of a stage that its experiments begin with: that of its description, or the first of those with most references that
- * change least of the plant. */
+ * change least of the plant, and in which nothing else happens. */
 function homeOf({ rig }) {
   if (live.runs[rig.home]) return rig.home;
-  const worth = (name) => 100 * live.runs[name].signals.length - Object.keys(live.runs[name].fmus.plant.start).length;
+  const worth = (name) => {
+    const { signals, fmus } = live.runs[name], references = signals.filter(({ to }) => to.endsWith(".reference")).length;
+    if (references < signals.length || fmus.measurement) return -Infinity;   // something happens in it anyway
+    return 100 * references - Object.keys(fmus.plant.start).length;
+  };
   return Object.keys(live.runs).filter((name) => live.runs[name].rig === rig)
     .reduce((one, other) => (worth(other) > worth(one) ? other : one));
 }
