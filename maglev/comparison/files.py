@@ -13,6 +13,7 @@ from maglev.comparison.table import Row, legend, side_by_side, summary
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
+from maglev.pages.shell import publish
 from maglev.report.plots.picture import overlay, write_figure
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
@@ -50,11 +51,12 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
         written += [files.columns("csv"), files.json]
     about = {"json": json_text(comparison_data(name, title, runs)),
              "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
-    if page:
-        about["html"] = comparison_page(name, title, runs, rows_of(runs))
     for ending, text in about.items():
         written.append(folder / f"{name}.compare.{ending}")
         write_whole(written[-1], text)
+    if page:
+        written.append(folder / f"{name}.compare.html")
+        publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
     flown = {label: run for label, run in runs.items() if len(run.time)}
     if picture and flown:
         written.append(folder / f"{name}.compare.png")

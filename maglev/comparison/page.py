@@ -7,6 +7,7 @@ from string import Template
 
 from maglev.comparison.table import Row, legend, summary
 from maglev.experiment.execution import RunResult
+from maglev.pages.shell import tokens
 from maglev.panels import PANELS
 from maglev.report.findings import html_table
 from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
@@ -28,7 +29,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)}}
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
-        style=read("style.css"), name=escape(name), title=escape(title),
+        style=tokens() + read("style.css"), name=escape(name), title=escape(title),
         endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
                           f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
                           for label, run in runs.items()),

@@ -13,6 +13,7 @@ from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
 from maglev.live.link import has_live_page, live_address
+from maglev.pages.shell import publish, tokens
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, range_maps, tolerance_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
@@ -29,7 +30,6 @@ from maglev.report.plots.figures import (
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
 from maglev.schema.layers import packaged_runs
-from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
 
 FOLDER = Path(__file__).parent
@@ -58,7 +58,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
         Runs among these that were flown again without friction, and what procedures found in them.
     """
     page = report_page(results, judgements, outcomes, has_live_page(path), frictionless)
-    write_whole(path, page)
+    publish(path, page)
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
@@ -73,7 +73,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
     return Template(read("page.html")).substitute(
-        style=read("style.css"),
+        style=tokens() + read("style.css"),
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=claim_table.message(judgements),
         verdicts=claim_table.verdict_options(judgements),

@@ -11,9 +11,11 @@ import numpy as np
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
+from maglev.pages.shell import colour
 from maglev.panels import PANELS
 from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
+from maglev.report.plots.static import COLOURS, current_colour
 from maglev.report.status import events, shown_until
 from maglev_files.whole_file import whole_file
 
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
-WINDOW = "#4d4aa8"   # of events' windows, as in the pages
 FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
 
 
@@ -92,6 +93,11 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
     return figure
 
 
+def run_colour(number: int) -> str:
+    """Colour of a run's lines, as in the pages."""
+    return colour(f"run-{number % COLOURS}")
+
+
 def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]) -> None:
     """Mark end stops and limits of currents, each once, of whichever runs have it."""
     marked: set[tuple[str, str, float]] = set()
@@ -114,11 +120,12 @@ def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
     """Mark the windows of the scenarios' events, each once, with their names in the panels on top."""
     for name, start, end in dict.fromkeys(window for run in runs for window in run.plan.windows):
         for panel in figure.axes:
-            panel.axvspan(start, end, color=WINDOW, alpha=0.12, linewidth=0)
-            panel.axvline(start, color=WINDOW, linewidth=0.6)
+            panel.axvspan(start, end, color=colour("open"), alpha=0.12, linewidth=0)
+            panel.axvline(start, color=colour("open"), linewidth=0.6)
         for panel in figure.axes[:2]:
             panel.annotate(name, (start, 1.0), (3, -3), xycoords=panel.get_xaxis_transform(), fontsize="small",
-                           textcoords="offset points", verticalalignment="top", color=WINDOW, annotation_clip=True)
+                           textcoords="offset points", verticalalignment="top", color=colour("open"),
+                           annotation_clip=True)
 
 
 def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
@@ -128,7 +135,8 @@ def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
             who = f"{label} " if label else ""
             figure.suptitle(f"{figure.get_suptitle()}\n{who}{event.words} at {event.time:.3f} s (dashed)")
             for panel in figure.axes:
-                panel.axvline(event.time, color=f"C{number}" if label else "C3", linewidth=1.0, linestyle="--")
+                panel.axvline(event.time, color=run_colour(number) if label else colour("bad"), linewidth=1.0,
+                              linestyle="--")
 
 
 def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
@@ -142,9 +150,9 @@ def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -
             left.plot(run.time, reference, **FAINT, label="reference")
             for band in run.plan.metrics.bands_of(axis):
                 right.axhline(errors.scale * band, **FAINT, linestyle="--")
-        left.plot(run.time, position, linewidth=1.0, label=label or "position", color=f"C{number}")
+        left.plot(run.time, position, linewidth=1.0, label=label or "position", color=run_colour(number))
         right.semilogy(run.time, np.maximum(np.abs(position - reference), errors.drawn_floor or 0.0), linewidth=0.8,
-                       color=f"C{number}")
+                       color=run_colour(number))
     left.set_ylabel(places.title(name, axis.unit, axis.vertical))
     left.legend(**BESIDE)
     right.set_ylabel(errors.title(name, axis.unit, axis.vertical))
@@ -170,9 +178,9 @@ def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) 
         for number, (label, run) in enumerate(runs.items()):
             motor = run.plan.motors[name]
             shown = shown_commands(motor) if kind == "commands" else motor.currents
-            for variable in shown:
-                own = {"color": f"C{number}", "label": label if variable == shown[0] else None} if label else {
-                    "label": variable.rpartition(".")[2]}
+            for k, variable in enumerate(shown):
+                own = {"color": run_colour(number), "label": label if variable == shown[0] else None} if label else {
+                    "color": colour(current_colour(kind, k)), "label": variable.rpartition(".")[2]}
                 panel.plot(run.time, run.columns[variable], linewidth=0.8, **own)
         panel.set_ylabel(PANELS[kind].title(name))
         if panel.lines:

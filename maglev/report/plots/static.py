@@ -80,11 +80,15 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
             if name not in columns:
                 continue
             short = name.rpartition(".")[2].replace("_cmd", "")
-            colour = {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(
-                panel.kind, f"run-{number % COLOURS}")
+            colour = current_colour(panel.kind, k) or f"run-{number % COLOURS}"
             if PANELS[panel.kind].of == "motor":
                 label = short if len(runs) == 1 else f"{short} {shown.figure.runs[run.plan.name]}"
             yield Line(label, colour, run.time, factor * columns[name])
+
+
+def current_colour(kind: str, k: int) -> str:
+    """Name of the colour of the k-th line of a motor's panel; empty of other kinds."""
+    return {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(kind, "")
 
 
 def panel_picture(panel: PanelPicture) -> str:

@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
+from maglev.pages.shell import publish, tokens
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
@@ -22,7 +23,6 @@ from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import limits_text, metrics_of
 from maglev.studies.page.verdict import decisive, least_and_largest, telling, verdict
 from maglev.units import factor, known_unit
-from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js", "plots/scale.js", "plots/plot.js")   # of the report
@@ -44,7 +44,7 @@ let go, or type a range. What never settled ends at the very top of an axis.</p>
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network."""
-    write_whole(path, page(table, about, has_live_page(path)))
+    publish(path, page(table, about, has_live_page(path)))
 
 
 def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
@@ -55,7 +55,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     indices, notes = sensitivity(table, about)
     provenance = about["provenance"]
     return Template((FOLDER / "study.html").read_text(encoding="utf-8")).substitute(
-        style=read("style.css") + (FOLDER / "study.css").read_text(encoding="utf-8"),
+        style=tokens() + read("style.css") + (FOLDER / "study.css").read_text(encoding="utf-8"),
         name=escape(about["name"]), title=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),

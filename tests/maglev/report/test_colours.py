@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.report.page import read
+from maglev.pages.shell import tokens
 
 # What is drawn in one panel: lines of runs, phases of a motor, direct and quadrature current.
 GROUPS = (tuple(f"run-{k}" for k in range(5)), tuple(f"phase-{k}" for k in range(3)), ("direct", "quadrature"))
@@ -44,7 +44,7 @@ def luminance(colour: str) -> float:
 @pytest.fixture(params=["light", "dark"])
 def scheme(request) -> dict[str, str]:
     """Colours of a scheme by name."""
-    first, second = re.findall(r":root \{(.*?)\}", read("style.css"), re.DOTALL)[:2]
+    first, second = re.findall(r":root \{(.*?)\}", tokens(), re.DOTALL)[:2]
     return dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", first if request.param == "light" else second))
 
 

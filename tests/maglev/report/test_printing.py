@@ -13,6 +13,7 @@ from rich.text import Text
 
 from maglev.cli.terminal import report_console
 from maglev.judging.metrics import StepResponse
+from maglev.pages.shell import colour
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
@@ -209,7 +210,7 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
     assert [line.get_ydata()[0] for line in position.lines if line.get_linestyle() == "-."] == [18.0, 31.0]   # mm
     for panel in figure.axes:
         event = panel.lines[-1]
-        assert (event.get_xdata()[0], event.get_color()) == (0.125, "C1")   # s; the colour of the second run
+        assert (event.get_xdata()[0], event.get_color()) == (0.125, colour("run-1"))   # s; of the second run
     assert figure.get_suptitle() == "both\nwild touched an end stop at 0.125 s (dashed)"
 
 

@@ -1,0 +1,105 @@
+"""The shell of the pages: one table of colours, the way from each page to the others, and the index of a folder.
+
+A page says in its head what it is, and has `<!--shell-->` where the way to the others stands. Links are relative: a
+folder of pages can be put anywhere.
+"""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from html import escape, unescape
+from pathlib import Path
+from string import Template
+from typing import NamedTuple
+from urllib.parse import quote
+
+from maglev_files.whole_file import write_whole
+
+FOLDER = Path(__file__).parent
+INDEX = "index.html"
+PLACE = "<!--shell-->"
+HEAD = 4000   # bytes of a page in which its head stands
+SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
+TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+
+# Kinds of pages in their order, and what one and several of them are called.
+KINDS = {"report": ("Report", "Reports"), "live": ("Live stage", "Live stages"),
+         "compare": ("Comparison", "Comparisons"), "study": ("Study", "Studies")}
+
+
+class Page(NamedTuple):
+    """A page that lies in a folder: its file's name, what kind it is, and its title."""
+
+    name: str
+    kind: str
+    title: str
+
+
+@cache
+def tokens() -> str:
+    """Style sheet of the colours of all pages, light and dark, and of the way to the others."""
+    return (FOLDER / "tokens.css").read_text(encoding="utf-8")
+
+
+def colour(name: str) -> str:
+    """A colour on light paper, such as "#0b5cad" of "run-0": that of the pages, for pictures."""
+    return str(re.findall(rf"--{name}: (#[0-9a-f]{{6}})", tokens())[0])
+
+
+def publish(path: Path, text: str) -> None:
+    """Write a page with the way to those that lie beside it, and the index of its folder.
+
+    An index.html that is not of this project stays as it is.
+    """
+    kind = SAYS.search(text[:HEAD])
+    here = Page(path.name, kind[1] if kind else "", "")
+    others = [page for page in pages_in(path.parent) if page.name != path.name]
+    write_whole(path, text.replace(PLACE, way([*others, here], here, has_own_index(path.parent))))
+    if has_own_index(path.parent):
+        write_index(path.parent)
+
+
+def pages_in(folder: Path) -> Iterator[Page]:
+    """The pages of this project in a folder, by their names; other files are left out."""
+    for path in sorted(folder.glob("*.html")) if folder.is_dir() else ():
+        with path.open("rb") as file:
+            head = file.read(HEAD).decode("utf-8", "replace")
+        kind, title = SAYS.search(head), TITLE.search(head)
+        if kind and kind[1] in KINDS:
+            yield Page(path.name, kind[1], unescape(title[1]).strip() if title else path.name)
+
+
+def has_own_index(folder: Path) -> bool:
+    """Whether the index of a folder is ours, or can be: there is none."""
+    path = folder / INDEX
+    return not path.exists() or bool(SAYS.search(path.read_bytes()[:HEAD].decode("utf-8", "replace")))
+
+
+def way(pages: list[Page], here: Page, index: bool) -> str:
+    """Links to the index and to each kind of page; of several of a kind to where the index lists them."""
+    links = [f'<a href="{INDEX}">All results</a>'] if index else []
+    for kind, (one, several) in KINDS.items():
+        found = [page for page in pages if page.kind == kind]
+        if kind == here.kind:
+            links.append(f'<span aria-current="page">{one}</span>')
+            found = [page for page in found if page.name != here.name]
+        if len(found) == 1:
+            words = one if kind != here.kind else f"Other {one.lower()}"
+            links.append(f'<a href="{escape(quote(found[0].name))}">{words}</a>')
+        elif found and index:
+            links.append(f'<a href="{INDEX}#{kind}">{several}</a>')
+    return f'<nav class="shell" aria-label="Pages">{" ".join(links)}</nav>'
+
+
+def write_index(folder: Path) -> None:
+    """Write the index of the pages in a folder."""
+    sections = []
+    pages = list(pages_in(folder))
+    for kind, (one, several) in KINDS.items():
+        found = [f'<li><a href="{escape(quote(page.name))}">{escape(page.title)}</a> <small>{escape(page.name)}</small>'
+                 "</li>" for page in pages if page.kind == kind]
+        if found:
+            sections.append(f'<section id="{kind}"><h2>{one if len(found) == 1 else several}</h2>\n<ul>'
+                            + "\n".join(found) + "</ul></section>")
+    text = (FOLDER / "index.html").read_text(encoding="utf-8")
+    write_whole(folder / INDEX, Template(text).substitute(style=tokens(), sections="\n".join(sections)))
