@@ -13,10 +13,10 @@ from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
+from maglev.pages.shell import publish
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
-from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
@@ -50,7 +50,7 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     named = [*map(Path, files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
     path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
-    write_whole(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
+    publish(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
     return path
 
 
