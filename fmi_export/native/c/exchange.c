@@ -56,7 +56,8 @@ enum Status take_event(struct Instance *instance, const char *call, bool *states
     if (state->progress.suspect && check_ranges(instance) != DONE) {
         return fail(instance);
     }
-    *states_changed = MODEL.continuous->settle(state->block);
+    MODEL.continuous->settle(state->block);
+    *states_changed = true;   /* or rates: some importers (fmusim) start their solver anew only if they are told so */
     state->progress.stale = true;
     return DONE;
 }
