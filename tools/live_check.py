@@ -258,7 +258,7 @@ def faults(browser: Browser, url: str) -> None:
 
     quiet = error(lambda: None)
     for slider, value in (("noise", "100"), ("shake", "2")):
-        felt = error(lambda slider=slider, value=value: page.fill(f"#{slider}", value))
+        felt = error(partial(page.fill, f"#{slider}", value))
         page.fill(f"#{slider}", "0")
         page.wait_for_timeout(1500)
         print(f"  {slider} {value}: the gap moves by {1e6 * felt:.0f} µm, {1e6 * quiet:.0f} µm without")
