@@ -113,7 +113,7 @@
   // On paper nothing is folded.
   let unfolded = [];
   window.addEventListener("beforeprint", () => {
-    unfolded = [...document.querySelectorAll(".bounds details:not([open])")];
+    unfolded = [...document.querySelectorAll(".bounds details:not([open]), details.reading:not([open])")];
     for (const details of unfolded) details.open = true;
   });
   window.addEventListener("afterprint", () => {
