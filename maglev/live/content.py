@@ -1,5 +1,6 @@
 """What the live page carries as data: the FMUs' descriptions, the runs' plans, and what the picture is drawn from."""
 
+import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -171,7 +172,7 @@ def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
 
 def command_of(plan: RunPlan) -> str:
     """What the command line calls a run; empty if it has no file."""
-    return str(plan.path) if plan.own else plan.name if is_packaged(plan.path) else ""
+    return shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
 
 
 def rig_data(rig: Rig) -> dict[str, Any]:

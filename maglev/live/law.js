@@ -55,8 +55,9 @@ class Law {
    * @param {Map<string, number|boolean>} start values by name; those that it does not have are left out
    * @param {number} time where it begins, s
    */
-  constructor({ written, lines }, about, start) {
+  constructor({ written, lines }, about, start, time) {
     this.lines = lines;
+    this.time = time;
     this.about = about;
     this.law = this.tried(() => new written());
     this.steps = -1;   // steps since the last sample; none yet
@@ -132,7 +133,7 @@ function lawPlace(law, name) {
 
 /** Describe a law as a model description does; throws what it lacks. */
 function lawAbout(source, name) {
-  const { written } = source, law = new Law(source, { name }, new Map()), tables = ["inputs", "outputs", "parameters"];
+  const { written } = source, law = new Law(source, { name }, new Map(), 0), tables = ["inputs", "outputs", "parameters"];
   if (typeof law.law.step !== "function") throw new Error(`${name}: expected a method step(t)`);
   const variables = tables.flatMap((table) => Object.entries(written[table] ?? {}).map(([variable, unit]) => {
     const place = law.place(variable);

@@ -159,8 +159,9 @@ const GHOST_DOWN = "The stage that flies along touches an end stop.";
 
 /** What a stop that is touched means: why the mover does not leave it, in currents. */
 function touched(time) {
-  const { run } = page, row = page.history.last(), place = row.axes[vertical()].position;
-  const ends = endsOf(run, vertical(), valueOf), end = ends.findIndex((each) => Math.abs(each - place) < 0.5e-3);
+  const { run } = page, row = page.history.last(), ends = endsOf(run, vertical(), valueOf);
+  // A platform that tilts meets its stops at one motor first.
+  const end = ends.findIndex((each) => run.motors.some((motor) => Math.abs(each - gapOf(run, row, motor, valueOf)) < 0.5e-3));
   const needed = Math.abs(carryingCurrent(run, end < 0 ? row : atGap(run, row, ends[end]), valueOf));
   const most = Math.min(valueOf("controller.current_limit") || Infinity, valueOf(`plant.${run.motors[0]}.amplifier.peak`));
   if (end < 0 || !(needed > most)) return `At ${time.toFixed(2)} s an end stop is touched.`;
@@ -261,7 +262,7 @@ function draw(now) {
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "force", "north", "south", "plate", "weight", "alarm"]
+  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad"]
     .map((name) => [name, colour(name)]));
   page.run?.axes.forEach((axis, i) => { page.colours[axis] = colour(`axis-${i}`); });
   page.dirty = true;

@@ -55,14 +55,19 @@ function showTemplate(anew = false) {
   own.template = law;
 }
 
+/** Have the worker try a controller on the run that flies; from now on it has to answer. */
+function tryOwn(brought) {
+  post({ type: "own", name: own.asked.name, run: page.state.run, ...brought });
+  own.heard = performance.now();
+  own.waiting = true;
+}
+
 async function flyLaw() {
   const text = at("law").value;
   if (text.length > LONGEST_LAW) { lawSaid(`The law has ${text.length} characters, expected at most ${LONGEST_LAW}.`, true); return; }
-  own.asked = { packed: await packedLaw(text), script: true, label: "yours" };
+  own.asked = { packed: await packedLaw(text), script: true, label: "yours", name: "law" };
   lawSaid("");
-  post({ type: "own", model: LAW, name: "law", run: page.state.run, text });
-  own.heard = performance.now();
-  own.waiting = true;
+  tryOwn({ model: LAW, text });
 }
 
 /** Read what a model description says of its variables. */
@@ -89,9 +94,8 @@ async function takeFiles(files) {
         + "FILE.py --native --target wasm writes");
     }
     const about = described(await description.text());
-    own.asked = { packed: "", script: false, label: about.name };
-    post({ type: "own", model: `own:${about.name}`, name: about.name, run: page.state.run,
-      bytes: new Uint8Array(await module.arrayBuffer()), about });
+    own.asked = { packed: "", script: false, label: about.name, name: about.name };
+    tryOwn({ model: `own:${about.name}`, bytes: new Uint8Array(await module.arrayBuffer()), about });
   } catch (error) {
     at("own").open = true;
     lawSaid(error.message, true);
@@ -120,17 +124,17 @@ function ownRefused({ text }) {
   say(text, true);
 }
 
-/** End a worker in which a law does not come back, and go on with another one. */
-function watchLaw() {
+/** End a worker in which a controller of the reader's does not come back, and go on with another one. */
+function watchOwn() {
   const now = performance.now();
-  if (!own.waiting && page.state?.controller !== LAW && page.state?.ghost !== LAW) { own.heard = now; return; }
+  if (!own.waiting && !isOwn(page.state?.controller ?? "") && !isOwn(page.state?.ghost ?? "")) { own.heard = now; return; }
   if (document.hidden) own.heard = now;
   if (now - own.heard < SILENT) { post({ type: "alive" }); return; }
   own.waiting = false;
   own.heard = now;
   for (const run of Object.values(live.runs)) for (const name of Object.keys(run.laws)) if (isOwn(name)) delete run.laws[name];
   startWorker();
-  const text = `law: it has not come back for ${SILENT / 1000} s, expected an end of each step; it was taken out.`;
+  const text = `${own.asked.name}: it has not come back for ${SILENT / 1000} s, expected an end of each step; it was taken out.`;
   own.after = () => {
     begin({ ...page.state, controller: page.run.fmus.controller.model, ghost: "" });
     play(true);
@@ -162,5 +166,5 @@ function buildOwn() {
     event.preventDefault();
     if (event.dataTransfer.files.length) takeFiles(event.dataTransfer.files);
   });
-  setInterval(watchLaw, 1000);
+  setInterval(watchOwn, 1000);
 }

@@ -13,7 +13,7 @@ from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
-from maglev.pages.shell import publish
+from maglev.pages.shell import publish, tokens
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
@@ -68,7 +68,7 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
     data = page_data(fmus, plans)
     modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return Template(read("page.html")).substitute(
-        style=read("style.css"),
+        style=tokens() + read("style.css"),
         version=version("maglev-fmus"),
         elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'

@@ -207,7 +207,7 @@ function drawSpace(context, view, run, row, ghost, values, colours) {
   context.stroke();
   context.setLineDash([]);
   if (ghost) {   // which is behind what flies, as a rule
-    context.strokeStyle = colours.alarm;
+    context.strokeStyle = colours.bad;
     context.lineWidth = 2;
     polygon(context, hull(platformCorners(view, ghost, "position")));
     context.stroke();

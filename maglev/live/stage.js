@@ -46,7 +46,7 @@ function arrow(context, x, y, dx, dy, label, colours) {
   const length = Math.hypot(dx, dy);
   if (length < 3) return;
   const [ux, uy] = [dx / length, dy / length];
-  context.strokeStyle = context.fillStyle = colours.force;
+  context.strokeStyle = context.fillStyle = colours.text;
   context.lineWidth = 2.5;
   context.setLineDash([]);
   context.beginPath();
@@ -127,7 +127,7 @@ function drawMover(context, view, along, gap, colours) {
     const north = k % 2 === 0;
     context.fillStyle = north ? colours.north : colours.south;
     context.fillRect(x + (k + 0.1) * pole, y, 0.8 * pole, magnet);
-    context.fillStyle = north ? colours.south : colours.north;
+    context.fillStyle = colours.paper;
     context.fillText(north ? "N" : "S", x + (k + 0.5) * pole, y + magnet / 2 + 0.5);
   }
 }
@@ -262,7 +262,7 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
 /** Say on the mover what one can do with it. */
 function drawHint(canvas, view, run, row, colours) {
   const context = canvas.getContext("2d"), [left, top, width, height] = boxIn(view, run, row, "position");
-  const [x, y] = [left + 0.6 * width, top + (view.kind === "space" ? 0.86 : 0.78) * height], text = "↔ drag me ↕";
+  const [x, y] = [left + (view.kind === "space" ? 0.78 : 0.6) * width, top + 0.78 * height], text = "↔ drag me ↕";
   context.font = "600 14px system-ui, sans-serif";
   const half = context.measureText(text).width / 2 + 9;
   context.fillStyle = colours.text;

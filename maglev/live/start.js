@@ -21,6 +21,7 @@ async function startPage() {
   loadWorker();
 }
 
+if (parent !== window) document.querySelector(".shell")?.remove();   // in a frame of the site, which has its own way
 startPage().catch((error) => {
   page.problems.push(String(error));
   say(`This page cannot start: ${error.message}. It needs WebAssembly and DecompressionStream, as browsers of 2023 have.`,

@@ -63,8 +63,8 @@ function readValue(variable, full, text) {
 function readFragment(fragment) {
   const problems = [], entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
   const asked = entries.get("run");
-  if (asked !== null && !live.runs[asked]) problems.push(`run = ${asked}: there is no such run here`);
-  const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => live.runs[each]);
+  if (asked !== null && !Object.hasOwn(live.runs, asked)) problems.push(`run = ${asked}: there is no such run here`);
+  const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => Object.hasOwn(live.runs, each));
   const run = live.runs[name], known = controllersOf(run);
   const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {}, view: "space", story: "",
     law: entries.get("law") ?? "" };
@@ -95,12 +95,14 @@ function readFragment(fragment) {
 }
 
 /** Fragment that asks for a state. */
-function fragmentOf({ run, controller, ghost, speed, settings, view, story }) {
+function fragmentOf({ run, controller, ghost, speed, settings, view, story, law }) {
   const entries = [["run", run]];
   if (view === "sides") entries.push(["view", view]);
   if (story) return `#${[...entries, ["story", story]].map((entry) => entry.join("=")).join("&")}`;
   if (controller !== live.runs[run].fmus.controller.model && !isOwn(controller)) entries.push(["controller", controller]);
-  if (controller === LAW && own.packed.length <= LONGEST_LINK) entries.push(["law", own.packed]);
+  // A law that a link brought stays in it until another one flies.
+  const packed = controller === LAW ? own.packed : law;
+  if (packed && packed.length <= LONGEST_LINK) entries.push(["law", packed]);
   if (ghost && !isOwn(ghost)) entries.push(["ghost", ghost]);
   if (speed !== 1) entries.push(["speed", speed]);
   return `#${[...entries, ...Object.entries(settings)].map(([key, value]) => `${key}=${value}`).join("&")}`;

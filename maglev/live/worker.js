@@ -91,7 +91,7 @@ function fly() {
   if (!playing || !flight) { clock = begin; send(false); return; }
   asked += speed * Math.min(0.1, (begin - clock) / 1e3);
   clock = begin;
-  const every = Math.round(ROW_INTERVAL / flight.run.step);
+  const every = Math.max(1, Math.round(ROW_INTERVAL / flight.run.step));
   try {
     while (flight.time + flight.run.step <= asked) {
       while (acts.length && flight.time >= acts[0].at - TIME_TOLERANCE) {

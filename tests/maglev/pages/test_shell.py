@@ -73,9 +73,10 @@ def test_colours_are_those_of_the_light_pages() -> None:
 
 def test_every_template_says_what_it_is_and_has_a_place_for_the_way() -> None:
     root = Path(__file__).parents[3] / "maglev"
-    kinds = {}
-    for path in (root / "report/page.html", root / "comparison/comparison.html", root / "studies/page/study.html"):
+    kinds = []
+    for path in (root / "report/page.html", root / "comparison/comparison.html", root / "studies/page/study.html",
+                 root / "live/page.html"):
         text = path.read_text(encoding="utf-8")
         assert text.count(PLACE) == 1
-        kinds[path.stem] = re.findall(r'name="maglev-page" content="(\w+)"', text)
-    assert kinds == {"page": ["report"], "comparison": ["compare"], "study": ["study"]}
+        kinds += re.findall(r'name="maglev-page" content="(\w+)"', text)
+    assert kinds == ["report", "compare", "study", "live"]
