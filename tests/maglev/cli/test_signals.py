@@ -173,7 +173,7 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
         assert command.process.returncode == 0, errors
         assert list(command.unpacked.iterdir()) == []
     whole, resumed = ({path.name: path.read_bytes() for path in (folder / "results").iterdir()} for folder in folders)
-    assert set(whole) == {"payload.parquet", "payload.trajectories.parquet", "payload.html"}
+    assert set(whole) == {"payload.parquet", "payload.trajectories.parquet", "payload.html", "index.html"}
     assert resumed == whole
 
 

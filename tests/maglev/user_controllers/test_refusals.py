@@ -155,7 +155,7 @@ def test_a_class_does_not_fly_beside_an_fmu_that_is_not_ours(fastest_fmus: Path,
     for fmu in plan.fmus.values():
         shutil.copy(fastest_fmus / f"{fmu.model}.fmu", old)
     with zipfile.ZipFile(old / f"{plan.fmus['plant'].model}.fmu", "a") as archive:
-        archive.writestr("extra/note.txt", "another one")
+        archive.writestr("sources/note.c", "another one")
     spec = spec_from_file_location("pd_of_a_test", controller(tmp_path))
     assert spec is not None and spec.loader is not None
     module = module_from_spec(spec)
