@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from maglev.report.plots.static import labels
 from maglev.studies.page.sensitivity import Indices
 
-WIDTH, HEIGHT, LEFT, TOP, BOTTOM = 300, 90, 34, 6, 34   # units of a histogram and around it
+WIDTH, HEIGHT, LEFT, TOP, RIGHT, BOTTOM = 300, 90, 34, 6, 20, 34   # units of a histogram and around it
 MOST_BARS = 20
 ROW, NAMES, SPAN = 17, 150, 330   # units of the indices: of a bar, of the names before the bars, and of an index of 1
 
@@ -51,7 +51,7 @@ def histogram(name: str, unit: str, values: NDArray[np.float64], limits: Mapping
     parts.append(f'<text class="end" x="{LEFT - 4}" y="{TOP + 8}">{most}</text>')
     title = escape(f"{name} ({unit})" if unit else name)
     never = f"; {endless} never" if endless else ""
-    return (f'<svg class="bars" viewBox="0 0 {LEFT + WIDTH + 6} {TOP + HEIGHT + BOTTOM}" role="img" aria-label="'
+    return (f'<svg class="bars" viewBox="0 0 {LEFT + WIDTH + RIGHT} {TOP + HEIGHT + BOTTOM}" role="img" aria-label="'
             f'{title}: {len(known)} samples from {known.min():.4g} to {known.max():.4g}{never}">'
             f'{"".join(parts)}<path class="frame" d="M{LEFT} {TOP}v{HEIGHT}h{WIDTH}"/>'
             f'<text x="{LEFT + WIDTH / 2:g}" y="{TOP + HEIGHT + 29}">{title}{never}</text></svg>')
