@@ -1,4 +1,4 @@
-"""Magnetically levitated stages as FMI 2.0 co-simulation: build the FMUs, fly the experiments, judge, compare.
+"""Magnetically levitated stages as FMUs: build the FMUs, fly the experiments, judge, compare.
 
 >>> import maglev
 >>> files = maglev.build(["Plant3DOF", "Regulator3DOF"])

@@ -9,22 +9,24 @@ from maglev.cli.options import RIG_NAMES, Debug, run_names
 from maglev.cli.terminal import one_line_errors
 from pmlsm.rigs import EXAMPLE, RIGS
 
-new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown", help="Write a file to begin with.")
+STAGES = f"{RIG_NAMES}, or the description of a stage of yours."
+
+new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown")
 
 
 @new.callback()
 def main() -> None:
-    """Write a file to begin with."""
+    """Write a file to begin with. Its name may be given without its suffix."""
 
 
 @new.command()
-def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The file, NAME.py; nothing is overwritten.")],
-               stage: Annotated[str, typer.Option(help=f"{RIG_NAMES}.")] = EXAMPLE, debug: Debug = False) -> None:
+def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
+               stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
     """Write a controller in Python that flies as it is, for you to change.
 
     **Examples:**
 
-    `maglev new controller lqi.py --stage 3dof`
+    `maglev new controller lqi --stage 3dof`
 
     `maglev run 3dof-setpoints --controller lqi.py`
     """
@@ -32,14 +34,14 @@ def controller(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
         from maglev.user_controllers.new import new_controller
 
         file = new_controller(path, stage)
-        typer.echo(f"{file}: flies with `maglev run {Path(stage).stem}-setpoints{Path(stage).suffix} --controller "
-                   f"{file}`")
+        flown = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
+        typer.echo(f"{file}: flies with `maglev run {flown} --controller {file}`")
 
 
 @new.command()
 def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
-             stage: Annotated[str, typer.Option("--stage", "--rig", help=f"{RIG_NAMES}, or the description of a stage "
-                                                "of yours.")] = EXAMPLE, debug: Debug = False) -> None:
+             stage: Annotated[str, typer.Option("--stage", "--rig", help=STAGES)] = EXAMPLE,
+             debug: Debug = False) -> None:
     """Write a scenario that flies as it is, with comments on what else it could have, for you to change.
 
     **Examples:**
@@ -76,7 +78,7 @@ def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, N
 
 
 @new.command("stage")
-def stage_file(path: Annotated[Path, typer.Argument(metavar="FILE", help="The file, NAME.toml, with a name of small "
+def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml, with a name of small "
                                                     "letters and digits; nothing is overwritten.")],
                like: Annotated[str, typer.Option(help="Stage whose axes and motors it begins with: "
                                                  f"{', '.join(RIGS)}.")]
@@ -85,7 +87,7 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="FILE", help="The fi
 
     **Examples:**
 
-    `maglev new stage mine.toml --like 3dof`
+    `maglev new stage mine --like 3dof`
 
     `maglev build --rig mine.toml`
 

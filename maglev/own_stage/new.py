@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from maglev.errors import RigError, nearest
-from maglev.own_stage.new_scenario import write_new
+from maglev.own_stage.new_scenario import file_named, write_new
 from maglev.own_stage.reading import read_own
 from maglev.own_stage.template import scenario_text, stage_text
 from pmlsm.rigs import EXAMPLE, RIGS
@@ -15,7 +15,7 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     Parameters
     ----------
     path : path
-        The file, NAME.toml; the FMUs of the stage are named after it.
+        The file, NAME or NAME.toml; the FMUs of the stage are named after it.
     like : str
         Rig whose axes and motors it begins with.
 
@@ -35,11 +35,9 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     >>> [file.name for file in maglev.new_stage("mine.toml", like="2dof")]
     ['mine.toml', 'mine-setpoints.toml']
     """
-    file = Path(path)
+    file = file_named(path, ".toml")
     if like not in RIGS:
         raise RigError(f"--like {like}: expected one of {', '.join(RIGS)}; nearest is {nearest(like, RIGS)}")
-    if file.suffix != ".toml":
-        raise RigError(f"{file}: expected a name that ends in .toml, such as {file.stem or 'mine'}.toml")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
     write_new(file, stage_text(RIGS[like], file))
     try:

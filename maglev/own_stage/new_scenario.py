@@ -14,7 +14,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     Parameters
     ----------
     path : path
-        The file, NAME.toml; the run in it is named after it.
+        The file, NAME or NAME.toml; the run in it is named after it.
     stage : str or path
         Name of a rig, or the description of a stage of yours, NAME.toml.
 
@@ -45,10 +45,15 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
 
 def toml_file(path: str | Path) -> Path:
     """File NAME.toml by its path or by NAME; RigError of a name after which no run can be named."""
-    file = Path(path) if Path(path).suffix == ".toml" else Path(f"{path}.toml")
+    file = file_named(path, ".toml")
     if not file.stem.replace("-", "_").replace(".", "_").isidentifier() or not file.stem.isascii():
         raise RigError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
     return file
+
+
+def file_named(path: str | Path, suffix: str) -> Path:
+    """A new file by its path, with its suffix or without."""
+    return Path(path) if Path(path).suffix == suffix else Path(f"{path}{suffix}")
 
 
 def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> None:

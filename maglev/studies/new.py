@@ -14,7 +14,7 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
     Parameters
     ----------
     path : path
-        The file, NAME.toml; its results are named after it.
+        The file, NAME or NAME.toml; its results are named after it.
     scenario : str or path
         What it flies: a run of the package by its name, or a scenario of yours, without variants.
 

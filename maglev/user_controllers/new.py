@@ -4,7 +4,7 @@ from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
 from maglev.own_stage.adoption import rig_named
-from maglev.own_stage.new_scenario import write_new
+from maglev.own_stage.new_scenario import file_named, write_new
 from maglev.rig.modules import controller
 from pmlsm.rigs import EXAMPLE
 
@@ -17,7 +17,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     Parameters
     ----------
     path : path
-        The file, NAME.py; the class in it is named after it.
+        The file, NAME or NAME.py; the class in it is named after it.
     stage : str
         Name of a rig, or the description of a stage of yours, NAME.toml.
 
@@ -37,13 +37,11 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     >>> maglev.new_controller("my_regulator.py", stage="2dof").name
     'my_regulator.py'
     """
-    file = Path(path)
+    file = file_named(path, ".py")
     try:
         rig = rig_named(stage)
     except RigError as error:
         raise ControllerError(f"--stage {stage}: {error}") from None
-    if file.suffix != ".py":
-        raise ControllerError(f"{file}: expected a name that ends in .py, such as {file.stem or 'lqi'}.py")
     name = class_name(file.stem)
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "

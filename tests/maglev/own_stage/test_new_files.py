@@ -70,3 +70,10 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     assert "there is no folder" in error_line(command("new", "scenario", tmp_path / "no" / "mine"))
     assert "expected a name of letters" in error_line(command("new", "scenario", tmp_path / "4 mm"))
     assert "nearest is" in error_line(command("new", "scenario", tmp_path / "other", "--stage", "4dof"))
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("stage", ".toml"), ("controller", ".py"), ("scenario", ".toml"),
+                                              ("study", ".toml")])
+def test_a_name_may_lack_its_suffix(tmp_path: Path, kind: str, suffix: str) -> None:
+    assert command("new", kind, tmp_path / "mine").exit_code == 0
+    assert "is there already" in error_line(command("new", kind, tmp_path / f"mine{suffix}"))
