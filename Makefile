@@ -7,7 +7,7 @@ NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check axe-check accuracy mutants bench-pages claims-check lock release clean
+	live-check pages axe-check accuracy mutants bench-pages claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -130,16 +130,20 @@ live-check: .venv/.test
 	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
 	$(BIN)/python tools/live_check.py --fmus .venv/fmus
 
-# Pages of every kind under axe-core, which npm fetches.
-axe-check: .venv/.test
+# A page of every kind in results, and the index that leads to them.
+pages: .venv/.test
 	$(BIN)/maglev build --native --target host --fmus .venv/fmus
 	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
-	$(BIN)/maglev live --fmus .venv/fmus --out results/axe
-	$(BIN)/maglev report --native --fmus .venv/fmus --out results/axe
+	$(BIN)/maglev live --fmus .venv/fmus
+	$(BIN)/maglev report --native --fmus .venv/fmus
 	$(BIN)/maglev compare 2dof-step-4-linear --controller Regulator2DOF --controller LinearRegulator2DOF \
-		--native --fmus .venv/fmus --out results/axe
-	$(BIN)/maglev study payload-friction --native --fmus .venv/fmus --out results/axe
-	$(BIN)/python tools/axe_check.py results/axe/*.html $(wildcard docs/_build/html/index.html)
+		--native --fmus .venv/fmus --out results
+	$(BIN)/maglev study payload-friction --native --fmus .venv/fmus --out results
+	@echo $(CURDIR)/results/index.html
+
+# These under axe-core, which npm fetches.
+axe-check: pages
+	$(BIN)/python tools/axe_check.py results/*.html $(wildcard docs/_build/html/index.html)
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
