@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 from fmi_export.build import write_archive
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.parameter_set import Value, parameter_set, xml_file
+from fmi_export.parameter_set import SSV, Value, parameter_set, xml_file
 from fmi_export.units import exponents
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -76,6 +76,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
         source = None
         if fmi == 3:
             source = f"resources/{name}.ssv"
+            add_units(values, SSV, {value.unit for value in start_values(definition) if value.unit})
             contents[source] = xml_file(values)
         add_component(elements, name, definition, file, box, values, source)
         left, height = left + WIDTH + GAP, max(height, PITCH * (max(sides) + 1))
@@ -87,7 +88,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
         add_connection(links, *((inner, outer) if variable.causality == "output" else (outer, inner)))
     SubElement(system, f"{{{SSD}}}SystemGeometry", {"x1": repr(-GAP), "y1": repr(-GAP), "x2": repr(left),
                                                     "y2": repr(height + GAP)})
-    add_units(root, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
+    add_units(root, SSD, {v.unit for definition in definitions.values() for v in definition.variables if v.unit})
     SubElement(root, f"{{{SSD}}}DefaultExperiment", {"startTime": "0.0", "stopTime": repr(stop_time)})
     contents["SystemStructure.ssd"] = xml_file(root)
     return write_archive(path, contents)
@@ -138,9 +139,9 @@ def add_connection(links: Element, source: Sequence[str | None], target: Sequenc
     SubElement(links, f"{{{SSD}}}Connection", {key: name for key, name in ends if name is not None})
 
 
-def add_units(root: Element, names: set[str]) -> None:
-    """Add the definitions of the units."""
-    units = SubElement(root, f"{{{SSD}}}Units")
+def add_units(root: Element, namespace: str, names: set[str]) -> None:
+    """Add the definitions of the units: what a file refers to is in it."""
+    units = SubElement(root, f"{{{namespace}}}Units")
     for name in sorted(names):
         unit = SubElement(units, f"{{{SSC}}}Unit", {"name": name})
         SubElement(unit, f"{{{SSC}}}BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})

@@ -52,7 +52,7 @@ class ExperimentFiles:
     inputs : mapping of str to sequence of float
         Column "time" first, then the inputs; empty if they stay as they start.
     parameters : sequence of Value
-        Start values that are not those of the FMU.
+        Start values that are not those of the FMU; without units, for those of the FMU.
     """
 
     name: str

@@ -1,11 +1,12 @@
 """Where a run leaves its baseline first, and how far the two are apart at most."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from maglev.baselines.baseline import ON_GRID, Array, Baseline, recorded
+from maglev.baselines.baseline import ON_GRID, Array, Baseline, Tolerance, recorded
 from maglev.cosim.master import Recording
 from maglev.errors import BaselineError
 
@@ -56,11 +57,16 @@ def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | Non
     BaselineError
         If the recording lacks a signal, is too short, or has other communication points.
     """
+    return first_beyond(baseline.time, baseline.columns, samples_of(baseline, recording), baseline.tolerances)
+
+
+def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
+                 tolerances: Mapping[str, Tolerance]) -> Deviation | None:
+    """As `first_deviation`, of samples at the times (s) of the expected columns."""
     found: Deviation | None = None
     largest_excess = 0.0
-    for name, got in samples_of(baseline, recording).items():
-        expected = baseline.columns[name]
-        tolerance = baseline.tolerances[name]
+    for name, got in samples.items():
+        expected, tolerance = columns[name], tolerances[name]
         allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
         differing = difference(expected, got)
         deviating = (differing > allowed) | ~np.isfinite(got)
@@ -68,7 +74,7 @@ def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | Non
             continue
         i = int(np.argmax(deviating))
         excess = float(differing[i] / allowed[i]) if allowed[i] > 0.0 else np.inf
-        time = float(baseline.time[i])
+        time = float(times[i])
         if found is None or time < found.time or (time == found.time and excess > largest_excess):
             found = Deviation(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
             largest_excess = excess

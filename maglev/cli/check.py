@@ -44,6 +44,7 @@ def check(names: NamesOrFmus = None,
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
+        from maglev.api.options import timeout_of
         from maglev.baselines.junit import write_junit
         from maglev.baselines.outcome import exit_code
 
@@ -55,15 +56,16 @@ def check(names: NamesOrFmus = None,
             updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
             print_outcomes(updated)
             raise typer.Exit(exit_code(updated))
+        timeout = timeout_of({"timeout": options["timeout"]})
         checked: list[CheckResult] = []
         if runs or not fmus:
             checked += check_runs(runs or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
         else:
-            require_no_options(fmus, {**options, "baselines": baselines})
+            require_no_options(fmus, {**options, "timeout": FLIGHT["timeout"][1], "baselines": baselines})
         if fmus:
             from maglev.fmu_experiments.check import check_fmus
 
-            checked += check_fmus(fmus, jobs=jobs, watch=progress_of)
+            checked += check_fmus(fmus, jobs=jobs, timeout=timeout, watch=progress_of)
         print_outcomes(checked)
         if junit is not None:   # where it cannot be written, the results have been told
             write_junit(junit, checked)

@@ -1,5 +1,6 @@
 """Runs that start from the results of others: in which order they go, and what is handed on."""
 
+import math
 from collections.abc import Callable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Protocol, TypeVar
@@ -25,7 +26,7 @@ T = TypeVar("T", bound=Ended)
 
 
 def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
-             died: Callable[[str, str], T], watch: Watcher) -> dict[str, T]:
+             died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf) -> dict[str, T]:
     """Do the tasks of runs, those that others need before them, otherwise side by side.
 
     Parameters
@@ -34,7 +35,7 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         By name of the run, the runs that it starts from.
     task : callable
         From the name of a run and the ends of those that it needs to its task.
-    jobs, died, watch
+    jobs, died, watch, silent
         As of `side_by_side`.
 
     Returns
@@ -54,7 +55,8 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         for ready in waves(needs):
             ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
             try:
-                results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle)
+                results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle,
+                                        silent)
             except Stopped as stopped:
                 done = len(results) + len(stopped.results)
                 raise Interrupted("; ".join([f"{stopped.what}: {done} of {len(needs)} runs were done",

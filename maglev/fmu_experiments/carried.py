@@ -65,6 +65,8 @@ def carried_experiments(path: Path) -> list[CarriedExperiment]:
     try:
         with ZipFile(path) as archive:
             sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
+            if "modelDescription.xml" not in sizes:
+                raise FmuError(f"{path}: has no modelDescription.xml, expected an FMU")
             wanted = [name for name in sizes if name.startswith("extra/") or name == MANIFEST]
             for name in wanted:
                 if sizes[name] > MOST:
@@ -116,14 +118,21 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
         if name is None or name not in files:
             yield CarriedExperiment(source, problem=missing(source, MANIFEST, files))
             continue
-        for element in parsed(path, name, files[name], "Experiments").iter("Experiment"):
+        try:
+            elements = list(parsed(path, name, files[name], "Experiments").iter("Experiment"))
+        except FmuError as error:
+            yield CarriedExperiment(source, problem=str(error).removeprefix(f"{path}: "))
+            continue
+        for element in elements:
             yield experiment(path, name, element, files, used)
     for source, related in listed["result"]:
         name = place_of(source, MANIFEST)
         label = related.get("description") or source
+        if name in used:
+            continue
         if name is None or name not in files:
             yield CarriedExperiment(label, problem=missing(source, MANIFEST, files))
-        elif name not in used:
+        else:
             yield CarriedExperiment(label, results=File(f"{path}: {name}", files[name]),
                                     options=options_of(path, name, files))
 
@@ -132,6 +141,9 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
                used: set[str]) -> CarriedExperiment:
     """An experiment of an experiments file; the names of its results are added to `used`."""
     label = element.get("name", "")
+    references = element.find("References")   # of this experiment, also where it cannot be flown
+    if references is not None and (results := place_of(references.get("source", ""), place)) is not None:
+        used.add(results)
     kinds = [child.tag for child in element if child.tag[0].isupper()]
     transient = element.find("TransientSimulation")
     analyses = [kind for kind in kinds if kind not in ("TransientSimulation", "Parameters", "Stimuli", "References",
@@ -153,7 +165,6 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
             return CarriedExperiment(label, problem=missing(source, place, files))
         found[tag] = File(f"{path}: {name}", files[name])
         if tag == "References":
-            used.add(name)
             options = options_of(path, name, files)
     if "References" not in found:
         return CarriedExperiment(label, problem=f"{place}: experiment {label} has no References, expected some to "

@@ -13,9 +13,10 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.baselines.baseline import ON_GRID, Tolerance
 from maglev.baselines.check import deviation_text
-from maglev.baselines.deviation import Deviation, WorstDifference
+from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
 from maglev.baselines.junit import write_junit
 from maglev.baselines.outcome import CheckResult
+from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest
 from maglev.experiment.chain import in_order
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
@@ -61,6 +62,7 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
 
 
 def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
+               timeout: float = TIMEOUT,
                watch: Callable[[Sequence[str]], AbstractContextManager[Watcher]] | None = None) -> list[CheckResult]:
     """Fly the experiments that FMUs carry, ours or anybody's, and compare with the results that they carry.
 
@@ -76,6 +78,8 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
         Number at a time, in as many processes; as many as processors if not given.
     junit : path, optional
         Also write the outcome as JUnit XML.
+    timeout : float
+        Longest time that a step may take, s; to load and start an FMU takes a minute at least.
     watch : callable, optional
         As of `maglev.run_all`.
 
@@ -86,17 +90,19 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
     """
     found = named([Path(path) for path in paths])
     with watch(list(found)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
-        results = check_all(found, jobs or processors(), watcher)
+        results = check_all(found, jobs or processors(), watcher, timeout)
     if junit is not None:
         write_junit(Path(junit), results)
     return results
 
 
-def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher) -> list[CheckResult]:
+def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher,
+              timeout: float = TIMEOUT) -> list[CheckResult]:
     """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
     return list(in_order({name: set() for name in found},
                          lambda name, _: partial(check_experiment, name, *found[name]), jobs,
-                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
+                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
+                         timeout).values())
 
 
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
@@ -123,11 +129,13 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
     if deviation is not None:
         return CheckResult(name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation, worst,
                            elapsed, units, notes=notes)
-    counted = f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'}"
+    counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "
+               f"{len(expected.time)} time{'' if len(expected.time) == 1 else 's'}")
     same = all(difference == 0.0 for difference, _ in worst.values())
-    message = (f"passed, {counted} at {len(expected.time)} times to "
-               f"t = {expected.time[-1]:.9g} s " + ("equal the results in it" if same else "are within tolerance")
-               + (f", {TOLERANCE:g} of the largest value" if not tolerances and not same else "")
+    message = (f"passed, {counted} to t = {expected.time[-1]:.9g} s "
+               + ("equal the results in it" if same else "are within tolerance")
+               + (f", {TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
+                  if not same and not tolerances.keys() >= expected.values.keys() else "")
                + (f"; not compared: {', '.join(expected.left_out)}" if expected.left_out else ""))
     return CheckResult(name, "passed", message, None, worst, elapsed, units, notes=notes)
 
@@ -171,7 +179,8 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
 
     apart = np.diff(expected)
     start = first(experiment.start_time, run.get("StartTime"), of_default("startTime"), 0.0)
-    stop = first(experiment.stop_time, run.get("StopTime"), of_default("stopTime"), expected[-1])
+    # A default experiment need not be that of the results: they can go on after it.
+    stop = first(experiment.stop_time, run.get("StopTime"), max(float(of_default("stopTime") or 0.0), expected[-1]))
     step = first(experiment.step, run.get("StepSize") or None, of_default("stepSize"), internal,
                  *(apart[apart > 0.0].min(keepdims=True) if (apart > 0.0).any() else ()))
     assert start is not None and stop is not None
@@ -196,8 +205,9 @@ def compared(expected: Expected, result: npt.NDArray[Any],
     first = np.searchsorted(flown, expected.time - near)
     last = np.searchsorted(flown, expected.time + near, "right") - 1
     between = last < first
-    found: Deviation | None = None
-    worst: dict[str, WorstDifference] = {}
+    wanted: dict[str, Array] = {}
+    nearer: dict[str, Array] = {}
+    tolerances: dict[str, Tolerance] = {}
     for name, column in expected.values.items():
         got = np.asarray(result[name], np.float64).reshape(len(flown), -1)
         if got.shape[1] != column.shape[1]:
@@ -208,14 +218,7 @@ def compared(expected: Expected, result: npt.NDArray[Any],
             if variables[name].variability == "continuous":
                 interpolated = np.interp(expected.time, flown, got[:, k])
                 early, late = np.where(between, interpolated, early), np.where(between, interpolated, late)
-            nearer = np.where(np.abs(early - column[:, k]) < np.abs(late - column[:, k]), early, late)
-            differing = np.where(np.isfinite(nearer), np.abs(nearer - column[:, k]), np.inf)
-            allowed = expected.tolerances[name].absolute + expected.tolerances[name].relative * np.abs(column[:, k])
-            i = int(np.argmax(differing))
-            worst[signal] = WorstDifference(float(differing[i]), float(expected.time[i]))
-            if (differing > allowed).any():
-                j = int(np.argmax(differing > allowed))
-                if found is None or expected.time[j] < found.time:
-                    found = Deviation(signal, float(expected.time[j]), float(column[j, k]), float(nearer[j]),
-                                      float(allowed[j]))
-    return found, worst
+            wanted[signal], tolerances[signal] = column[:, k], expected.tolerances[name]
+            nearer[signal] = np.where(np.abs(early - column[:, k]) < np.abs(late - column[:, k]), early, late)
+    return (first_beyond(expected.time, wanted, nearer, tolerances),
+            {signal: largest(expected.time, wanted[signal], values) for signal, values in nearer.items()})

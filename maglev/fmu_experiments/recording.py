@@ -57,8 +57,7 @@ def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, 
             results[variable.name] = rounded(own(variable.name, column[::every]), digits)
     if len(results) == 1:
         raise ScenarioError(f"{fmu} ({path.name}) has no outputs that are numbers, expected some to compare with")
-    parameters = [Value(key, kind_of(variables[key]).replace("Int64", "Integer"), own(key, start.value),
-                        variables[key].unit or "")
+    parameters = [Value(key, kind_of(variables[key]).replace("Int64", "Integer"), own(key, start.value))
                   for key, start in experiment.plan.fmus[fmu].start.items() if variables[key].causality == "parameter"]
     nominals = {key: None if variable.nominal is None else float(variable.nominal)
                 for key, variable in variables.items() if kind_of(variable) == "Real"}

@@ -26,7 +26,7 @@ TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says h
 
 
 def read_table(file: File) -> dict[str, list[str]]:
-    """Columns of a CSV file as texts: "time" first, then names; full rows, two at least for results to make sense."""
+    """Columns of a CSV file as texts: "time" first, then names; full rows, one at least."""
     try:
         text = file.data.decode("utf-8-sig")
         rows = [row for row in csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True) if row]
@@ -132,21 +132,21 @@ def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
     signals: dict[str, Tolerance] = {}
     if file is None:
         return run, signals
-    for number, row in enumerate(csv.reader(io.StringIO(file.data.decode("utf-8", "replace"), newline=""),
-                                            skipinitialspace=True), 1):
+    rows = csv.reader(file.data.decode("utf-8-sig", "replace").splitlines(), skipinitialspace=True)
+    for number, row in enumerate(rows, 1):
         if not row:
             continue
-        key, *names, text = (cell.strip() for cell in row)
+        key, *names, text = (cell.strip() for cell in (row if len(row) > 1 else [*row, ""]))
         try:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) or len(names) > 1:
+        if not math.isfinite(value) or len(names) > 1 or (names and key not in ("AbsTol", "RelTol")):
             raise FmuError(f"{file.place}: line {number}: {shortened(','.join(row))}, expected KEY,NUMBER or "
                            "AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER")
         if not names:
             run[key] = value
-        elif key in ("AbsTol", "RelTol"):
+        else:
             if value < 0.0:
                 raise FmuError(f"{file.place}: line {number}: {key} of {names[0]} = {value}, expected zero or more")
             before = signals.get(names[0], Tolerance(0.0, 0.0))

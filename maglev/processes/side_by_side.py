@@ -19,6 +19,7 @@ from maglev.processes.interrupts import held_interrupts, terminate
 T = TypeVar("T")
 
 REPORT_EVERY = 0.1   # s, at least, between two reports of progress
+STARTING = 60.0      # s, at least, that a task has before its first report: its process has to start
 
 Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
@@ -63,7 +64,7 @@ def kept_processes() -> Iterator[Idle]:
 
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
-                 idle: Idle) -> dict[str, T]:
+                 idle: Idle, silent: float = math.inf) -> dict[str, T]:
     """Do the tasks, at most `jobs` at a time.
 
     Parameters
@@ -78,6 +79,8 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
         Told now and then of the steps that a task has done, and at its end that all are.
     idle : list
         As of `kept_processes`: those that are taken before others are started, and left there.
+    silent : float
+        Longest time between two reports, s; the process of a task that says nothing for longer is ended.
 
     Returns
     -------
@@ -91,6 +94,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     """
     waiting = deque(tasks)
     running: dict[Connection, tuple[str, BaseProcess]] = {}
+    limits: dict[Connection, tuple[float, float]] = {}   # since when something is silent, and how long it may be
     results: dict[str, T] = {}
     try:
         while waiting or running:
@@ -98,13 +102,21 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 name = waiting.popleft()
                 pipe, process = idle.pop() if idle else started()
                 running[pipe] = (name, process)
+                limits[pipe] = (time.monotonic(), max(silent, STARTING))
                 with suppress(ConnectionError):   # that it has ended already is seen below
                     pipe.send(tasks[name])
-            for ready in wait(list(running)):
-                pipe = cast(Connection, ready)
-                name, process = running[pipe]
-                report = received(pipe)
-                if report is None:
+            soonest = min(sum(limits[pipe]) for pipe in running)
+            ready = wait(list(running), None if soonest == math.inf else max(0.0, soonest - time.monotonic()))
+            now = time.monotonic()
+            for pipe, (name, process) in list(running.items()):
+                if pipe not in ready and now < sum(limits[pipe]):
+                    continue
+                report = received(pipe) if pipe in ready else None
+                if pipe not in ready:
+                    end(process)
+                    report = Report(1, 1, (died(name, f"has been silent for {limits[pipe][1]:g} s, expected a step or "
+                                                      "a result within this time"),))
+                elif report is None:
                     process.join()
                     report = Report(1, 1, (died(name, f"the process ended with {how_it_ended(process)}, expected a "
                                                       "result before that"),))
@@ -113,6 +125,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                     report = Report(1, 1, (died(name, report.interrupted),))
                 elif report.result is not None:
                     idle.append((pipe, process))
+                limits[pipe] = (now, silent)
                 if report.result is not None:
                     results[name] = report.result[0]
                     del running[pipe]

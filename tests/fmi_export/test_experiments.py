@@ -51,7 +51,7 @@ def test_a_smoke_test_is_what_the_fmu_does(fmus: Path) -> None:
 def test_a_manifest_keeps_what_it_lists() -> None:
     def files(value: float) -> dict[str, bytes]:
         return ExperimentFiles("a", SMOKE_TEST, "an experiment", 0.5, {"time": [0.0, 0.5], "y": [value, 2.0]},
-                               {"y": (0.1, 0.0)}, {"time": [0.0], "u": [1.0]}, [Value("p", "Real", 3.0, "m")]).files()
+                               {"y": (0.1, 0.0)}, {"time": [0.0], "u": [1.0]}, [Value("p", "Real", 3.0)]).files()
 
     first = carried({"a": (SMOKE_TEST, files(1.0))})
     other = first[MANIFEST].replace(b"</fmiReferences>", b'<Related type="text/plain" source="x.txt" role="document"/>'
@@ -61,4 +61,4 @@ def test_a_manifest_keeps_what_it_lists() -> None:
     assert tags == [("Related", "x.txt"), *(("Related", f"a{end}") for end in
                     (".exp", ".ssv", "_in.csv", "_ref.csv", "_ref.opt")), ("Annotations", None)]
     assert second[f"{FOLDER}a_ref.csv"] == b"time,y\n0,7\n0.5,2\n"
-    assert b'value="3.0" unit="m"' in second[f"{FOLDER}a.ssv"]
+    assert b'value="3.0" />' in second[f"{FOLDER}a.ssv"]

@@ -142,6 +142,11 @@ def test_ssp_2_of_fmi_3(fmi3_fmus: Path, systems: Path, tmp_path: Path) -> None:
             values = [[(each.get("name"), each[0].attrib) for each in of.iter(f"{{{SSV}}}Parameter")]
                       for of in (outside, inside)]
             assert values[0] == values[1] != []
+            # What a file refers to has to be in it.
+            etree.XMLSchema(etree.parse(str(SCHEMA.with_name("SystemStructureParameterValues.xsd")))).assertValid(
+                etree.fromstring(archive.read(binding.attrib["source"])))
+            used = {each.get("unit") for each in outside.iter(f"{{{SSV}}}Real")} - {None}
+            assert used == {unit.get("name") for unit in outside.iter(f"{{{SSC}}}Unit")} != set()
 
 
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:

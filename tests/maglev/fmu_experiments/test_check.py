@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from carried_experiments import carrying, experiments, files_of, manifest
 from command_line import error_line, maglev
-from fmpy.model_description import ScalarVariable
+from faulty_fmus import faulty
+from fmpy.model_description import ScalarVariable, read_model_description
 
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.master import FmuSetup, Master
@@ -88,8 +89,21 @@ def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> N
     (tmp_path / "fall_in.csv").write_text("time,v.force\n0,-11.5\n1,-11.5\n")
     status, message = outcome(path)
     assert (status, message.startswith("deviates first at t = 0.01 s")) == ("deviated", True)
-    (tmp_path / "fall_ref.opt").write_text("StepSize,0.0005\nAbsTol,v.position,2e-3\n")
+    (tmp_path / "fall_ref.opt").write_text("\ufeffStepSize,0.0005\nAbsTol,v.position,2e-3\n", encoding="utf-8")
     assert outcome(path)[0] == "passed"
+
+
+def test_files_beside_an_fmu_that_go_on_after_its_default_experiment(fmus: Path, tmp_path: Path) -> None:
+    """It is flown as long as they go on; what has no tolerance of its own beside others that have is said."""
+    path = carrying(fmus / "Commutation2DOF.fmu", tmp_path / "long.fmu", {})
+    stop = read_model_description(str(path)).defaultExperiment.stopTime
+    end = 2.0 * float(stop)
+    (tmp_path / "long_ref.csv").write_text(f"time,motor.i_a_cmd,motor.i_b_cmd\n0,0,1e-9\n{end},0,1e-9\n")
+    (tmp_path / "long_ref.opt").write_text("AbsTol,motor.i_b_cmd,1e-8\n")
+    status, message = outcome(path)
+    assert message == (f"passed, 2 variables at 2 times to t = {end:.9g} s are within tolerance, 0.001 of the largest "
+                       "value where none is given")
+    assert status == "passed"
 
 
 def test_times_in_the_experiment_itself(fmus: Path, tmp_path: Path) -> None:
@@ -102,7 +116,7 @@ def test_times_in_the_experiment_itself(fmus: Path, tmp_path: Path) -> None:
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
         "fmi-ls-manifest.xml": manifest(EXPERIMENT, RESULT), "all.exp": experiments(element), "a.ssv": ssv,
         "fall.csv": b"time,v.position\n0,0.021\n"})
-    assert outcome(path) == ("passed", "passed, 1 variable at 1 times to t = 0 s equal the results in it")
+    assert outcome(path) == ("passed", "passed, 1 variable at 1 time to t = 0 s equal the results in it")
 
 
 BROKEN = {
@@ -127,6 +141,8 @@ BROKEN = {
                  '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: parameter C9: the FMU has no such variable"),
     "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
                   "there is no column v.x, for which there is a tolerance"),
+    "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: 'StopTime', expected KEY"),
+    "key": (TRANSIENT + REFERENCES, {"fall.opt": "Abstol,v.position,1\n"}, "line 1: 'Abstol,v.position,1', expected"),
     "option": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.position,-1\n"}, "AbsTol of v.position = -1.0, expected"),
     "longer": ('<TransientSimulation stopTime="0.01" stepSize="0.0005"/>' + REFERENCES, {},
                "the run went from t = 0 s to 0.01 s, expected 0 s to 0.02 s, as the results do")}
@@ -153,6 +169,28 @@ def test_a_broken_manifest(data: bytes, expected: str, fmus: Path, tmp_path: Pat
     status, message = outcome(path)
     assert status == "error"
     assert re.search(expected, message)
+
+
+def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) -> None:
+    """Also where that cannot be flown: without its inputs it would deviate. A broken experiments file leaves others."""
+    broken = f'<Experiment name="e">{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}</Experiment>'
+    lost = f'<Experiment name="lost">{TRANSIENT}<References source="lost.csv"/></Experiment>'
+    path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
+        "fmi-ls-manifest.xml": manifest(EXPERIMENT.replace("all.exp", "no.exp"), EXPERIMENT, RESULT,
+                                        RESULT.replace("fall.csv", "lost.csv")),
+        "no.exp": b"<a", "all.exp": experiments(broken, lost), "fall.csv": FALL.encode()})
+    problems = {experiment.name: experiment.problem for _, experiment in named([path]).values()}
+    assert list(problems) == ["no.exp", "e", "lost"]
+    assert "expected XML" in problems["no.exp"]
+    assert "there is no file 'in.csv'" in problems["e"] and "there is no file 'lost.csv'" in problems["lost"]
+
+
+def test_an_fmu_that_hangs(tmp_path: Path) -> None:
+    """It never comes back from a step: a line, and the exit code of what could not be checked."""
+    path = faulty("hang", tmp_path)
+    path.with_name(f"{path.stem}_ref.csv").write_text("time,current_u\n0,0\n0.2,0\n")
+    result = maglev("check", path, "--timeout", "0.5 s")
+    assert (result.exit_code, "has been silent for 0.5 s" in result.stdout) == (2, True), result.output
 
 
 def test_comparison_at_events_between_points_and_in_arrays() -> None:
@@ -192,6 +230,9 @@ def test_the_command(fmus: Path, tmp_path: Path) -> None:
     assert f"{good}, smoke_test: passed, 6 variables at 6 times" in result.stdout
     assert "bad.fmu, a fall: deviates first" in result.stdout
     assert [len(ElementTree.parse(junit).findall(f".//{tag}")) for tag in ("testcase", "failure")] == [3, 1]
+    (tmp_path / "other.fmu").write_bytes(b"PK\x05\x06" + bytes(18))   # an empty archive
+    result = maglev("check", tmp_path / "other.fmu")
+    assert (result.exit_code, "has no modelDescription.xml, expected an FMU" in result.stdout) == (2, True)
     result = maglev("check", tmp_path / "none.fmu")
     assert (result.exit_code, "there is no such file" in result.stdout) == (2, True)
     assert "--plant: expected a scenario with it" in error_line(maglev("check", good, "--plant", good))

@@ -67,6 +67,23 @@ def test_a_process_does_one_task_after_the_other_until_one_kills_it(idle: Idle) 
     assert process.is_alive()
 
 
+def wait_for_ever(progress: Callable[[int, int], None]) -> int:
+    """A task that begins and does not go on."""
+    progress(1, 3)
+    time.sleep(600.0)
+    return 0
+
+
+def test_a_task_that_hangs_is_ended(idle: Idle) -> None:
+    """The one after it gets another process."""
+    said = []
+    results = side_by_side({"hung": wait_for_ever, "next": partial(square, 3)}, 1,
+                           lambda name, message: said.append((name, message)) or -1, lambda *_: None, idle, 0.5)
+    assert results == {"hung": -1, "next": 9}
+    assert said == [("hung", "has been silent for 0.5 s, expected a step or a result within this time")]
+    assert len(idle) == 1
+
+
 def test_processes_that_are_kept_end_with_the_block() -> None:
     with kept_processes() as idle:
         side_by_side({"a": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
