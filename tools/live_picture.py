@@ -16,7 +16,7 @@ from playwright.sync_api import sync_playwright
 RUN = "3dof-setpoints-improved"
 UNTIL = 1.6               # s of flight: set-points have just changed
 SIZE = (1240, 860)       # px of the page
-COLOURS = 256            # of the file: flat areas, few gradients
+COLOURS = 256             # of the file, spread over all that there are: thin lines keep theirs
 
 
 def picture(page: Path) -> Image.Image:
@@ -45,7 +45,8 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=Path("results/live.html"))
     parser.add_argument("--out", type=Path, default=Path("docs/live.png"))
     arguments = parser.parse_args()
-    shown = picture(arguments.page).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    shown = picture(arguments.page).convert("RGB")
+    shown = shown.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     shown.save(arguments.out, optimize=True)
     print(f"{arguments.out}  {arguments.out.stat().st_size / 1e3:.0f} kB, {shown.width} × {shown.height}")
 
