@@ -55,6 +55,7 @@ class State:
     variable: str
     derivative: str
     depends_on: tuple[str, ...]
+    jumps: bool = False   # at an event
 
 
 @dataclass(frozen=True)

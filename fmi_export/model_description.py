@@ -66,11 +66,9 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
     table = definition.native_variables if native else definition.variables
-    derivatives = {state.derivative: state.variable for state in continuous.states} if continuous else {}
     index = {v.name: number for number, v in enumerate(table, start=1)}
     for reference, variable in enumerate(table):
-        of = derivatives.get(variable.name)
-        add_variable(variables, definition, variable, reference, {"derivative": str(index[of])} if of else {})
+        add_variable(variables, definition, variable, reference, state_attributes(continuous, variable.name, index))
     add_structure(root, definition, continuous, index)
     return as_bytes(root)
 
@@ -132,11 +130,22 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
 
 
 def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int,
-                 derivative: Mapping[str, str]) -> None:
-    """Add one ScalarVariable; `derivative` has an attribute that says of which state it is one, or none."""
+                 of_states: Mapping[str, str]) -> None:
+    """Add one ScalarVariable with its `state_attributes`."""
     scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
     SubElement(scalar, "Boolean" if variable.boolean else "Real",
-               {**typed_attributes(definition, variable), **derivative})
+               {**typed_attributes(definition, variable), **of_states})
+
+
+def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
+    """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
+    found: dict[str, str] = {}
+    for state in continuous.states if continuous else ():
+        if state.derivative == name:
+            found["derivative"] = str(reference[state.variable])
+        if state.variable == name and state.jumps:
+            found["reinit"] = "true"
+    return found
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:

@@ -12,6 +12,7 @@ from fmi_export.model_description import (
     attributes,
     common_attributes,
     dependencies,
+    state_attributes,
     structure_of,
     typed_attributes,
     xml_boolean,
@@ -53,12 +54,10 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
-    derivatives = {state.derivative: state.variable for state in continuous.states} if continuous else {}
     for variable in table:
-        of = derivatives.get(variable.name)
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
                    common_attributes(variable, reference[variable.name]) | typed_attributes(definition, variable)
-                   | ({"derivative": str(reference[of])} if of else {}))
+                   | state_attributes(continuous, variable.name, reference))
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "description": "Time",
         "causality": "independent", "variability": "continuous", "unit": "s"})

@@ -4,6 +4,7 @@ import hashlib
 import platform
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
@@ -93,8 +94,9 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
                       packages: tuple[str, ...], destination: Path) -> tuple[Path, Path]:
     """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
 
-    Arguments and errors as of `build_native_fmu`; returns both paths.
+    It is for co-simulation alone. Arguments and errors as of `build_native_fmu`; returns both paths.
     """
+    definition = replace(definition, continuous=None)
     chosen = {"wasm32": WEBASSEMBLY}
     texts = carried_modules(definition.block.__module__, packages)
     shell = SHELLS[2]._replace(layer=(*SHELLS[2].layer, WEBASSEMBLY_HOST))

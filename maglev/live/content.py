@@ -121,8 +121,7 @@ def described(fmus: Path, name: str, again: str) -> ModelDescription:
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():
             raise FmuError(f"{file}: there is no such file, expected the modules for the live page: {again}")
-    # The modules are made of the native FMUs, the plants' with the derivatives of their states.
-    if variables_in(path.read_bytes()) != variables_in(model_description(definition(name), "", "", 0, ["model.c"])):
+    if variables_in(path.read_bytes()) != variables_in(model_description(definition(name), "", "", 0)):
         raise FmuError(f"{path}: its variables are not those that {name} has now, expected it built again: {again}")
     return read_description(name, path)
 
@@ -135,8 +134,7 @@ def variables_in(description: bytes) -> bytes:
 def description_data(description: ModelDescription) -> dict[str, Any]:
     """What the page needs of a model description."""
     return {"name": description.modelName, "guid": description.guid,
-            "variables": [variable_data(variable) for variable in description.modelVariables
-                          if variable.causality != "local"]}   # continuous states, which are for model exchange
+            "variables": [variable_data(variable) for variable in description.modelVariables]}
 
 
 def variable_data(variable: ScalarVariable) -> dict[str, Any]:

@@ -2,16 +2,17 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import c_double
+from ctypes import c_double, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 import pytest
 from continuous_block import ContinuousBlock
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Model
+from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model
 
 START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "beta.i_a_cmd": 0.9,
@@ -19,25 +20,33 @@ START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "be
 
 
 @contextmanager
-def exchanged(fmu: Path, folder: Path, initialised: bool = True) -> Iterator[Any]:
-    """An instance for model exchange, in event mode."""
+def exchanged(fmu: Path, folder: Path, kind: type | None = None) -> Iterator[Any]:
+    """An instance for model exchange, in event mode; or of another of fmpy's classes."""
     description = fmpy.read_model_description(str(fmu))
     fmpy.extract(str(fmu), str(folder))
-    kind = FMU2Model if description.fmiVersion == "2.0" else FMU3Model
+    version_2 = description.fmiVersion == "2.0"
+    kind = kind or (FMU2Model if version_2 else FMU3Model)
     instance = kind(guid=description.guid, unzipDirectory=str(folder), instanceName="plant",
                     modelIdentifier=description.modelExchange.modelIdentifier)
-    instance.instantiate()
-    if initialised:
-        if kind is FMU2Model:
-            instance.setupExperiment()
-        instance.enterInitializationMode()
-        instance.exitInitializationMode()
+    instance.instantiate(loggingOn=True)
+    if version_2:
+        instance.setupExperiment()
+    instance.enterInitializationMode()
+    instance.exitInitializationMode()
     yield instance
     instance.freeInstance()
 
 
 def references(fmu: Path) -> dict[str, int]:
     return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
+
+
+def state_values(instance: Any, fmu: Path) -> dict[str, float]:
+    """The continuous states by name."""
+    names = [unknown.variable.derivative.name for unknown in fmpy.read_model_description(str(fmu)).derivatives]
+    values = (c_double * len(names))()
+    instance.getContinuousStates(values, len(values))
+    return dict(zip(names, values, strict=True))
 
 
 @pytest.fixture(params=[2, 3])
@@ -117,13 +126,51 @@ def test_parameters_change_at_events(native_fmus: Path, tmp_path: Path) -> None:
         plant.setReal([known["y.force"]], [1.0])
         with pytest.raises(FMICallException):
             plant.setReal([known["C1"]], [0.5])
+        before = state_values(plant, fmu)
         plant.enterEventMode()
+        plant.enterEventMode()   # allowed in both modes
         plant.setBoolean([known["alpha.phase_a.open"]], [True])
         assert plant.newDiscreteStates()[3] == 1
         assert plant.getReal([known["alpha.i_a"]]) == [0.0]
+        after = state_values(plant, fmu)
+        jumped = {name for name in before if after[name] != before[name]}
+        description = ElementTree.parse(tmp_path / "modelDescription.xml")
+        told = {v.get("name") for v in description.iter("ScalarVariable") if v.find("Real[@reinit='true']") is not None}
+        assert jumped == {"alpha.i_a"} and told == {f"{m}.i_{p}" for m in ("alpha", "beta") for p in "abc"}
         plant.setReal([known["y.mass"]], [-1.0])
         with pytest.raises(FMICallException):
             plant.newDiscreteStates()
+
+
+def test_refusals_say_what_was_expected(native_fmus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A wrong phase, states that are no numbers, a mover that ran away, a call of the other interface."""
+    fmu = native_fmus / "Plant3DOF.fmu"
+    with exchanged(fmu, tmp_path) as plant:
+        plant.newDiscreteStates()
+        plant.enterContinuousTimeMode()
+        start = state_values(plant, fmu)
+
+        def move(changes: dict[str, float]) -> None:
+            values = (c_double * len(start))(*(start | changes).values())
+            plant.setContinuousStates(values, len(values))
+            plant.getDerivatives(values, len(values))
+
+        for call, said in (
+                (plant.newDiscreteStates, "fmi2NewDiscreteStates in continuous-time mode, expected in event mode"),
+                (lambda: move({"alpha.i_a": np.nan}), "alpha.i_a = nan, expected a finite number"),
+                (lambda: move({"y.position": 2e3}), "y.position = 2000.0 m, x.position = 0.0 m, z.position = 0.0 m, "
+                                                    "expected all within 1000 m and slower than 1e6 m/s")):
+            with pytest.raises(FMICallException):
+                call()
+            assert said in capsys.readouterr().out
+        move({})
+        assert state_values(plant, fmu) == start, "an integrator goes on from another point"
+        with exchanged(fmu, tmp_path / "beside", FMU2Slave) as beside:
+            assert beside.dll.fmi2GetDerivatives(c_void_p(beside.component), (c_double * 29)(), c_size_t(29)) == 3
+            beside.doStep(0.0, 2e-4)
+        assert "fmi2GetDerivatives of an instance for co-simulation, expected one for" in capsys.readouterr().out
+        plant.terminate()
+        assert state_values(plant, fmu) == start
 
 
 def test_controllers_are_for_co_simulation_alone(native_fmus: Path, tmp_path: Path) -> None:

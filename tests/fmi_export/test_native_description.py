@@ -48,6 +48,7 @@ def leave_model_exchange(root: ElementTree.Element, variables: int, model: Conti
         table.remove(element)
     for real in table.iter("Real"):
         real.attrib.pop("derivative", None)
+        real.attrib.pop("reinit", None)
     used = {real.get("unit") for real in table.iter("Real")}
     units = root.find("UnitDefinitions")
     assert units is not None

@@ -27,6 +27,7 @@ def test_a_module_asks_for_nothing_and_has_the_functions_of_fmi(wasm_fmus: Path)
     assert fmu.imports == []
     for name in ("fmi2Instantiate", "fmi2DoStep", "fmi2SetReal", "fmi2GetBoolean", "fmi2SerializeFMUstate", "malloc"):
         assert name in fmu.exports
+    assert fmu.description.modelExchange is None, "derivatives would be a fifth of the page"
     assert (wasm_fmus / "Plant3DOF.wasm").read_bytes().find(b"maglev_scratch_") == -1
 
 

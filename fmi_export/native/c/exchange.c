@@ -11,7 +11,11 @@ static const int READABLE = INITIALIZING | AT_EVENT | BETWEEN_EVENTS | TERMINATE
 static bool exchanging(const struct Instance *instance, const char *call, int phases)
 {
     if (instance && !instance->exchange) {
-        absent(instance, call);
+        if (MODEL.continuous) {
+            refuse(instance, "%s of an instance for co-simulation, expected one for model exchange", call);
+        } else {
+            absent(instance, call);
+        }
         return false;
     }
     return allowed(instance, call, phases);
@@ -39,7 +43,7 @@ static double *state_at(const struct Instance *instance, size_t i)
 
 enum Status enter_event(struct Instance *instance, const char *call)
 {
-    if (!exchanging(instance, call, BETWEEN_EVENTS)) {
+    if (!exchanging(instance, call, BETWEEN_EVENTS | AT_EVENT)) {   /* FMI 2.0.4, 3.2.3: in event mode too */
         return REFUSED;
     }
     instance->state->progress.phase = AT_EVENT;
@@ -82,7 +86,7 @@ enum Status complete_step(struct Instance *instance, const char *call)
     }
     int64_t status = MODEL.continuous->derive(state->block);
     if (status != 0) {
-        refuse_status(instance, status, state->progress.next_time, 0.0);
+        refuse_status(instance, REFUSED, status, state->progress.next_time, 0.0);
         return fail(instance);
     }
     state->progress.stale = false;

@@ -187,7 +187,7 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
     }
     int64_t status = MODEL.start(instance->state->block);
     if (status != 0) {
-        refuse_status(instance, status, 0.0, 0.0);
+        refuse_status(instance, REFUSED, status, 0.0, 0.0);
         return fail(instance);
     }
     instance->state->progress.stale = instance->exchange;   /* the start leaves the rates to be computed */
@@ -206,8 +206,9 @@ enum Status refresh(struct Instance *instance)
         if (progress->suspect && check_ranges(instance) != DONE) {
             return fail(instance);
         }
-        if (MODEL.continuous->derive(state->block) != 0) {
-            return discard(instance, "there are no rates at this point: the mover has run away");
+        int64_t status = MODEL.continuous->derive(state->block);
+        if (status != 0) {   /* an integrator may try another step */
+            return refuse_status(instance, DISCARDED, status, progress->next_time, 0.0);
         }
     } else {
         if (out_of_range(instance) || (instance->exchange && progress->phase == FAILED)) {
@@ -251,7 +252,7 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
     }
     int64_t status = MODEL.step(state->block, time, size);
     if (status != 0) {
-        refuse_status(instance, status, time, size);
+        refuse_status(instance, REFUSED, status, time, size);
         return fail(instance);
     }
     progress->timed = true;

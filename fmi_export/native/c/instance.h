@@ -167,8 +167,9 @@ enum Status absent(const struct Instance *instance, const char *call);
 /* Whether a call is allowed in the instance's phase; logs it if it is not. */
 bool allowed(const struct Instance *instance, const char *call, int phases);
 
-/* Log what a status other than 0 of the block means, in a step from a time (s) over a step size (s). */
-enum Status refuse_status(const struct Instance *instance, int64_t status, double time, double step);
+/* Log what a status other than 0 of the block means, in a step from a time (s) over a step size (s), and return what it
+ * is told as: REFUSED or DISCARDED. */
+enum Status refuse_status(const struct Instance *instance, enum Status as, int64_t status, double time, double step);
 
 /* A double in the fewest digits that give it back, as Python writes it; text has room for NUMBER_LENGTH. */
 enum { NUMBER_LENGTH = 40 };

@@ -51,7 +51,7 @@ bool allowed(const struct Instance *instance, const char *call, int phases)
         return instance != NULL;
     }
     char expected[200] = "";
-    for (int phase = INSTANTIATED; phase <= FAILED; phase *= 2) {
+    for (int phase = INSTANTIATED; phase <= BETWEEN_EVENTS; phase *= 2) {
         if (phases & phase) {
             strcat(strcat(expected, *expected ? " or " : ""), phase_name((enum Phase)phase));
         }
@@ -117,7 +117,7 @@ static const char *named_value(const struct Instance *instance, const char *name
     return number(*real_at(instance, variable), text);
 }
 
-enum Status refuse_status(const struct Instance *instance, int64_t status, double time, double step)
+enum Status refuse_status(const struct Instance *instance, enum Status as, int64_t status, double time, double step)
 {
     const char *text = "the block refused with a status that has no text";
     for (size_t i = 0; i < MODEL.refusal_count; ++i) {
@@ -140,5 +140,5 @@ enum Status refuse_status(const struct Instance *instance, int64_t status, doubl
         }
     }
     message[used < sizeof message ? used : sizeof message - 1] = '\0';
-    return refuse(instance, "%s", message);
+    return as == DISCARDED ? discard(instance, "%s", message) : refuse(instance, "%s", message);
 }

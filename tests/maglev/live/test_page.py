@@ -187,7 +187,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     folder.mkdir()
     for name in modules_of(know_stage("mine.toml")):
         (folder / f"{name}.wasm").write_bytes(b"module")
-        (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0, ["a.c"]))
+        (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0))
     yield folder
     for name in [*OWN]:
         forget(name)
