@@ -95,7 +95,8 @@ def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Va
                       rate(heat, "A2/s", 1.0, f"{part}.heat_rate"),
                       local(f"{part}.margin", "", "what the clamp (A) or the bus (V) leaves; an event where it gets "
                             "negative", 1.0, f"{part}.margin")]
-        states += [State(current, f"der({current})", unique((current, heat, command, *induced(rig, motor))), jumps=True),
+        states += [State(current, f"der({current})", unique((current, heat, command, *induced(rig, motor))),
+                         jumps=True),
                    State(heat, f"der({heat})", (heat, command, current))]
     variables.append(rate(rise, "K/s", 0.1, f"{name}.winding.rise_rate"))
     states.append(State(rise, f"der({rise})", (*currents(motor), rise)))
