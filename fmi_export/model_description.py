@@ -68,7 +68,9 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     table = definition.native_variables if native else definition.variables
     index = {v.name: number for number, v in enumerate(table, start=1)}
     for reference, variable in enumerate(table):
-        add_variable(variables, definition, variable, reference, state_attributes(continuous, variable.name, index))
+        scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
+        SubElement(scalar, "Boolean" if variable.boolean else "Real",
+                   typed_attributes(definition, variable) | state_attributes(continuous, variable.name, index))
     add_structure(root, definition, continuous, index)
     return as_bytes(root)
 
@@ -129,23 +131,11 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
             SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})
 
 
-def add_variable(variables: Element, definition: FmuDefinition, variable: Variable, reference: int,
-                 of_states: Mapping[str, str]) -> None:
-    """Add one ScalarVariable with its `state_attributes`."""
-    scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
-    SubElement(scalar, "Boolean" if variable.boolean else "Real",
-               {**typed_attributes(definition, variable), **of_states})
-
-
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
     """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
-    found: dict[str, str] = {}
-    for state in continuous.states if continuous else ():
-        if state.derivative == name:
-            found["derivative"] = str(reference[state.variable])
-        if state.variable == name and state.jumps:
-            found["reinit"] = "true"
-    return found
+    states = continuous.states if continuous else ()
+    return ({"derivative": str(reference[state.variable]) for state in states if state.derivative == name}
+            | {"reinit": "true" for state in states if state.variable == name and state.jumps})
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
