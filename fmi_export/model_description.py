@@ -135,7 +135,7 @@ def state_attributes(continuous: ContinuousModel | None, name: str, reference: M
     """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
     states = continuous.states if continuous else ()
     return ({"derivative": str(reference[state.variable]) for state in states if state.derivative == name}
-            | {"reinit": "true" for state in states if state.variable == name and state.jumps})
+            | ({"reinit": "true"} if any(state.variable == name and state.jumps for state in states) else {}))
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
