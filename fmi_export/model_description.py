@@ -134,8 +134,8 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
     """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
     states = continuous.states if continuous else ()
-    return ({"derivative": str(reference[state.variable]) for state in states if state.derivative == name}
-            | ({"reinit": "true"} if any(state.variable == name and state.jumps for state in states) else {}))
+    found = [("derivative", str(reference[state.variable])) for state in states if state.derivative == name]
+    return dict(found + [("reinit", "true") for state in states if state.variable == name and state.jumps])
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
