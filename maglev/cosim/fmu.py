@@ -180,7 +180,7 @@ class Fmu:
         instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
-        self.do_step = self.fmi.do_step(instance, self.description)
+        self.do_step = self.fmi.do_step(instance, self.description, self.messages.add)
 
     def take_message(self, status: int, message: bytes) -> None:
         """Keep a message."""

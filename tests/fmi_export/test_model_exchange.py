@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import c_double, c_size_t, c_void_p
+from ctypes import byref, c_double, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -12,11 +12,26 @@ import numpy as np
 import pytest
 from continuous_block import ContinuousBlock
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi2 import (
+    FMU2Model,
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
 from fmpy.fmi3 import FMU3Model
+from fmpy.logging import addLoggerProxy
 
 START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "beta.i_a_cmd": 0.9,
          "y.mode.frequency": 90.0, "y.position_start": 0.0222}
+
+HEARD: list[str] = []   # what instances of FMI 2.0 say
+
+
+@fmi2CallbackLoggerTYPE
+def hear(_environment: object, _name: bytes, _status: int, _category: bytes, message: bytes) -> None:
+    HEARD.append(message.decode())
 
 
 @contextmanager
@@ -28,9 +43,17 @@ def exchanged(fmu: Path, folder: Path, kind: type | None = None) -> Iterator[Any
     kind = kind or (FMU2Model if version_2 else FMU3Model)
     instance = kind(guid=description.guid, unzipDirectory=str(folder), instanceName="plant",
                     modelIdentifier=description.modelExchange.modelIdentifier)
-    instance.instantiate(loggingOn=True)
     if version_2:
+        # Its own: fmpy has one logger for all, that of whoever made the last instance.
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = hear
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(callbacks))
+        instance.instantiate(callbacks=callbacks, loggingOn=True)
         instance.setupExperiment()
+    else:
+        instance.instantiate(loggingOn=True)
     instance.enterInitializationMode()
     instance.exitInitializationMode()
     yield instance
@@ -142,7 +165,7 @@ def test_parameters_change_at_events(native_fmus: Path, tmp_path: Path) -> None:
             plant.newDiscreteStates()
 
 
-def test_refusals_say_what_was_expected(native_fmus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_refusals_say_what_was_expected(native_fmus: Path, tmp_path: Path) -> None:
     """A wrong phase, states that are no numbers, a mover that ran away, a call of the other interface."""
     fmu = native_fmus / "Plant3DOF.fmu"
     with exchanged(fmu, tmp_path) as plant:
@@ -162,13 +185,13 @@ def test_refusals_say_what_was_expected(native_fmus: Path, tmp_path: Path, capsy
                                                     "expected all within 1000 m and slower than 1e6 m/s")):
             with pytest.raises(FMICallException):
                 call()
-            assert said in capsys.readouterr().out
+            assert said in HEARD.pop()
         move({})
         assert state_values(plant, fmu) == start, "an integrator goes on from another point"
         with exchanged(fmu, tmp_path / "beside", FMU2Slave) as beside:
             assert beside.dll.fmi2GetDerivatives(c_void_p(beside.component), (c_double * 29)(), c_size_t(29)) == 3
             beside.doStep(0.0, 2e-4)
-        assert "fmi2GetDerivatives of an instance for co-simulation, expected one for" in capsys.readouterr().out
+        assert "fmi2GetDerivatives of an instance for co-simulation, expected one for" in HEARD.pop()
         plant.terminate()
         assert state_values(plant, fmu) == start
 

@@ -51,6 +51,11 @@ bool allowed(const struct Instance *instance, const char *call, int phases)
         return instance != NULL;
     }
     char expected[200] = "";
+    /* In which of them an instance of this interface can be, if in any. */
+    int own = phases & (instance->exchange ? ~RUNNING : ~(AT_EVENT | BETWEEN_EVENTS));
+    if (own) {
+        phases = own;
+    }
     for (int phase = INSTANTIATED; phase <= BETWEEN_EVENTS; phase *= 2) {
         if (phases & phase) {
             strcat(strcat(expected, *expected ? " or " : ""), phase_name((enum Phase)phase));

@@ -11,6 +11,9 @@ from fmpy.sundials import CVodeSolver
 TOLERANCE = 1e-8   # relative, and of the nominal value of each state
 ENDED = 1e-9       # of a step, by which rounding may miss its end
 FAILED = 3         # fmi2Error, fmi3Error
+MOST_EVENTS = 1000   # at one instant, after which an FMU is not believed to come to an end
+
+ENDS = "the FMU asks for the end of the simulation"
 
 
 class SolverInterface(CoSimulation):  # type: ignore[misc]   # fmpy has no types
@@ -33,15 +36,17 @@ class NoInput:
 
 
 class Integration:
-    """Steps of an instance for model exchange, called as fmi2DoStep; `update` takes in an event.
+    """Steps of an instance for model exchange, called as fmi2DoStep; `update` takes in an event, `say` why one fails.
 
     Between two steps it is in event mode: inputs that are set, and outputs that are read, are those of an event.
     """
 
-    def __init__(self, instance: Any, description: ModelDescription, update: Callable[[], tuple[Any, ...]]):
+    def __init__(self, instance: Any, description: ModelDescription, update: Callable[[], tuple[Any, ...]],
+                 say: Callable[[str], None]):
         self.instance = instance
         self.description = description
         self.update = update
+        self.say = say
         self.solver: Any = None
         self.fresh = True      # the solver is to start anew
         self.broken: Exception | None = None   # what a call from within CVODE has raised
@@ -49,6 +54,7 @@ class Integration:
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
         instance = self.instance
         now, end = time.value, time.value + step.value
+        self.broken = None
         try:
             following = self.events()
             while end - now > ENDED * step.value:
@@ -60,7 +66,7 @@ class Integration:
                 if self.description.modelExchange.needsCompletedIntegratorStep:
                     asked, ended = instance.completedIntegratorStep()
                 if ended:
-                    return FAILED
+                    raise RuntimeError(ENDS)
                 at_end = end - now <= ENDED * step.value
                 if found or asked or at_end or following - now <= ENDED * step.value:
                     instance.enterEventMode()
@@ -69,19 +75,20 @@ class Integration:
             self.settled()
         except FMICallException as error:
             return int(error.status)
-        except RuntimeError:   # CVODE has given up
+        except RuntimeError as error:   # also of CVODE, which has given up
+            self.say(str(error))
             return FAILED
         return 0
 
     def settled(self) -> float:
         """Take in the event at which the instance is; when the next one is due, s, if the instance knows."""
-        more, due = True, float("inf")
-        while more:
+        for _ in range(MOST_EVENTS):
             more, ended, _, _, defined, next_time = self.update()
             if ended:
-                raise RuntimeError("the FMU asks for the end of the simulation")
-            due = next_time if defined else float("inf")
-        return due
+                raise RuntimeError(ENDS)
+            if not more:
+                return next_time if defined else float("inf")
+        raise RuntimeError(f"after {MOST_EVENTS} events at one instant the FMU asks for another")
 
     def events(self) -> float:
         """The same, and go on between events; the solver starts anew."""

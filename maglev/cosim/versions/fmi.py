@@ -72,10 +72,10 @@ class Fmi:
         """C functions that get or set values, by type."""
         return {kind: function_of(instance, self.name(verb, kind)) for kind in self.types}
 
-    def do_step(self, instance: Any, description: ModelDescription) -> Any:
+    def do_step(self, instance: Any, description: ModelDescription, say: Callable[[str], None]) -> Any:
         """The C function that makes a communication step, or what calls it; a solver where there is none."""
         if isinstance(instance, FMU2Model):
-            return Integration(instance, description, instance.newDiscreteStates)
+            return Integration(instance, description, instance.newDiscreteStates, say)
         return function_of(instance, "fmi2DoStep")
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
@@ -135,9 +135,9 @@ class Fmi3(Fmi):
     def functions(self, instance: Any, verb: str) -> dict[str, Any]:
         return {kind: Exchange3(function) for kind, function in super().functions(instance, verb).items()}
 
-    def do_step(self, instance: Any, description: ModelDescription) -> Any:
+    def do_step(self, instance: Any, description: ModelDescription, say: Callable[[str], None]) -> Any:
         if isinstance(instance, FMU3Model):
-            return Integration(instance, description, instance.updateDiscreteStates)
+            return Integration(instance, description, instance.updateDiscreteStates, say)
         return Step3(function_of(instance, "fmi3DoStep"))
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,

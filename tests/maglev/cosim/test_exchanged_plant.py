@@ -2,13 +2,16 @@
 
 import re
 import zipfile
+from ctypes import c_double
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master
+from maglev.cosim.versions.exchange import FAILED, Integration
 
 STEP = 2e-4   # s
 CONNECTIONS = [*((f"controller.{motor}.i_{phase}_cmd", f"plant.{motor}.i_{phase}_cmd")
@@ -50,6 +53,16 @@ def largest_differences(folder: Path, scratch: Path, stop_time: float) -> tuple[
 def test_closed_loop(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path, version: int) -> None:
     position, velocity = largest_differences(native_fmus if version == 2 else fmi3_fmus, tmp_path, 0.1)
     assert position < 1e-8 and velocity < 1e-6
+
+
+@pytest.mark.parametrize(("update", "said"), [
+    ((True, False, False, False, False, 0.0), "after 1000 events at one instant the FMU asks for another"),
+    ((False, True, False, False, False, 0.0), "the FMU asks for the end of the simulation")])
+def test_events_that_do_not_end_and_an_end_are_said(update: tuple[object, ...], said: str) -> None:
+    heard: list[str] = []
+    step = Integration(None, ModelDescription(), lambda: update, heard.append)
+    assert step(None, c_double(0.0), c_double(STEP), 1) == FAILED
+    assert heard == [said]
 
 
 @pytest.mark.thorough
