@@ -128,7 +128,7 @@ release: docs .venv/.test
 live-check: .venv/.test
 	$(BIN)/maglev build --native --target host --fmus .venv/fmus
 	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
-	$(BIN)/python tools/live_check.py --fmus .venv/fmus
+	$(BIN)/python tools/pages/live_check.py --fmus .venv/fmus
 
 # A page of every kind in results, and the index that leads to them.
 pages: .venv/.test
@@ -143,7 +143,7 @@ pages: .venv/.test
 
 # These under axe-core, which npm fetches.
 axe-check: pages
-	$(BIN)/python tools/axe_check.py results/*.html $(wildcard docs/_build/html/index.html)
+	$(BIN)/python tools/pages/axe_check.py results/*.html $(wildcard docs/_build/html/index.html)
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py

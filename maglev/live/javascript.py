@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
+from maglev.errors import ControllerError
 from maglev.rig.modules import controller
 from pmlsm.rig import Rig
 
@@ -59,11 +60,16 @@ def translated(source: str) -> str:
 
     Raises
     ------
-    NotImplementedError
+    ControllerError
         If it has what blocks do not have.
     """
     text = "\n".join(fitted(line.rstrip()) for line in Writer(source).module()) + "\n"
     return text.replace("{\n\n", "{\n")
+
+
+def not_of_blocks(node: ast.AST) -> ControllerError:
+    """Error for what is not in the blocks' subset of Python."""
+    return ControllerError(f"{ast.unparse(node)!r} cannot be put into JavaScript, expected what blocks are made of")
 
 
 def fitted(line: str) -> str:
@@ -144,7 +150,7 @@ class Writer:
             case ast.Expr(value=ast.Constant()) | ast.Pass():
                 return
             case _:
-                raise NotImplementedError(ast.unparse(node))
+                raise not_of_blocks(node)
 
     def function(self, node: ast.FunctionDef) -> Iterator[str]:
         """A function, or a method of a class."""
@@ -192,7 +198,7 @@ class Writer:
             self.locals -= set(new)
             return f"const {expression(node)}"
         if len(new) < (len(node.elts) if isinstance(node, ast.Tuple) else 1):   # JavaScript declares all or none
-            raise NotImplementedError(ast.unparse(node))
+            raise not_of_blocks(node)
         return f"let {expression(node)}"
 
 
@@ -262,4 +268,4 @@ def written(node: ast.expr) -> tuple[str, int]:
         case ast.Dict(keys=keys, values=values):
             pairs = [f"{expression(key)}: {expression(value)}" for key, value in zip(keys, values, strict=True) if key]
             return f"{{{', '.join(pairs)}}}", ATOM
-    raise NotImplementedError(ast.unparse(node))
+    raise not_of_blocks(node)

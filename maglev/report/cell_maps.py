@@ -3,9 +3,10 @@
 The style says how thick it is, which tells outcomes apart without colour.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from itertools import groupby
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,23 @@ LEFT, BOTTOM, EDGE = 40, 36, 8   # units around a map
 LABEL = 12                       # units that a label needs along an axis
 LEGEND = 10                      # units of a cell of the legend
 
+Maps = TypeVar("Maps")
 Side = tuple[str, Sequence[str]]   # title of an axis, and the label of each row or column
+
+
+def of_rigs(rigs: Iterable[str], packaged: Mapping[str, Maps]) -> dict[str, Maps]:
+    """Those of the maps that come with the package which are of the rigs."""
+    wanted = set(rigs)
+    return {rig: maps for rig, maps in packaged.items() if rig in wanted}
+
+
+def origin_paragraph(origins: Iterable[tuple[str, str | None]], tool: str, page: str) -> str:
+    """What maps rest on, by the version and commit that flew those of each rig, and how to make them anew."""
+    flown = " and ".join(dict.fromkeys(f"Maglev FMUs {version}" + (f" ({commit})" if commit else "")
+                                       for version, commit in origins))
+    return f"""<p>The maps are not of this report's runs: they come with the package, from studies that were flown with
+native FMUs of {escape(flown)}. <code>{tool}</code>, in the repository, flies them again; {page} there says more.</p>
+"""
 
 
 def legend(names: Iterable[tuple[str, str]]) -> str:

@@ -12,7 +12,6 @@ from maglev.maps.operating_range import (
     SETTLED_NOMINAL,
     TOOL,
     Map,
-    Origin,
     RigMaps,
     read_maps,
     seen,
@@ -20,7 +19,7 @@ from maglev.maps.operating_range import (
     shares_table,
 )
 from maglev.procedures.outcome import ValueTable
-from maglev.report.cell_maps import cell_map, legend, stripes
+from maglev.report.cell_maps import cell_map, legend, of_rigs, origin_paragraph, stripes
 from maglev.report.findings import value_table
 from pmlsm.rigs import RIGS
 
@@ -38,8 +37,7 @@ def range_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | None = 
     packaged : mapping of str to RigMaps, optional
         Maps by the name of the rig; those of the package if not given.
     """
-    wanted = set(rigs)
-    shown = {rig: maps for rig, maps in (read_maps() if packaged is None else packaged).items() if rig in wanted}
+    shown = of_rigs(rigs, read_maps() if packaged is None else packaged)
     if not shown:
         return ""
     occurring = seen(found for maps in shown.values() for found in maps.laws.values())
@@ -51,22 +49,14 @@ def range_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | None = 
 
 def introduction(shown: Mapping[str, RigMaps]) -> str:
     """What the maps are of, what they rest on, and how to make them anew."""
-    origins = " and ".join(dict.fromkeys(origin_text(maps.origin) for maps in shown.values()))
+    origins = ((maps.origin.version, maps.origin.commit) for maps in shown.values())
     factors = next(iter(next(iter(shown.values())).laws.values())).constants
     return f"""<p>Moves from rest at one air gap to another, alone and with a step of something else: which of them
 each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference, a tilt within as
 many mrad, and no stop was touched.
 Each was flown with all force constants of the plant times {listed(factors)}, of which the controller does not know.
 The maps show the constants as they are; a dot is on what settles with these only.</p>
-<p>The maps are not of this report's runs: they come with the package, from studies that were flown with native FMUs of
-{escape(origins)}. <code>{TOOL}</code>, in the repository, flies them again; docs/operating_range.md there
-says more.</p>
-"""
-
-
-def origin_text(origin: Origin) -> str:
-    """Version and commit."""
-    return f"Maglev FMUs {origin.version}" + (f" ({origin.commit})" if origin.commit else "")
+""" + origin_paragraph(origins, TOOL, "docs/operating_range.md")
 
 
 def listed(values: NDArray[np.float64]) -> str:

@@ -18,7 +18,7 @@ from maglev.maps.tolerances import (
     seen,
 )
 from maglev.procedures.outcome import ValueTable
-from maglev.report.cell_maps import Side, cell_map, legend, stripes
+from maglev.report.cell_maps import Side, cell_map, legend, of_rigs, origin_paragraph, stripes
 from maglev.report.findings import value_table
 from pmlsm.rigs import RIGS
 
@@ -37,12 +37,9 @@ def tolerance_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | Non
     packaged : mapping of str to RigMaps, optional
         Maps by the name of the rig; those of the package if not given.
     """
-    wanted = set(rigs)
-    shown = {rig: maps for rig, maps in (read_tolerances() if packaged is None else packaged).items() if rig in wanted}
+    shown = of_rigs(rigs, read_tolerances() if packaged is None else packaged)
     if not shown:
         return ""
-    origins = " and ".join(dict.fromkeys(
-        f"Maglev FMUs {maps.version}" + (f" ({maps.commit})" if maps.commit else "") for maps in shown.values()))
     return f"""
 
 <section id="tolerances">
@@ -51,8 +48,7 @@ def tolerance_section(rigs: Iterable[str], packaged: Mapping[str, RigMaps] | Non
 voltage. Every law makes a step of the air gap with them, together with one of the horizontal axes or the tilts. A
 flight holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
 column of a map are without the one or the other.</p>
-<p>The maps are not of this report's runs: they come with the package, from studies that were flown with native FMUs of
-{escape(origins)}. <code>{TOOL}</code>, in the repository, flies them again; docs/tolerances.md there says more.</p>
+{origin_paragraph(((maps.version, maps.commit) for maps in shown.values()), TOOL, "docs/tolerances.md")}\
 {legend((f'<path class="{LOOKS[outcome]}" d="M0 0h3M0 1h3"/>', OUTCOMES[outcome]) for outcome in seen(shown.values()))}\
 {"".join(rig_maps(rig, maps) for rig, maps in shown.items())}
 </section>"""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from command_line import maglev
 
+from maglev.errors import ControllerError
 from maglev.live.javascript import law_text, parts_text, translated
 from maglev.user_controllers.new import new_controller
 from pmlsm.rigs import RIGS
@@ -80,7 +81,7 @@ def test_a_block_is_translated_as_it_reads() -> None:
 
 @pytest.mark.parametrize("line", ["a, self.gain = 1.0, 2.0", "while True: pass", "x = [1.0]", "x = 2.0 ** t"])
 def test_what_blocks_do_not_have_is_refused(line: str) -> None:
-    with pytest.raises(NotImplementedError):
+    with pytest.raises(ControllerError, match=r"^'.*' cannot be put into JavaScript"):
         translated(f'"""M."""\n\n\nclass A:\n    def step(self, t):\n        {line}\n')
 
 

@@ -1,6 +1,6 @@
 """The picture of the README: the live page in Chromium after some seconds of flight.
 
-    python tools/live_picture.py [--page results/live.html] [--out docs/live.png]
+    python tools/pages/live_picture.py [--page results/live.html] [--out docs/live.png]
 
 It needs a Chromium, Playwright, Pillow, and the page that `maglev live` writes.
 """

@@ -1,6 +1,6 @@
 """The live page in Chromium: runs against the native FMUs, what hands on it do, and how fast it draws.
 
-    python tools/live_check.py [--fmus fmus] [--pictures FOLDER]
+    python tools/pages/live_check.py [--fmus fmus] [--pictures FOLDER]
 
 It needs a Chromium, Playwright, and the FMUs of `maglev build --native --target host` and `--target wasm`.
 """

@@ -1,6 +1,6 @@
 """Pages under axe-core, at the size of a desktop and of a phone, light and dark: what it finds wrong for readers.
 
-    python tools/axe_check.py results/report.html results/live.html …
+    python tools/pages/axe_check.py results/report.html results/live.html …
 
 It needs a Chromium, Playwright, and npm, which fetches axe-core; nothing of that becomes part of a page.
 """
