@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from maglev.api.flown import Run, extra
-from maglev.api.options import FlightOptions, experiments_of, folder_of
+from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
-from maglev.errors import FAILURES, ScenarioError, UnknownName, in_one_line, nearest
+from maglev.errors import FAILURES, ScenarioError, in_one_line
 from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
@@ -191,25 +191,15 @@ def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOpt
     """
     know_stage_of(plan)
     own = plan.fmus.get("controller")
-    ours = str(controller) in places()
-    if not ours and is_bare_name(controller):
-        raise UnknownName(f"controller {controller}: is no FMU of this project and no file, nearest is "
-                          f"{nearest(str(controller), places())}")
     chosen: FlightOptions = {**options}
-    if ours and options.get("plant") is None:
+    if str(controller) in places() and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != str(controller):
-        chosen["controller"] = folder_of(options) / f"{controller}.fmu" if ours else controller
+        chosen["controller"] = controller
     elif chosen.get("plant") is None:
         chosen["keep_settings"] = False   # nothing is put in
     experiment, = experiments_of([plan], chosen)
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
-
-
-def is_bare_name(controller: Controller) -> bool:
-    """Whether this can only be meant as the name of an FMU of this project: no file has it, and no path is like it."""
-    return not isinstance(controller, type) and Path(controller).name == Path(controller).stem == str(controller) \
-        and not Path(controller).exists()
 
 
 def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:

@@ -8,12 +8,12 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, read_port_maps
-from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
 from maglev.experiment.ports.replacement import Replacement
-from maglev.experiment.preparation import Experiment
+from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
-from maglev.own_fmus import kind_folder
+from maglev.own_fmus import kind_folder, places
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import Settings, start_values
 from maglev.units import number_or_text, parse_quantity
@@ -43,6 +43,8 @@ def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Exp
     """Runs made ready; MaglevError if an option or a plan cannot be used."""
     for name in options.keys() - FlightOptions.__annotations__.keys():
         raise ScenarioError(f"{name}: unknown option, nearest is {nearest(name, FlightOptions.__annotations__)}")
+    for plan in plans:
+        know_stage_of(plan)
     replaced, timeout = replacements(options), timeout_of(options)
     for name, replacement in replaced.items():
         if is_written(replacement.path):
@@ -55,7 +57,8 @@ def experiments_of(plans: Sequence[RunPlan], options: FlightOptions) -> list[Exp
 def replacements(options: FlightOptions) -> dict[str, Replacement]:
     """FMUs that take the place of a plan's, by name in the run, with their maps."""
     plant, controller = options.get("plant"), options.get("controller")
-    given = {name: path_of(path) for name, path in (("plant", plant), ("controller", controller)) if path is not None}
+    given = {name: path_given(name, each, options) for name, each in (("plant", plant), ("controller", controller))
+             if each is not None}
     ports = options.get("ports")
     maps = {} if ports is None else read_port_maps(Path(ports))
     for name in maps:
@@ -67,6 +70,19 @@ def replacements(options: FlightOptions) -> dict[str, Replacement]:
     if keep and not given:
         raise ScenarioError("--keep-settings: expected --controller or --plant with it, which gets the settings")
     return {name: Replacement(path, maps.get(name, PortMap()), keep) for name, path in given.items()}
+
+
+def path_given(role: str, given: str | Path | type, options: FlightOptions) -> Path:
+    """Path of what is put in as plant or controller: an FMU of this project may be given by its name.
+
+    A bare name means one if no file has it; UnknownName if there is no such FMU.
+    """
+    if isinstance(given, type) or Path(given).exists() or not str(given) == Path(given).name == Path(given).stem:
+        return path_of(given)
+    if str(given) not in places():
+        raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
+                          f"{nearest(str(given), places())}")
+    return folder_of(options) / f"{given}.fmu"
 
 
 def follows(options: FlightOptions) -> bool:

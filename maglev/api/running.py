@@ -125,8 +125,8 @@ def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack
         Constants of plant and controller, a file that `identify` has written; or "plant": the model of the controller
         follows the masses of the plant. `set` goes before it.
     plant, controller : path, optional
-        What takes the place of the plan's: an FMU, the path of a Python file with a class, "lqi.py" or "lqi.py:LQI", or
-        the class itself (docs/controllers.md).
+        What takes the place of the plan's: an FMU of this project by its name, the path of an FMU or of a Python file
+        with a class, "lqi.py" or "lqi.py:LQI", or the class itself (docs/controllers.md).
     ports : path, optional
         TOML file that says what these call their ports, in which units.
     step : float or str, optional

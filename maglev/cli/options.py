@@ -42,10 +42,11 @@ Settings = Annotated[list[str] | None, typer.Option(
 Model = Annotated[Path | None, typer.Option(
     "--model", metavar="TOML", help="Constants of plant and controller, as `maglev identify` writes them; or `plant`: "
     "the controller's model follows the masses of the plant. --set goes before them.", show_default=False)]
-Plant = Annotated[Path | None, typer.Option(help="Another plant: an FMU or a Python file, likewise.",
+Plant = Annotated[Path | None, typer.Option(help="Another plant, likewise.",
                                             show_default=False)]
-Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU with the same ports or a map, or a "
-                                                 "Python file with a class (docs/controllers.md).",
+Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU of this project by its name, "
+                                                 "an FMU with the same ports or a map, or a Python file with a class "
+                                                 "(docs/controllers.md).",
                                                  show_default=False)]
 KeepSettings = Annotated[bool, typer.Option(
     "--keep-settings", help="Give the other controller also the settings (gains, limits) of the scenario's, where it "

@@ -72,6 +72,14 @@ def test_a_controller_that_is_not_there_is_refused_before_any_flies(fastest_fmus
     assert not (tmp_path / "out").exists()
 
 
+def test_a_run_takes_a_controller_of_ours_by_its_name(fastest_fmus: Path) -> None:
+    named, pathed = (maglev.run(NAME, fmus=fastest_fmus, controller=given)
+                     for given in ("PID2DOF", fastest_fmus / "PID2DOF.fmu"))
+    assert named.metrics == pathed.metrics != maglev.run(NAME, fmus=fastest_fmus).metrics
+    with pytest.raises(maglev.UnknownName, match="controller PID9: is no FMU of this project and no file"):
+        maglev.run(NAME, fmus=fastest_fmus, controller="PID9")
+
+
 def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.raises(maglev.UnknownName, match=r"controller PID9: .* nearest is 'PID\w+'"):
         maglev.compare(NAME, ["Regulator2DOF", "PID9"], fmus=fastest_fmus)
