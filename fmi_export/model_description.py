@@ -172,24 +172,23 @@ def add_structure(root: Element, definition: FmuDefinition, continuous: Continuo
             SubElement(listed, "Unknown", {"index": str(index[name])} | dependencies(knowns, index))
 
 
-def dependencies(knowns: Iterable[str] | None, reference: Mapping[str, int]) -> dict[str, str]:
-    """Attributes that say what decides an unknown, by name; None for what nothing is said of."""
-    if knowns is None:
-        return {}
-    found = sorted(reference[name] for name in knowns)
-    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join("dependent" for _ in found)}
+def dependencies(knowns: Iterable[str], reference: Mapping[str, int]) -> dict[str, str]:
+    """Attribute that says what decides an unknown, by name; of what kind is not said, which means any."""
+    return {"dependencies": " ".join(str(number) for number in sorted(reference[name] for name in knowns))}
 
 
 def structure_of(definition: FmuDefinition,
-                 continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...] | None]]:
+                 continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...]]]:
     """Names of unknowns, each with the names of what decides it, by the element of FMI 2.0 that they stand in."""
     outputs = [v for v in definition.variables if v.causality == "output"]
-    found: dict[str, dict[str, tuple[str, ...] | None]] = {
-        "Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
-    initial: dict[str, tuple[str, ...] | None] = {v.name: v.starts_from for v in outputs}
+    found = {"Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
+    initial = {v.name: v.starts_from for v in outputs}
     if continuous:
         found["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
-        for state in continuous.states:   # all that is calculated; of rates nothing is said, as much decides them
-            initial |= {name: None for name in (state.variable, state.derivative) if name not in initial}
+        # States begin at 0 but for positions. Much decides their rates; it is written out, though to say nothing would
+        # say the same: CasADi 3.8.2 reads no FMI 3.0 without it.
+        known = tuple(v.name for v in definition.variables if v.causality in ("input", "parameter"))
+        initial = {state.derivative: known for state in continuous.states} | {
+            state.variable: () for state in continuous.states} | initial
     order = {v.name: number for number, v in enumerate(definition.native_variables)}
     return found | {"InitialUnknowns": dict(sorted(initial.items(), key=lambda item: order[item[0]]))}

@@ -20,8 +20,10 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Model
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
+
+from maglev.catalogue import definition
 
 START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "beta.i_a_cmd": 0.9,
          "y.mode.frequency": 90.0, "y.position_start": 0.0222}
@@ -135,6 +137,49 @@ def test_derivatives_are_those_of_the_block(plant: Path, tmp_path: Path) -> None
             instance.getDirectionalDerivative([known["y.encoder"]], of_knowns, seed)
         with pytest.raises(FMICallException):
             instance.getDirectionalDerivative(of_unknowns, [known["C1"]], [1.0])
+
+
+def test_states_are_variables_that_can_be_set(plant: Path, tmp_path: Path) -> None:
+    """By their names, as CasADi does: what all states at once give; rates and outputs that are none cannot be set."""
+    known = references(plant)
+    with exchanged(plant, tmp_path) as instance:
+        version_2 = isinstance(instance, FMU2Model)
+        put, got, event, rates = ((instance.setReal, instance.getReal, instance.newDiscreteStates,
+                                   instance.getDerivatives) if version_2 else
+                                  (instance.setFloat64, instance.getFloat64, instance.updateDiscreteStates,
+                                   instance.getContinuousStateDerivatives))
+        put([known["x.velocity"]], [0.2])   # at an event
+        event()
+        instance.enterContinuousTimeMode()
+        states = state_values(instance, plant)
+        assert states["x.velocity"] == 0.2
+        moved = states | {"y.position": 0.023, "alpha.i_b": 1.5, "x.friction.deflection": 0.4, "beta.phase_a.heat": 2.0}
+        put([known[name] for name in moved], list(moved.values()))
+        assert state_values(instance, plant) == moved
+        of_names, of_all = (c_double * len(moved))(), (c_double * len(moved))()
+        rates(of_names, len(moved))
+        instance.setContinuousStates((c_double * len(moved))(*states.values()), len(moved))
+        instance.setContinuousStates((c_double * len(moved))(*moved.values()), len(moved))
+        rates(of_all, len(moved))
+        assert list(of_names) == list(of_all)
+        for name, value in (("y.position", np.inf), ("der(y.velocity)", 0.0), ("y.encoder", 0.02)):
+            with pytest.raises(FMICallException):
+                put([known[name]], [value])
+        assert got([known["y.position"]]) == [0.023]
+    with pytest.raises(FMICallException), exchanged(plant, tmp_path, FMU2Slave if version_2 else FMU3Slave) as stepped:
+        (stepped.setReal if version_2 else stepped.setFloat64)([known["y.position"]], [0.023])
+
+
+def test_states_but_positions_begin_at_nothing() -> None:
+    """As the initial unknowns say, whatever the parameters are."""
+    for rig in ("2DOF", "3DOF", "5DOF"):
+        block = ContinuousBlock(f"Plant{rig}", {})
+        plant = definition(f"Plant{rig}")
+        for number, v in enumerate(v for v in plant.variables if v.causality == "parameter" and not v.boolean):
+            block.set(v.name, plant.start_value(v) * (1.0 + 0.001 * (number % 7)) + 1e-6 * (number % 5))
+        assert block.block.start() == 0
+        outputs = {v.name for v in plant.variables if v.causality == "output"}
+        assert not block.get([name for name in block.states if name not in outputs]).any()
 
 
 def test_parameters_change_at_events(native_fmus: Path, tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def leave_model_exchange(root: ElementTree.Element, variables: int, model: Conti
     assert derivatives is not None and len(derivatives) == len(model.states)
     structure.remove(derivatives)
     for unknown in structure.iterfind("Outputs/Unknown"):
-        unknown.attrib.update(dependencies="", dependenciesKind="")
+        unknown.attrib.update(dependencies="")
     initial = structure.find("InitialUnknowns")
     assert initial is not None
     for unknown in [each for each in initial if int(each.attrib["index"]) > variables]:

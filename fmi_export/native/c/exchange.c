@@ -7,6 +7,21 @@
 
 static const int READABLE = INITIALIZING | AT_EVENT | BETWEEN_EVENTS | TERMINATED | FAILED;
 
+static bool listed(const uint32_t references[], size_t count, uint32_t reference)
+{
+    for (size_t i = 0; i < count; ++i) {
+        if (references[i] == reference) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool is_state(uint32_t reference)
+{
+    return MODEL.continuous && listed(MODEL.continuous->states, MODEL.continuous->state_count, reference);
+}
+
 /* Whether an instance is for model exchange and a call allowed in its phase; says why if not. */
 static bool exchanging(const struct Instance *instance, const char *call, int phases)
 {
@@ -174,16 +189,6 @@ enum Status get_indicators(struct Instance *instance, const char *call, double v
     return get_derived(instance, MODEL.continuous->indicators, values, count);
 }
 
-static bool listed(const uint32_t references[], size_t count, uint32_t reference)
-{
-    for (size_t i = 0; i < count; ++i) {
-        if (references[i] == reference) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Whether there are derivatives of all unknowns by all knowns; says why if not, or the status of the point. */
 static enum Status differentiable(struct Instance *instance, const char *call, const uint32_t unknowns[],
                                   size_t unknown_count, const uint32_t knowns[], size_t known_count, const double seed[],
@@ -206,8 +211,7 @@ static enum Status differentiable(struct Instance *instance, const char *call, c
     }
     for (size_t i = 0; i < known_count; ++i) {
         bool known = knowns[i] < MODEL.variable_count && !MODEL.variables[knowns[i]].boolean
-                     && (MODEL.variables[knowns[i]].causality == INPUT
-                         || listed(model->states, model->state_count, knowns[i]));
+                     && (MODEL.variables[knowns[i]].causality == INPUT || is_state(knowns[i]));
         if (!known) {
             return refuse(instance, "%s by value reference %u, expected a state or a real input", call,
                           (unsigned)knowns[i]);

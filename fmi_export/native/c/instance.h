@@ -126,6 +126,9 @@ bool callable(const struct Instance *instance, const char *call, int phases, con
 
 /* -- exchange.c: model exchange -- */
 
+/* Whether a variable is a continuous state. */
+bool is_state(uint32_t reference);
+
 enum Status enter_event(struct Instance *instance, const char *call);
 enum Status take_event(struct Instance *instance, const char *call, bool *states_changed);
 enum Status leave_event(struct Instance *instance, const char *call);

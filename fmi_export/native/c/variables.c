@@ -2,6 +2,8 @@
 
 #include "instance.h"
 
+#include <math.h>
+
 static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS;
 
 /* The variable of a reference and type; NULL, and a message, if there is none. */
@@ -41,6 +43,10 @@ static bool settable(const struct Instance *instance, const uint32_t references[
         const struct Variable *variable = variable_of(instance, references[i], boolean);
         if (!variable) {
             return false;
+        }
+        if (instance->exchange && instance->state->progress.phase & (AT_EVENT | BETWEEN_EVENTS)
+            && is_state(references[i])) {
+            continue;   /* FMI 3.0, 3.2.1; importers of FMI 2.0 such as CasADi do it too */
         }
         if (variable->causality != PARAMETER && variable->causality != INPUT) {
             refuse(instance, "%s is %s, expected an input or a parameter to set", variable->name,
@@ -95,6 +101,13 @@ enum Status set_reals(struct Instance *instance, const char *call, const uint32_
     if (!callable(instance, call, WRITABLE, references, count, values)
         || !settable(instance, references, count, false)) {
         return REFUSED;   /* and nothing is set */
+    }
+    char text[NUMBER_LENGTH];
+    for (size_t i = 0; instance->exchange && i < count; ++i) {
+        if (!isfinite(values[i]) && is_state(references[i])) {   /* an integrator may try another step */
+            return discard(instance, "%s = %s, expected a finite number", MODEL.variables[references[i]].name,
+                           number(values[i], text));
+        }
     }
     for (size_t i = 0; i < count; ++i) {
         const struct Variable *variable = &MODEL.variables[references[i]];
