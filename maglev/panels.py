@@ -43,7 +43,9 @@ class PanelKind(NamedTuple):
 
     def data(self, of: str, axis_unit: str = "m", gap: bool = False) -> dict[str, Any]:
         """What the scripts of pages know about it."""
-        return {"of": of, "name": self.words(of, gap), "unit": self.printed_unit(axis_unit), "scale": self.scale,
+        return {"of": of, "unit": self.printed_unit(axis_unit), "scale": self.scale,
+                # The ticks of a logarithmic one have units.
+                "title": self.words(of, gap) if self.floor else self.title(of, axis_unit, gap),
                 "digits": self.digits, "floor": self.drawn_floor, "down": self.place and gap}
 
 

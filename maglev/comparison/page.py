@@ -10,7 +10,7 @@ from maglev.experiment.execution import RunResult
 from maglev.pages.shell import tokens
 from maglev.panels import PANELS
 from maglev.report.findings import html_table
-from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
+from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read, scripts
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.plots.static import static_picture
@@ -44,7 +44,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
                           f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
-        scripts="\n".join(f"<script>\n{read(script)}</script>" for script in PLOT_SCRIPTS))
+        scripts=scripts(PLOT_SCRIPTS))
 
 
 def flown_with(runs: Iterable[RunResult]) -> str:

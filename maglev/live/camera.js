@@ -19,7 +19,7 @@ class Camera {
     this.middle = middle;
     this.distance = 5 * radius;   // a long lens: what is near is drawn a fifth larger at most
     const high = radius * Math.abs(this.sinPitch) + tall / 2 * this.cosPitch;
-    this.scale = Math.min(width / (1.95 * radius), height / (1.9 * high));
+    this.scale = Math.min(width / (1.95 * radius), height / (2.1 * high));
     [this.left, this.top] = [width / 2, height / 2];
     const back = this.distance * this.cosPitch;
     this.place = [back * this.sinYaw, middle - this.distance * this.sinPitch, -back * this.cosYaw];

@@ -1,7 +1,7 @@
 """What the live page carries as data: the FMUs' descriptions, the runs' plans, and what the picture is drawn from."""
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -98,8 +98,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     FmuError
         If a run cannot fly in a page, or a module is missing or of another description.
     """
-    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {},
-                            "panels": {kind: panel.data("") for kind, panel in PANELS.items()}}
+    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {}}
     flown: list[Rig] = []
     for plan in plans:
         rig, why = plan.rig, why_not_live(plan)
@@ -175,7 +174,7 @@ def command_of(plan: RunPlan) -> str:
 
 def rig_data(rig: Rig) -> dict[str, Any]:
     """Its data sheet, how much room it takes, and what the forces in the picture are computed with."""
-    motor = rig.motor()
+    motor, place = rig.motor(), PANELS["position"]
     sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
     gap = rig.vertical.stop or rig.motor_stop
     assert gap is not None   # on the axis or at the motors
@@ -184,7 +183,21 @@ def rig_data(rig: Rig) -> dict[str, Any]:
             "room": {"along": along, "gap": gap.upper}, "mass": {axis.name: axis.mass for axis in rig.axes},
             "sharing": rig.sharing, "vertical": rig.constants_of(rig.vertical.name), "tilts": tilts(rig),
             "places": places(rig),
-            "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal}}
+            "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal},
+            "shown": {axis.name: {"name": place.words(axis.name, axis is rig.vertical),
+                                  **place.data(axis.name, axis.unit("m"))} for axis in rig.axes},
+            "strips": list(strips(rig))}
+
+
+def strips(rig: Rig) -> Iterator[dict[str, Any]]:
+    """Panels that roll beside the stage: axes of a kind share one, and all motors."""
+    together = (("position", rig.vertical.name, [rig.vertical]), ("position", "displacement", rig.horizontal),
+                ("position", "tilt", rig.rotations), ("error", "axes", rig.axes))
+    for kind, shown, axes in together:
+        if axes:
+            panel = PANELS[kind].data(shown, axes[0].unit("m"), axes[0] is rig.vertical and len(axes) == 1)
+            yield {"kind": kind, "axes": [axis.name for axis in axes], **panel}
+    yield {"kind": "currents", "axes": [], **PANELS["currents"].data("motor")}
 
 
 def tilts(rig: Rig) -> dict[str, Any]:

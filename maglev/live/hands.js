@@ -57,7 +57,7 @@ const DEGREES = 0.35;   // that a px turns the view by
 
 /** Turn the view in space by degrees. */
 function turnView(yaw, pitch, from = page.orbit) {
-  if (!page.orbit) return;
+  if (page.state.view !== "space") return;
   page.orbit = { yaw: from.yaw + yaw, pitch: Math.min(HIGHEST, Math.max(LOWEST, from.pitch + pitch)) };
   page.dirty = true;
 }
@@ -152,10 +152,9 @@ function rigPanel() {
   for (const id of ["references", "readings", "kicks"]) at(id).replaceChildren();
   page.panel.references = {};
   for (const axis of axes) {
-    const ends = endsOf(page.run, axis, valueOf).map((end) => 1e3 * end);
-    page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: axis === vertical()
-      ? `gap ${axis}` : axis, unit: unitOf(page.run, axis), low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 },
-    (value) => refer(axis, 1e-3 * value));
+    const { name, unit, scale } = page.run.rig.shown[axis], ends = endsOf(page.run, axis, valueOf).map((end) => scale * end);
+    page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: name, unit,
+      low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 }, (value) => refer(axis, value / scale));
     const reading = make("div", {}, at("readings"));
     make("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
     make("dd", { id: `reading-${axis}` }, reading);
@@ -181,6 +180,7 @@ function showPanel() {
   at("about").textContent = run.title;
   at("speed").value = String(state.speed);
   at("view").value = state.view;
+  at("view").querySelector("[value=above]").hidden = drivenAxes(run).length < 2;
   panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
   panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
   for (const each of SWITCHES) {
@@ -274,7 +274,6 @@ function buildPanel() {
   }
   at("view").addEventListener("change", () => {
     page.state.view = at("view").value;
-    page.orbit = page.state.view === "sides" ? null : { ...ORBIT };
     stateChanged();
     layout();
   });

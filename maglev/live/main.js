@@ -4,8 +4,9 @@
 let worker = null;
 const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
+// The orbit is from where the picture in space is seen, in degrees.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: null, story: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
+  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { yaw: -30, pitch: 20 }, story: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -48,13 +49,14 @@ function begin(state, planned = []) {
   post({ type: "speed", value: state.speed });
   at("released").hidden = true;
   at("moment").textContent = "";
-  page.orbit = state.view === "sides" ? null : page.orbit ?? { ...ORBIT };
+  // What moves along one axis alone is not seen from above.
+  if (state.view === "above" && drivenAxes(page.run).length < 2) state.view = "space";
   stateChanged();
   layout();
   showStory();
 }
 
-const ORBIT = { yaw: -30, pitch: 20 };   // degrees: where the picture in space is seen from at first
+const SEEN = { space: "in space; a, d, w, s turn the view", sides: "from the sides", above: "from above" };
 
 /** From the start again, an experiment with all that is done in it. */
 function restart() {
@@ -223,7 +225,7 @@ const RECEIVED = {
 function startWorker() {
   worker?.terminate();
   worker = new Worker(URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" })));
-  worker.onmessage = ({ data }) => RECEIVED[data.type]?.(data);
+  worker.onmessage = ({ data }) => { if (isHeard(data)) RECEIVED[data.type](taken(data)); };
   worker.onerror = (event) => { page.problems.push(event.message); say(event.message, true); };
 }
 
@@ -239,8 +241,9 @@ function readings(now) {
   at("pace").textContent = page.playing ? `${page.frame.pace.toFixed(page.frame.pace < 1 ? 2 : 1)}× real time` : "paused";
   for (const axis of page.run.axes) {
     const { position, reference } = row.axes[axis];
-    page.panel.references[axis]?.(1e3 * reference);
-    at(`reading-${axis}`).textContent = `${(1e3 * position).toFixed(3)} ${unitOf(page.run, axis)}`.replace("-", "−");
+    const { scale, digits, unit } = page.run.rig.shown[axis];
+    page.panel.references[axis]?.(scale * reference);
+    at(`reading-${axis}`).textContent = `${numberText(scale * position, digits)} ${unit}`;
   }
 }
 
@@ -250,7 +253,7 @@ function draw(now) {
   page.dirty = false;
   page.frames++;
   const row = page.history.last(), ghost = page.ghost?.last() ?? null;
-  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours, page.orbit);
+  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours, { seen: page.state.view, orbit: page.orbit });
   page.strips.draw(at("strips"), page.history, page.ghost, page.colours, !page.playing);
   if (!page.dragged) drawHint(at("stage"), page.views[0], page.run, row, page.colours);
   drawPlane(at("plane"), page.run, page.history, page.ghost, valueOf, page.colours);
@@ -270,11 +273,10 @@ function readColours() {
 
 function layout() {
   const stage = at("stage");
-  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth, page.orbit));
+  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth, page.state.view));
   stage.style.height = `${height}px`;
   const least = 75 * page.strips.strips.length;
   at("strips").style.height = `${Math.max(least, Math.min(520, innerHeight - height - 215))}px`;   // all on one screen
-  stage.setAttribute("aria-label", `The stage, ${page.orbit ? "in space; a, d, w, s turn the view"
-    : "from the sides"}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
+  stage.setAttribute("aria-label", `The stage, ${SEEN[page.state.view]}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
   readColours();
 }

@@ -9,7 +9,7 @@ const LONGEST_LINK = 12000;    // characters of a law in an address
 const LONGEST_LAW = 100000;    // characters of its text
 const SILENT = 4000;           // ms without an answer, after which a worker is ended
 
-const own = { packed: "", asked: null, heard: 0, template: "" };
+const own = { packed: "", asked: null, heard: 0, template: "", present: false };
 
 const lawSaid = (text, bad = false) => {
   at("law-said").textContent = text;
@@ -57,6 +57,8 @@ function showTemplate(anew = false) {
 
 /** Have the worker try a controller on the run that flies; from now on it has to answer. */
 function tryOwn(brought) {
+  own.asked.model = brought.model;
+  own.present ||= own.asked.script;   // in the worker, whatever flies later
   post({ type: "own", name: own.asked.name, run: page.state.run, ...brought });
   own.heard = performance.now();
   own.waiting = true;
@@ -133,6 +135,7 @@ function watchOwn() {
   own.waiting = false;
   own.heard = now;
   for (const run of Object.values(live.runs)) for (const name of Object.keys(run.laws)) if (isOwn(name)) delete run.laws[name];
+  own.present = false;
   startWorker();
   const text = `${own.asked.name}: it has not come back for ${SILENT / 1000} s, expected an end of each step; it was taken out.`;
   own.after = () => {

@@ -13,7 +13,7 @@ from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
-from maglev.pages.shell import publish, tokens
+from maglev.pages.shell import publish, scales, tokens
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
@@ -21,7 +21,7 @@ from maglev.toml_file import read_toml
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
 SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "stage.js", "camera.js", "space.js",
-           "controls.js", "stories.js", "own.js", "main.js", "hands.js", "start.js")
+           "controls.js", "stories.js", "own.js", "messages.js", "main.js", "hands.js", "start.js")
 
 
 def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:
@@ -75,7 +75,7 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
                           for name, text in modules.items()),
         data=packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         worker="\n".join(read(name) for name in WORKER),
-        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+        scripts="\n".join(f"<script>\n{text}</script>" for text in (scales(), *map(read, SCRIPTS))))
 
 
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:

@@ -5,7 +5,7 @@ const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
 const LARGEST_ERROR = 0.1;                           // m, rad
 
 /** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
-function fitted(canvas, clear = true) {
+function sized(canvas, clear = true) {
   const ratio = Math.min(2, devicePixelRatio || 1);
   const { clientWidth: width, clientHeight: height } = canvas;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
@@ -20,64 +20,65 @@ function fitted(canvas, clear = true) {
 
 const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s shown
 
-/** What a strip shows: lines with a colour and a function of a row, range, and levels that are marked. */
+/** What a strip of the rig shows beside its panel: lines with a colour and a function of a row, range, levels that are marked. */
 function stripsOf(run, values) {
-  const { axes, motors } = run;
-  const { position: { scale, unit }, error: { floor } } = live.panels;   // of rotations the same numbers, in mrad
-  const least = floor / scale;   // m, rad
-  const vertical = axes.findIndex((axis) => axis === run.vertical);
-  const others = axes.map((_, i) => i).filter((i) => i !== vertical && !isTilt(run, axes[i]));
-  const tilts = axes.map((_, i) => i).filter((i) => isTilt(run, axes[i]));
-  const position = (i) => ({ colour: axes[i], value: (h, r) => scale * h.at(r, columnOf.position(i)), name: axes[i] });
-  const reference = (i) => ({ colour: axes[i], thin: true,
-    value: (h, r) => scale * h.at(r, columnOf.reference(i)) });
-  const error = (i) => ({ colour: axes[i], name: axes[i], value: (h, r) => Math.log10(Math.max(least,
-    Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i))))) });
-  // Motors that drive one axis have one colour and one name.
-  const first = (motor) => motorsOf(run, run.drives[motor])[0] === motor;
-  const currents = [...motors.map((_, m) => ({ colour: run.vertical, name: m ? "" : "i_d",
-    value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
-  ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
-    value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
-  const stops = (axis) => endsOf(run, axis, values).map((end) => scale * end);
-  const limit = values("controller.current_limit");
-  const peak = values(`plant.${motors[0]}.amplifier.peak`);
-  const shown = Math.max(1, limit || peak || 5);
-  const gapStops = stops(run.vertical);
-  const wide = Math.max(...others.map((i) => stops(axes[i])[1]));
-  return [
-    { title: `air gap, ${unit} (downwards)`, lines: [reference(vertical), position(vertical)], low: gapStops[1] + 1,
-      high: gapStops[0] - 1, marks: gapStops, ticks: ticksBetween(...gapStops), format: (v) => String(v) },
-    { title: `displacement, ${unit}`, lines: [...others.map(reference), ...others.map(position)], low: -wide, high: wide,
-      tens: 10, marks: [], format: (v) => String(v) },
-    ...(tilts.length ? [{ title: "tilt, mrad", lines: [...tilts.map(reference), ...tilts.map(position)],
-      low: -wide, high: wide, tens: 4, marks: [], format: (v) => String(v) }] : []),
-    { title: tilts.length ? "|error|, mm or mrad" : "|error|", lines: axes.map((_, i) => error(i)), low: Math.log10(least),
-      high: Math.log10(LARGEST_ERROR), marks: run.bands.map(Math.log10), decades: true, ticks: [-6, -4, -2] },
-    { title: limit ? "current, A; limit dashed" : "current, A; peak dashed",
-      lines: currents, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown],
-      ticks: [-shown, 0, shown], format: (v) => String(v) },
-  ];
+  return run.rig.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
 }
 
-const DECADES = { "-6": "1 µm", "-5": "10 µm", "-4": "0.1 mm", "-3": "1 mm", "-2": "10 mm", "-1": "0.1 m" };
+const STRIPS = {
+  position(run, { axes, scale, down, unit }, values) {
+    const lines = axes.flatMap((axis) => {
+      const i = run.axes.indexOf(axis);
+      return [{ colour: axis, thin: true, value: (h, r) => scale * h.at(r, columnOf.reference(i)) },
+        { colour: axis, name: axis, value: (h, r) => scale * h.at(r, columnOf.position(i)) }];
+    });
+    const ends = axes.flatMap((axis) => endsOf(run, axis, values).map((end) => scale * end));
+    if (down) return { lines, low: ends[0] - 1, high: ends[1] + 1, marks: ends };
+    const wide = Math.max(...ends);
+    return { lines, low: -wide, high: wide, tens: unit === "mm" ? 10 : 4, marks: [] };
+  },
+  error(run, { axes, scale, floor, title, unit }) {
+    const lines = axes.map((axis) => {
+      const i = run.axes.indexOf(axis);
+      return { colour: axis, value: (h, r) => Math.max(floor, scale * Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i)))) };
+    });
+    return { lines, title: run.rotations.length ? `${title}, of tilts in mrad` : title, low: floor, high: scale * LARGEST_ERROR,
+      logarithmic: unit, marks: run.bands.map((band) => scale * band) };
+  },
+  currents(run, { title }, values) {
+    // Motors that drive one axis have one colour and one name.
+    const first = (motor) => motorsOf(run, run.drives[motor])[0] === motor, { axes, motors } = run;
+    const lines = [...motors.map((_, m) => ({ colour: run.vertical, name: m ? "" : "i_d", value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
+      ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
+        value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
+    const limit = values("controller.current_limit"), shown = Math.max(1, limit || values(`plant.${motors[0]}.amplifier.peak`) || 5);
+    return { lines, title: `${title}; ${limit ? "limit" : "peak"} dashed`, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown] };
+  },
+};
+
+const LABEL = 13;   // px that a label on an axis takes
+
+/** Scale of a strip in a place on the page (px). */
+const scaleIn = ({ low, high, down, logarithmic = false }, top, height) =>
+  scaleOf(low, high, ...(down ? [top, top + height] : [top + height, top]), logarithmic);
 
 function drawFrame(context, strip, box, colours) {
-  const y = (value) => box.top + (strip.high - value) / (strip.high - strip.low) * box.height;
+  const scale = scaleIn(strip, box.top, box.height), y = scale.place;
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.fillStyle = colours.faint;
   context.strokeStyle = colours.line;
   context.lineWidth = 1;
   context.setLineDash([]);
-  for (const tick of strip.ticks) {
-    const at = Math.round(y(tick)) + 0.5;
+  const ticks = scale.ticks(5), every = Math.ceil(LABEL * ticks.length / box.height);
+  for (const [value, text] of ticks.filter((_, k) => k % every === 0)) {
+    const at = Math.round(y(value)) + 0.5;
     context.beginPath();
     context.moveTo(box.left, at);
     context.lineTo(box.left + box.width, at);
     context.stroke();
     context.textAlign = "right";
-    context.fillText(strip.decades ? DECADES[tick] : strip.format(tick).replace("-", "−"), box.left - 5, at);
+    context.fillText(text, box.left - 5, at);
   }
   context.setLineDash([5, 4]);
   context.strokeStyle = colours.faint;
@@ -98,7 +99,6 @@ function drawFrame(context, strip, box, colours) {
     context.fillText(`— ${name}`, right, box.top - 8);
     right -= context.measureText(`— ${name}`).width + 12;
   }
-  return y;
 }
 
 /** Plots of a flight and of the one that flies along. Lines stay where they are drawn and are moved: only new ones cost. */
@@ -122,7 +122,7 @@ class Strips {
 
   /** Draw, unless so little has happened that nothing would move by two px. */
   draw(canvas, rows, ghost, colours, now) {
-    const { context, width, height, ratio } = fitted(canvas, false);
+    const { context, width, height, ratio } = sized(canvas, false);
     this.columns = Math.round((width - LEFT - RIGHT) * ratio);
     this.bucket = this.span / this.columns;
     const latest = Math.floor(rows.last().time / this.bucket);
@@ -162,7 +162,7 @@ class Strips {
       context.clearRect(begin - first, 0, columns, tall);
     }
     for (const { strip, flown, top, height: high } of shown) {
-      const y = (value) => ratio * (top + (strip.high - value) / (strip.high - strip.low) * high);
+      const scale = scaleIn(strip, top, high), y = (value) => ratio * scale.place(value);
       context.save();
       context.beginPath();
       context.rect(0, ratio * (top - 1), columns, ratio * (high + 2));
@@ -191,24 +191,17 @@ class Strips {
   }
 }
 
-/** Numbers to write between two ends, some few: multiples of 1, 2, 5, 10, … */
-function ticksBetween(low, high) {
-  const raw = (high - low) / 3, decade = 10 ** Math.floor(Math.log10(raw));
-  const step = decade * [1, 2, 5, 10].find((factor) => factor * decade >= raw), first = Math.ceil(low / step);
-  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => Number((step * (first + k)).toPrecision(6)));
-}
-
 /** Range of a strip that follows its lines, widened to whole tens, or what it has in their place. */
 function ranged(strip, flown) {
   if (!strip.tens) return strip;
   const largest = Math.max(strip.tens, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
   const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));
-  return { ...strip, low: -most, high: most, ticks: [-most / 2, 0, most / 2] };
+  return { ...strip, low: -most, high: most };
 }
 
 /** The plane of the direct and the quadrature current: where each motor is and has been for a moment, and its limits. */
 function drawPlane(canvas, run, history, ghost, values, colours) {
-  const { context, width, height } = fitted(canvas);
+  const { context, width, height } = sized(canvas);
   const limit = values("controller.current_limit"), peak = values(`plant.${run.motors[0]}.amplifier.peak`);
   const most = 1.25 * Math.max(limit, limit ? 0 : peak, 1), size = Math.min(width - 50, height - 42);
   const left = (width - size) / 2 + 8, top = 18;

@@ -15,28 +15,31 @@ const newtonsOf = (view) => Math.min(0.42, 0.23 * view.scale);   // px for 1 N
 const roomOf = ({ rig: { sheet, room } }) => ({ width: 1e3 * (POLES * sheet.pole_pitch + 2 * room.along) + MARGIN.width,
   height: YOKE + TEETH + 1e3 * (room.gap + sheet.magnet_height) + BACK + MARGIN.height });
 
-/** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm; in space where there is an orbit. */
-function viewsOf(run, width, height, orbit) {
-  if (orbit) return [spaceView(run, width, height, orbit)];
+const aboveView = (room, left, width, height) => ({ kind: "above", left, top: 0, width, height,
+  scale: Math.min(width, height - 24) / room.width, middle: left + width / 2, centre: 20 + (height - 20) / 2 });
+
+/** Views of a run on a canvas of a size (px): what they show, where, and px for 1 mm. `seen` is from where: "space" on an
+ * orbit, "sides", "above". */
+function viewsOf(run, width, height, { seen, orbit }) {
+  if (seen === "space") return [spaceView(run, width, height, orbit)];
+  if (seen === "above") return [aboveView(roomOf(run), 0, width, height)];
   // Motors that drive one axis look alike from the side.
   const room = roomOf(run), sides = drivenAxes(run).map((axis) => ({ kind: "side", axis, room, sheet: run.rig.sheet,
     motors: motorsOf(run, axis), slots: Math.floor(SLOTTED * room.width / (1e3 * run.rig.sheet.slot_pitch)) }));
-  // A phone has the views from the side alone: they stay in sight while its controls are used.
+  // A phone has the views from the side alone, or that from above: they stay in sight while its controls are used.
   const above = sides.length > 1 && width >= NARROW, share = above ? 0.68 : 1;
   const high = height / sides.length;   // px of a view from the side
   const scale = Math.min(share * width / room.width, (high - MARGIN.text) / room.height);
   const views = sides.map((view, i) => ({ ...view, scale, left: 0, top: i * high, width: share * width,
     height: high, middle: share * width / 2, stator: i * high + 17 + (YOKE + TEETH) * scale }));
-  if (!above) return views;
-  const left = share * width, wide = width - left;
-  views.push({ kind: "above", left, top: 0, width: wide, height, scale: Math.min(wide, height - 24) / room.width,
-    middle: left + wide / 2, centre: 20 + (height - 20) / 2 });
+  if (above) views.push(aboveView(room, share * width, width - share * width, height));
   return views;
 }
 
 /** Height that the stage wants on a page of a width (px). */
-function stageHeight(run, width, orbit) {
-  if (orbit) return Math.min(430, Math.max(250, Math.min(0.52 * width, 0.43 * innerHeight)));
+function stageHeight(run, width, seen) {
+  if (seen === "above") return Math.min(430, width, Math.max(250, 0.43 * innerHeight));
+  if (seen === "space") return Math.min(430, Math.max(250, Math.min(0.52 * width, 0.43 * innerHeight)));
   const room = roomOf(run), side = (share) => share * width / room.width * room.height + MARGIN.text;
   if (drivenAxes(run).length === 1) return Math.min(340, side(1));
   return width < NARROW ? 2 * side(1) : Math.min(430, 2 * side(0.68));
@@ -275,8 +278,8 @@ function drawHint(canvas, view, run, row, colours) {
   context.fillText(text, x, y + 1);
 }
 
-function drawStage(canvas, run, row, ghost, values, colours, orbit) {
-  const { context, width, height } = fitted(canvas), views = viewsOf(run, width, height, orbit);
+function drawStage(canvas, run, row, ghost, values, colours, from) {
+  const { context, width, height } = sized(canvas), views = viewsOf(run, width, height, from);
   const draw = { side: drawSide, above: drawAbove, space: drawSpace };
   for (const view of views) draw[view.kind](context, view, run, row, ghost, values, colours);
   return views;

@@ -18,7 +18,6 @@ const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
 const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
 
 const isTilt = (run, axis) => run.rotations.includes(axis);
-const unitOf = (run, axis) => (isTilt(run, axis) ? "mrad" : "mm");   // both a thousandth of SI's
 
 /** Where an axis ends (m, rad): at its stops; where they are at the motors, the gap at those, and a tilt where, from the
  * middle, the farthest motor meets one. */
@@ -77,7 +76,7 @@ function readFragment(fragment) {
     if (SPEEDS.includes(Number(entries.get("speed")))) state.speed = Number(entries.get("speed"));
     else problems.push(`speed = ${entries.get("speed")}, expected one of ${SPEEDS.join(", ")}`);
   }
-  for (const [key, known] of [["view", ["space", "sides"]], ["story", STORIES.map(({ id }) => id)]]) {
+  for (const [key, known] of [["view", ["space", "sides", "above"]], ["story", STORIES.map(({ id }) => id)]]) {
     if (known.includes(entries.get(key))) state[key] = entries.get(key);
     else if (entries.has(key)) problems.push(`${key} = ${entries.get(key)}, expected one of ${known.join(", ")}`);
   }
@@ -97,7 +96,7 @@ function readFragment(fragment) {
 /** Fragment that asks for a state. */
 function fragmentOf({ run, controller, ghost, speed, settings, view, story, law }) {
   const entries = [["run", run]];
-  if (view === "sides") entries.push(["view", view]);
+  if (view !== "space") entries.push(["view", view]);
   if (story) return `#${[...entries, ["story", story]].map((entry) => entry.join("=")).join("&")}`;
   if (controller !== live.runs[run].fmus.controller.model && !isOwn(controller)) entries.push(["controller", controller]);
   // A law that a link brought stays in it until another one flies.

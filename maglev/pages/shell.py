@@ -41,6 +41,12 @@ def tokens() -> str:
     return (FOLDER / "tokens.css").read_text(encoding="utf-8")
 
 
+@cache
+def scales() -> str:
+    """Script of the scales of all plots: ticks, units of lengths, where values stand."""
+    return (FOLDER / "scale.js").read_text(encoding="utf-8")
+
+
 def colour(name: str) -> str:
     """A colour on light paper, such as "#0b5cad" of "run-0": that of the pages, for pictures."""
     return str(re.findall(rf"--{name}: (#[0-9a-f]{{6}})", tokens())[0])

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
@@ -13,7 +13,7 @@ from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
 from maglev.live.link import has_live_page, live_address
-from maglev.pages.shell import publish, tokens
+from maglev.pages.shell import publish, scales, tokens
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, range_maps, tolerance_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
@@ -33,8 +33,9 @@ from maglev.schema.layers import packaged_runs
 from pmlsm.rigs import RIGS
 
 FOLDER = Path(__file__).parent
-PIXELS, TOOLS, TIMES = 204, 40, 28   # height of a panel, of the buttons above, and of its times, which one panel has
-PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "scale", "plot", "plot_hands", "charts", "plots"))
+# Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
+PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
+PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
 
@@ -91,7 +92,12 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
-        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS))
+        scripts=scripts(SCRIPTS))
+
+
+def scripts(names: Iterable[str]) -> str:
+    """Elements with the scales of all plots and with scripts of this package."""
+    return "\n".join(f"<script>\n{text}</script>" for text in (scales(), *map(read, names)))
 
 
 def origin(results: Sequence[RunResult]) -> str:
@@ -147,8 +153,10 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
 
 def plot_height(shown: Shown | ShownChart) -> int:
     """Height of a plot, px; panels of runs have their times below the last one alone."""
-    panels = len(shown.chart.panels if isinstance(shown, ShownChart) else shown.panels)
-    return TOOLS + PIXELS * panels - (TIMES * (panels - 1) if isinstance(shown, Shown) else 0)
+    if isinstance(shown, ShownChart):
+        return TOOLS + PIXELS * len(shown.chart.panels)
+    panels, events = len(shown.panels), any(run.plan.windows for run in shown.recorded)
+    return TOOLS + PIXELS * panels - TIMES * (panels - 1) + EVENTS * events
 
 
 def index_entry(shown: Shown | ShownChart) -> str:

@@ -117,14 +117,14 @@ def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]
 
 
 def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
-    """Mark the windows of the scenarios' events, each once, with their names in the panels on top."""
+    """Mark the windows of the scenarios' events, each once, with their names above the panels on top."""
     for name, start, end in dict.fromkeys(window for run in runs for window in run.plan.windows):
         for panel in figure.axes:
             panel.axvspan(start, end, color=colour("open"), alpha=0.12, linewidth=0)
             panel.axvline(start, color=colour("open"), linewidth=0.6)
         for panel in figure.axes[:2]:
-            panel.annotate(name, (start, 1.0), (3, -3), xycoords=panel.get_xaxis_transform(), fontsize="small",
-                           textcoords="offset points", verticalalignment="top", color=colour("open"),
+            panel.annotate(name, (start, 1.0), (0, 2), xycoords=panel.get_xaxis_transform(), fontsize="small",
+                           textcoords="offset points", verticalalignment="bottom", color=colour("open"),
                            annotation_clip=True)
 
 

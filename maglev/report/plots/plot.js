@@ -1,6 +1,6 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
-const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8 };   // px; below the last one, below others
+const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14 };   // px; below the last one, below others, above the first
 const SVG = "http://www.w3.org/2000/svg";
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
@@ -119,7 +119,7 @@ function legend(plot, panel, parent) {
   }
   const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants, ...panel.marks].map((each) => [each.name, each]));
   for (const { name, css, dash, area } of notes.values()) {
-    const note = html("span", {}, list);
+    const note = html("span", { "data-name": name }, list);
     if (area) html("i", { class: "area", style: `background: var(--${css})` }, note);
     else swatch(note, { css, dash });
     note.append(name);
@@ -143,20 +143,25 @@ function axes(picture, panel, across, up, width, height, last) {
   svg("rect", { x: PANEL.left, y: PANEL.top, width, height, style: "fill: none; stroke: var(--faint)" }, picture);
 }
 
-/** Bands for the windows of a scenario's events; returns their names, of those that have room for it. */
+/** Bands for the windows of a scenario's events; returns where their names begin, of those that have room before the next. */
 function drawWindows(inner, windows, across, width, height) {
   const names = [];
-  for (const { name, low, high, css } of windows) {
+  let free = width;   // px, from the last window to the first
+  for (const { name, low, high, css } of [...windows].sort((one, other) => other.low - one.low)) {
     const [from, to] = [Math.max(0, across.place(low)), Math.min(width, across.place(high))];
     if (to <= from) continue;
     svg("rect", { class: "window", x: from, width: to - from, y: PANEL.top, height, style: `fill: var(--${css}); opacity: 0.09` }, inner);
     if (across.place(low) >= 0) svg("path", { d: `M${from} ${PANEL.top}v${height}`, style: `stroke: var(--${css}); stroke-width: 1` }, inner);
-    if (to - from > 6.5 * name.length + 6) names.push({ x: from + 4, y: PANEL.top + 11, text: name, css: "window-name" });
+    if (free - from > 6.5 * name.length + 6) names.unshift({ x: from, text: name });
+    free = from;
   }
   return names;
 }
 
-/** Height of a panel's picture, px. */
+/** Room of a plot's panel for the names of events, px: above the first one, where they cover nothing. */
+const named = ({ panels }, p) => (p === 0 && panels[p].windows.length ? PANEL.names : 0);
+
+/** Height of a panel's picture below those, px. */
 const tall = (last) => PANEL.top + PANEL.plot + (last ? PANEL.bottom : PANEL.between);
 
 /** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
@@ -178,13 +183,15 @@ function drawPanel(plot, p) {
     html("strong", {}, head, panel.title);
     legend(plot, panel, head);
   }
-  const picture = svg("svg", { viewBox: `0 0 ${whole} ${tall(last)}`, class: "panel-plot", role: "slider", tabindex: 0,
+  const above = named(plot, p);
+  const picture = svg("svg", { viewBox: `0 ${-above} ${whole} ${tall(last) + above}`, class: "panel-plot", role: "slider", tabindex: 0,
     "aria-label": `${panel.title} over ${panel.xTitle}: ${lines.map(({ name }) => name).join(", ")}` });
   axes(picture, panel, across, up, width, height, last);
   // An inner picture cuts off what is outside.
   const inner = svg("svg", { x: PANEL.left, y: PANEL.top, width, height,
     viewBox: `0 ${PANEL.top} ${width} ${height}` }, picture);
-  const labels = drawWindows(inner, panel.windows, across, width, height);
+  const labels = [], names = drawWindows(inner, panel.windows, across, width, height);
+  if (above) for (const { x, text } of names) svg("text", { class: "window-name", x: PANEL.left + x, y: 2 }, picture, text);
   for (const { low, high, css } of panel.areas) {
     const [top, bottom] = [up.place(high), up.place(low)].sort((a, b) => a - b);
     svg("rect", { class: "bound", x: 0, width, y: top, height: Math.max(1, bottom - top), style: `fill: var(--${css}); opacity: 0.18` }, inner);
@@ -197,15 +204,23 @@ function drawPanel(plot, p) {
     svg("path", { class: "instant", "data-name": name, d: `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`,
       style: `stroke: var(--${css}); stroke-width: 1.5; stroke-dasharray: ${DASHES.dash}` }, inner);
   }
+  // What is out of sight leaves the legend, where its place stays free: nothing jumps.
+  const sight = [...panel.areas.map(({ name, low, high }) => [name, high >= up.low && low <= up.high]),
+    ...panel.levels.map(({ name, value }) => [name, value >= up.low && value <= up.high]),
+    ...panel.instants.map(({ name, x }) => [name, x >= view.low && x <= view.high]),
+    ...panel.marks.map(({ name, x, value, low, high }) => [name, value === null ? x >= view.low && x <= view.high
+      : high >= view.low && low <= view.high && value >= up.low && value <= up.high])];
+  const seen = new Set(sight.filter(([, inside]) => inside).map(([name]) => name));
+  for (const note of place.querySelectorAll(".legend span")) note.style.visibility = seen.has(note.dataset.name) ? "" : "hidden";
   const labelled = new Set();
   for (const { x, value, low, high, css, dash, name, short } of panel.marks) {
     const d = value === null ? `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`
       : `M${across.place(low).toFixed(1)} ${up.place(value).toFixed(1)}H${across.place(high).toFixed(1)}`;
     svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner);
     // A label leaves with what it names.
-    const seen = value === null ? x >= view.low && x <= view.high
-      : high >= view.low && low <= view.high && up.place(value) >= PANEL.top && up.place(value) <= PANEL.top + height;
-    if (!seen || labelled.has(name)) continue;
+    const inside = value === null ? x >= view.low && x <= view.high
+      : high >= view.low && low <= view.high && value >= up.low && value <= up.high;
+    if (!inside || labelled.has(name)) continue;
     labels.push({ x: value === null ? across.place(x) + 4 : Math.max(0, across.place(low)) + 4,
       y: value === null ? PANEL.top + height - 6 : up.place(value) + (up.place(value) < PANEL.top + 15 ? 12 : -4), text: short });
     labelled.add(name);
@@ -225,7 +240,7 @@ function drawPanel(plot, p) {
     }
   }
   // Above the lines, on paper.
-  for (const { x, y, text, css = "" } of labels) svg("text", { class: `mark-label ${css}`, x, y }, inner, text);
+  for (const { x, y, text } of labels) svg("text", { class: "mark-label", x, y }, inner, text);
   const former = place.querySelector(".panel-plot"), focused = former && former === document.activeElement;
   if (former) former.replaceWith(picture);
   else place.append(picture);
@@ -233,11 +248,18 @@ function drawPanel(plot, p) {
   if (focused) picture.focus({ preventScroll: true });
 }
 
+/** Draw panels: anew those in the window at once, so that a step of zooming is seen in one frame; the others after a breath. */
 async function drawPanels(plot, only = null) {
   plot.turn += 1;
   const { turn } = plot;
-  for (let p = 0; p < plot.panels.length; p++) {
-    if (only !== null && plot.views[p] !== plot.views[only]) continue;
+  const due = plot.panels.map((_, p) => p).filter((p) => only === null || plot.views[p] === plot.views[only]);
+  const seen = due.filter((p) => {
+    const { top, bottom } = plot.places[p].getBoundingClientRect();
+    return plot.places[p].querySelector(".panel-plot") && bottom > 0 && top < innerHeight;
+  });
+  for (const p of seen) drawPanel(plot, p);
+  for (const p of due) {
+    if (seen.includes(p)) continue;
     drawPanel(plot, p);
     await breath();
     // Of panels that share their view, what is asked for later draws all.
@@ -255,7 +277,7 @@ function makePlot(element, panels, runs, range = null) {
   const plot = { element, panels, views, runs, hidden: new Set(), gone: false, turn: 0, handles: [] };
   tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));
   plot.places = panels.map((_, p) => html("div", { class: "panel",
-    style: `min-height: ${tall(!linked || p === panels.length - 1) + 28}px` }, element));
+    style: `min-height: ${tall(!linked || p === panels.length - 1) + named(plot, p) + 28}px` }, element));
   plot.drawn = drawPanels(plot);
   return plot;
 }

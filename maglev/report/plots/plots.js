@@ -124,8 +124,7 @@ function figurePanels(id) {
     x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
   return figure.panels.map((panel, p) => ({
-    // The ticks of a logarithmic one have units.
-    title: panel.floor || !panel.unit ? panel.name : `${panel.name} (${panel.unit})`, xTitle: "time (s)", low: 0,
+    title: panel.title, xTitle: "time (s)", low: 0,
     high: Math.max(...ends), logarithmic: panel.floor !== null && panel.unit,
     format: (value) => numberText(value, panel.digits),
     lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel)),

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 600, 120         # px of the frame
 LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, times
+NAMES = 14                       # px for the names of events, above the frame of the first panel
 MOST_POINTS = 80                 # of a line; twice as many of an error, whose peaks are steep
 FINEST = 1.0                     # px, tolerance of a line
 COLOURS = 5                      # of runs
@@ -61,7 +62,7 @@ def static_picture(shown: Shown | ShownChart) -> str:
                                list(panel_lines(shown, panel)), PANELS[panel.kind].drawn_floor,
                                PANELS[panel.kind].place and gap, windows)
                   for panel in shown.panels for unit, gap in [axis_of(shown, panel)]]
-    return "\n".join(map(panel_picture, panels))
+    return "\n".join(panel_picture(panel, k == 0) for k, panel in enumerate(panels))
 
 
 def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
@@ -91,8 +92,11 @@ def current_colour(kind: str, k: int) -> str:
     return {"currents": PHASES[k % 3], "commands": ("direct", "quadrature")[k % 2]}.get(kind, "")
 
 
-def panel_picture(panel: PanelPicture) -> str:
-    """One panel as SVG: title and names of the lines, frame with labels, and the lines; none if it has no points."""
+def panel_picture(panel: PanelPicture, first: bool = True) -> str:
+    """One panel as SVG: title and names of the lines, frame with labels, and the lines; none if it has no points.
+
+    The first one of several has the names of events.
+    """
     title, x_title, floor = panel.title, panel.x_title, panel.floor
     logarithmic = floor is not None
     lines = [finite(line, floor) for line in panel.lines]
@@ -102,13 +106,15 @@ def panel_picture(panel: PanelPicture) -> str:
     x_low, x_high = limits(lines, 0, 0.0)
     low, high = limits(lines, 1, 0.05)
     bottom, top = (high, low) if panel.down else (low, high)
+    room = NAMES if first and panel.windows else 0
     drawn = []
     for name, start, end in panel.windows:
         if start < x_high and end > x_low:
             left, right = (LEFT + WIDTH * (min(max(time, x_low), x_high) - x_low) / (x_high - x_low)
                            for time in (start, end))
-            drawn.append(f'<path d="M{left:.0f} {TOP}H{right:.0f}v{HEIGHT}H{left:.0f}z" class="window"/>'
-                         f'<text x="{left + 3:.0f}" y="{TOP + 11}" class="window-name">{escape(name)}</text>')
+            drawn.append(f'<path d="M{left:.0f} {TOP}H{right:.0f}v{HEIGHT}H{left:.0f}z" class="window"/>')
+            if first:
+                drawn.append(f'<text x="{left:.0f}" y="{TOP - 4}" class="window-name">{escape(name)}</text>')
     for value, label in labels(low, high, logarithmic):
         y = TOP + HEIGHT * (top - value) / (top - bottom)
         drawn.append(f'<path d="M{LEFT} {y:.0f}h{WIDTH}" class="grid"/><text x="{LEFT - 5}" y="{y + 4:.0f}" '
@@ -121,9 +127,10 @@ def panel_picture(panel: PanelPicture) -> str:
         drawn.append(shape(line, across, TOP + HEIGHT * (top - line.y) / (top - bottom),
                            MOST_POINTS * (1 + logarithmic)))
     names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines)
-    return (f'<svg class="still" viewBox="0 0 {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW}" role="img" '
-            f'aria-label="{escape(title)} over {escape(x_title)}"><text x="{LEFT}" y="14"><tspan font-weight="bold">'
-            f'{escape(title)}</tspan>{names}</text>{"".join(drawn)}<path d="M{LEFT} {TOP}h{WIDTH}v{HEIGHT}h-{WIDTH}z" '
+    return (f'<svg class="still" viewBox="0 {-room} {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW + room}" role="img" '
+            f'aria-label="{escape(title)} over {escape(x_title)}"><text x="{LEFT}" y="{14 - room}">'
+            f'<tspan font-weight="bold">{escape(title)}</tspan>{names}</text>{"".join(drawn)}'
+            f'<path d="M{LEFT} {TOP}h{WIDTH}v{HEIGHT}h-{WIDTH}z" '
             f'class="grid"/><text x="{LEFT + WIDTH // 2}" y="{TOP + HEIGHT + 29}" text-anchor="middle">'
             f"{escape(x_title)}</text></svg>")
 

@@ -15,7 +15,7 @@ from maglev.live.link import has_live_page
 from maglev.pages.shell import publish, tokens
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
-from maglev.report.page import json_in_html, read
+from maglev.report.page import json_in_html, read, scripts
 from maglev.studies.page.again import command_of
 from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.live_links import live_link, why_not_live
@@ -25,7 +25,7 @@ from maglev.studies.page.verdict import decisive, least_and_largest, telling, ve
 from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("plots/series.js", "plots/scale.js", "plots/plot.js")   # of the report
+SCRIPTS = ("plots/series.js", "plots/plot.js")   # of the report
 OWN_SCRIPTS = ("parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
@@ -72,7 +72,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                                f"{escape(fmu['guid'])})" for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
         data=json_in_html(data(table, about, metrics, drawn)),
-        scripts="\n".join(f"<script>\n{read(name)}</script>" for name in SCRIPTS)
+        scripts=scripts(SCRIPTS)
                 + "\n".join(f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
                             for name in OWN_SCRIPTS))
 

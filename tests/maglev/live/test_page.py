@@ -30,6 +30,7 @@ from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reaso
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
 from maglev.own_stage.new import new_stage
+from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
 from plant_fmu.axis import Axis
@@ -161,6 +162,21 @@ def test_descriptions_are_those_of_the_model_description(data: Any) -> None:
     assert variables["y.position_start"]["fixed"] is True
     controller = {variable["name"]: variable for variable in data["fmus"]["Regulator3DOF"]["variables"]}
     assert controller["antiwindup"]["start"] is True and "min" not in controller["antiwindup"]
+
+
+def test_plots_and_readouts_are_those_of_the_table_of_panels(data: Any) -> None:
+    """As the report titles and counts them; of no axis or motor nothing is left out."""
+    rig = data["rigs"]["5dof"]
+    assert [strip["title"] for strip in rig["strips"]] == [
+        "gap y (mm)", "displacement (mm)", "tilt (mrad)", "|error| of axes", "motor currents (A)"]
+    assert [strip["axes"] for strip in rig["strips"]] == [["y"], ["x", "z"], ["roll", "pitch"],
+                                                          list(RIGS["5dof"].axis_names), []]
+    error = next(strip for strip in rig["strips"] if strip["kind"] == "error")
+    assert error["floor"] == PANELS["error"].drawn_floor == pytest.approx(1e-3)   # mm
+    assert [strip["down"] for strip in rig["strips"]] == [True, False, False, False, False]
+    assert {name: (shown["name"], shown["unit"], shown["digits"]) for name, shown in rig["shown"].items()} == {
+        "y": ("gap y", "mm", 4), "x": ("x", "mm", 4), "z": ("z", "mm", 4), "roll": ("roll", "mrad", 4),
+        "pitch": ("pitch", "mrad", 4)}
 
 
 def test_forces_are_drawn_from_the_shape_functions() -> None:

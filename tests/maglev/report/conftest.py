@@ -13,10 +13,12 @@ from report_tab import PHONE, Tab
 from maglev.judging.verdicts import VERDICTS
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
+from maglev.schema.run_plan import Event
 
 # Of one run, SI.
 LIMITS = {"plant.v.stop.lower": 0.018, "plant.v.stop.upper": 0.031, "plant.motor.amplifier.peak": 2.5,
           "controller.current_limit": 1.5, "plant.h.stop.stiffness": 1e5}
+EVENTS = [Event(name="push", time=0.1, end=0.3), Event(name="other", time=0.4)]
 
 
 @pytest.fixture(scope="session")
@@ -29,8 +31,8 @@ def write_all(folder: Path) -> None:
     results = [result for result in all_recorded() if result.plan.name != "2dof-step-3-linear"]
     results = [recorded(packaged("2dof-step-4-linear"), stop_contact=0.25)
                if result.plan.name == "2dof-step-4-linear" else result for result in results]
-    results = [replace(result, parameters=LIMITS) if result.plan.name == "2dof-setpoints" else result
-               for result in results]
+    results = [replace(result, parameters=LIMITS, plan=result.plan.model_copy(update={"events": EVENTS}))
+               if result.plan.name == "2dof-setpoints" else result for result in results]
     results.append(failed(packaged("2dof-step-3-linear"), "plant: the step at 2 s failed"))
     judgements = {result.plan.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
                   for result in results}

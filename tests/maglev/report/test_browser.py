@@ -1,5 +1,6 @@
 """The plots of the report in a browser."""
 
+from itertools import pairwise
 from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
@@ -258,8 +259,26 @@ def test_names_of_windows_and_marks_leave_with_what_they_name(desktop):
         return { bands: [...inner.querySelectorAll("rect")].map(numbers),
                  names: names.map(({ text }) => text) };
     })()""")
-    np.testing.assert_allclose(seen["bands"], [[100, 200], [380, 20]])
+    np.testing.assert_allclose(sorted(seen["bands"]), [[100, 200], [380, 20]])
     assert seen["names"] == ["push"]
+
+
+def test_names_of_events_cover_nothing(desktop):
+    """They stand above the frame of the first panel, one beside the other."""
+    desktop.evaluate("maglevReport.drawAll()")
+    plots = desktop.evaluate("""[...document.querySelectorAll("[data-figure]")].map((plot) => {
+        const box = (element) => { const { left, right, top, bottom } = element.getBoundingClientRect();
+            return { left, right, top, bottom }; };
+        return { names: [...plot.querySelectorAll(".window-name")].map(box),
+                 frames: [...plot.querySelectorAll(".panel-plot > rect")].map(box),
+                 heads: [...plot.querySelectorAll(".panel-head")].map(box) }; })""")
+    named = [plot for plot in plots if plot["names"]]
+    assert named
+    for plot in named:
+        assert max(name["bottom"] for name in plot["names"]) <= plot["frames"][0]["top"] + 1.0
+        assert min(name["top"] for name in plot["names"]) >= plot["heads"][0]["bottom"] - 1.0
+        for left, right in pairwise(plot["names"]):
+            assert left["right"] <= right["left"]
 
 
 def test_a_name_in_the_legend_hides_its_line(desktop):

@@ -154,7 +154,7 @@ def test_a_chart_of_several_panels_is_higher():
 
 def test_text_is_escaped():
     page = page_of([], {}, [hostile_outcome()])
-    assert len(page.all("script")) == 1 + len(SCRIPTS)
+    assert len(page.all("script")) == 2 + len(SCRIPTS)   # the data, the scales
     for identifier in (CHART, "identification", "procedure-2dof-thrust", "claim-2dof-thrust-0"):
         assert HOSTILE in page.with_id(identifier).text
     assert page.of_class("notes")[0].text == page.all("caption")[0].text == HOSTILE
