@@ -9,6 +9,7 @@ from functools import cache
 from multiprocessing import parent_process, util
 from pathlib import Path
 
+from maglev.processes.beside import SERVING
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
@@ -18,7 +19,7 @@ ORIGIN = ".origin"        # file beside copies that names the folder that they a
 @cache
 def place() -> Path:
     """Folder of all copies of this process and of those that it starts; it goes with the first of them."""
-    if parent_process() is not None and PLACE in os.environ:
+    if (SERVING or parent_process() is not None) and PLACE in os.environ:
         return Path(os.environ[PLACE])
     folder = scratch_folder()
     util.Finalize(None, remove_scratch, (folder,), exitpriority=0)

@@ -1,20 +1,17 @@
 """Tasks side by side in processes, each of which does one after the other: a task that dies leaves the others alone."""
 
 import math
-import os
-import signal
+import pickle
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import Any, TypeVar
 
-from maglev.errors import in_one_line, name_of, signal_of
-from maglev.processes.child import PATIENCE, end, end_with_parent, how_it_ended, start
-from maglev.processes.interrupts import held_interrupts, terminate
+from maglev.errors import name_of, signal_of
+from maglev.processes.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
 
 T = TypeVar("T")
 
@@ -24,18 +21,7 @@ STARTING = 60.0      # s, at least, that a task has before its first report: its
 Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
-
-
-class Report(NamedTuple, Generic[T]):
-    """What a process says of its task: steps done and in all; at the end in `result` the result, alone in a tuple.
-
-    A task that was asked to end says in `interrupted` what stands.
-    """
-
-    done: int
-    steps: int
-    result: tuple[T] | None = None
-    interrupted: str = ""
+Idle = list[Beside]                         # processes that wait for tasks
 
 
 class Stopped(KeyboardInterrupt):
@@ -49,9 +35,6 @@ class Stopped(KeyboardInterrupt):
         self.left = left
 
 
-Idle = list[tuple[Connection, BaseProcess]]   # processes that wait for tasks, each with the pipe to it
-
-
 @contextmanager
 def kept_processes() -> Iterator[Idle]:
     """Processes that one `side_by_side` leaves to the next; they end with the block."""
@@ -59,8 +42,8 @@ def kept_processes() -> Iterator[Idle]:
     try:
         yield idle
     finally:
-        for _, process in idle:
-            end(process)
+        for process in idle:
+            process.end()
 
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
@@ -92,122 +75,84 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     Stopped
         After Ctrl-C or SIGTERM; the tasks that were under way have ended.
     """
-    waiting = deque(tasks)
-    running: dict[Connection, tuple[str, BaseProcess]] = {}
-    limits: dict[Connection, tuple[float, float]] = {}   # since when something is silent, and how long it may be
+    waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
+    running: dict[Beside, str] = {}
+    limits: dict[Beside, tuple[float, float]] = {}   # since when something is silent, and how long it may be
     results: dict[str, T] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
-                name = waiting.popleft()
-                pipe, process = idle.pop() if idle else started()
-                running[pipe] = (name, process)
-                limits[pipe] = (time.monotonic(), max(silent, STARTING))
-                with suppress(ConnectionError):   # that it has ended already is seen below
-                    pipe.send(tasks[name])
-            soonest = min(sum(limits[pipe]) for pipe in running)
-            ready = wait(list(running), None if soonest == math.inf else max(0.0, soonest - time.monotonic()))
+                process = idle.pop() if idle else Beside(inbox=inbox)
+                process.inbox = inbox
+                running[process] = waiting.popleft()
+                limits[process] = (time.monotonic(), max(silent, STARTING))
+                process.ask(partial(watched, tasks[running[process]]))
+            heard, said = next_of(inbox)
             now = time.monotonic()
-            for pipe, (name, process) in list(running.items()):
-                if pipe not in ready and now < sum(limits[pipe]):
+            for process, name in list(running.items()):
+                if process is heard and said is not None and not said.last:
+                    limits[process] = (now, silent)
+                    watch(name, *said.what)
                     continue
-                report = received(pipe) if pipe in ready else None
-                if pipe not in ready:
-                    end(process)
-                    report = Report(1, 1, (died(name, f"has been silent for {limits[pipe][1]:g} s, expected a step or "
-                                                      "a result within this time"),))
-                elif report is None:
-                    process.join()
-                    report = Report(1, 1, (died(name, f"the process ended with {how_it_ended(process)}, expected a "
-                                                      "result before that"),))
-                elif report.interrupted:
-                    process.join()
-                    report = Report(1, 1, (died(name, report.interrupted),))
-                elif report.result is not None:
-                    idle.append((pipe, process))
-                limits[pipe] = (now, silent)
-                if report.result is not None:
-                    results[name] = report.result[0]
-                    del running[pipe]
-                watch(name, report.done, report.steps)
+                if process is not heard and now < sum(limits[process]):
+                    continue
+                if process is not heard:
+                    process.end()
+                    result = died(name, f"has been silent for {limits[process][1]:g} s, expected a step or a result "
+                                        "within this time")
+                elif said is None:
+                    result = died(name, f"the process ended with {process.how_it_ended()}, expected a result before "
+                                        "that")
+                elif said.kind == "interrupt":
+                    result = died(name, said.what)
+                else:
+                    result = said.what
+                    idle.append(process)
+                results[name] = result
+                del running[process]
+                watch(name, 1, 1)
     except KeyboardInterrupt as error:
-        left = asked_to_end(running, results)
+        left = asked_to_end(running, inbox, results)
         raise Stopped(signal_of(error), name_of(error), results, left) from None
     finally:
-        for _, process in running.values():
-            end(process)
+        for process in running:
+            process.end()
     return {name: results[name] for name in tasks}
 
 
-def started() -> tuple[Connection, BaseProcess]:
-    """A process that waits for tasks, and the pipe to it."""
-    ours, theirs = Pipe()
-    process = start(work, theirs)
-    theirs.close()
-    return ours, process
-
-
-def received(pipe: Connection) -> Report[Any] | None:
-    """Next report; None after the last one."""
+def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
+    """Who says what next, if anybody does soon; None in place of it from one that has ended."""
     try:
-        return cast(Report[Any], pipe.recv())
-    except (EOFError, OSError):
-        return None
+        process, frame = inbox.get(timeout=POLL)
+    except Empty:
+        return None, None
+    return process, None if frame is None else pickle.loads(frame)
 
 
-def asked_to_end(running: Mapping[Connection, tuple[str, BaseProcess]], results: dict[str, Any]) -> dict[str, str]:
+def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str, Any]) -> dict[str, str]:
     """Ask processes to end, wait a while for it, keep late results, and return what others say that they leave."""
-    for _, process in running.values():
-        process.terminate()
-    left = {}
-    until = time.monotonic() + PATIENCE
-    waiting = dict(running)
-    while waiting and (ready := wait(list(waiting), until - time.monotonic())):
-        for pipe in cast(Iterable[Connection], ready):
-            name, _ = waiting[pipe]
-            report = received(pipe)
-            if report is None:
-                del waiting[pipe]
-            elif report.interrupted:
-                left[name] = report.interrupted
-            elif report.result is not None:
-                results[name] = report.result[0]
+    for process in running:
+        process.process.terminate()
+    left: dict[str, str] = {}
+    until, waiting = time.monotonic() + PATIENCE, dict(running)
+    while waiting and time.monotonic() < until:
+        heard, said = next_of(inbox)
+        if heard in waiting and said is None:
+            del waiting[heard]
+        elif heard in waiting and said is not None and said.last:
+            (left if said.kind == "interrupt" else results)[waiting[heard]] = said.what
     return left
 
 
-def work(pipe: Connection) -> None:
-    """Do tasks in this process, one after the other, and send reports."""
-    signal.signal(signal.SIGTERM, terminate)
-    end_with_parent(end_in_order)
-    try:
-        while True:
-            last = done(pipe.recv(), pipe)
-            with held_interrupts():   # half a report could not be read
-                pipe.send(last)
-            if last.interrupted:
-                return
-    except (EOFError, ConnectionError, KeyboardInterrupt):   # nobody wants to know, or more
-        return
-
-
-def done(task: Task[T], pipe: Connection) -> Report[T]:
-    """Last report about a task, which is done here; those before it are sent."""
+def watched(task: Task[T], send: Send) -> T:
+    """Do a task in another process, and send how far it is now and then; the result is more than the last of these."""
     latest = -math.inf
 
     def progress(done: int, steps: int) -> None:
         nonlocal latest
         now = time.monotonic()
-        if done < steps and now - latest > REPORT_EVERY:   # the last report has the result
+        if done < steps and now - latest > REPORT_EVERY:
             latest = now
-            pipe.send(Report(done, steps))
+            send((done, steps))
 
-    try:
-        return Report(1, 1, (task(progress),))
-    except KeyboardInterrupt as error:
-        return Report(1, 1, interrupted=in_one_line(error))
-
-
-def end_in_order() -> None:
-    """End the task of this process, such that it removes what it has unpacked; give it a while."""
-    os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(PATIENCE)
+    return task(progress)

@@ -1,79 +1,66 @@
-"""The process that runs what is not ours: it reads Python files of users, and flies one run.
+"""The process that runs what is not ours: it reads Python files of users, and flies one run, study or analysis.
 
 Whatever such a file does when it is imported (it ends the process, or hangs) happens there. The process that has read
-it waits, for the run that follows.
+it waits, for what follows.
 """
 
 import atexit
 import os
-import shutil
-import signal
-import sys
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
-from multiprocessing import Pipe, current_process
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
-from traceback import format_exc
-from typing import NamedTuple
 
+from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.user_classes.fmu import description_text
-from maglev.errors import FAILURES, ControllerError
-from maglev.processes.child import POLL, end, end_with_parent, how_it_ended, start
+from maglev.errors import ControllerError
+from maglev.processes.beside import SERVING, Beside, Gone, Send
 from maglev.processes.interrupts import held_interrupts
 from maglev.user_controllers.source import digests, file_of
+from maglev_files.scratch import remove_scratch
 
-NAME = "maglev helper"
 READING = 60.0   # s, at least, in which a Python file is to be imported
 
-Task = Callable[[Connection], bool]   # can be pickled; sends what it finds, and says whether another may follow
-
-
-class Helper(NamedTuple):
-    """The other process, and the pipe to it."""
-
-    process: BaseProcess
-    pipe: Connection
-
-    def ask(self, task: Task) -> None:
-        """Have a task done in the folder of this process; one that has ended says so by the end of its reports."""
-        try:
-            self.pipe.send((os.getcwd(), task))   # short: what is longer than a pipe holds would wait for its reader
-        except ConnectionError:
-            return
-
-    def end(self) -> None:
-        """End it, whatever it does."""
-        end(self.process)
-        self.pipe.close()
-
-
-WAITING: dict[int, Helper] = {}                     # of the process with that number, which alone can end it
+WAITING: dict[int, Beside] = {}                     # of the process with that number, which alone can end it
 DESCRIPTIONS: dict[tuple[Path, str], bytes] = {}    # of Python files, by path and digest of everything that is read
-TEMPORARY: list[Path] = []                          # folders that the other process removes if this one ends
 
 
-def helper() -> Helper:
-    """The process that waits, or a new one."""
-    found = WAITING.pop(os.getpid(), None)
-    if found is not None:
-        if found.process.is_alive():
-            return found
+@contextmanager
+def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
+    """The process that waits, or a new one, and the folder in which it unpacks; both go with the block.
+
+    With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
+    """
+    with held_interrupts() as let_through:
+        found = WAITING.pop(os.getpid(), None)
+        if found is None or found.process.poll() is not None:
+            removed(found)
+            found = Beside(unpacking_folder())
+        assert found.folder is not None
+        found.let_through = let_through
+        try:
+            yield found, found.folder
+        except BaseException:
+            keep = False
+            raise
+        finally:
+            if keep:
+                WAITING[os.getpid()] = found
+            else:
+                removed(found)
+
+
+def removed(found: Beside | None) -> None:
+    """End a process and remove its folder."""
+    if found is not None and found.folder is not None:
         found.end()
-    ours, theirs = Pipe()
-    try:
-        return Helper(start(serve, theirs, name=NAME), ours)
-    finally:
-        theirs.close()
+        remove_scratch(found.folder)
 
 
 @atexit.register
 def end_waiting() -> None:
-    """End the process that waits: multiprocessing would wait for it."""
-    found = WAITING.pop(os.getpid(), None)
-    if found is not None:
-        found.end()
+    """End the process that waits, with its folder."""
+    removed(WAITING.pop(os.getpid(), None))
 
 
 def read_apart(path: Path, timeout: float = 0.0) -> bytes:
@@ -93,71 +80,22 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     key = (path.absolute(), str(digests(path)))
     if key in DESCRIPTIONS:
         return DESCRIPTIONS[key]
-    if current_process().name == NAME:
+    if any(SERVING):
         return description_text(path)
-    with held_interrupts() as let_through:
-        found = helper()
+    limit = max(timeout, READING)
+    with other_process(keep=True) as (found, _):
+        found.ask(partial(describe, path))
         try:
-            found.ask(partial(describe, path))
-            text, error = answer(found, path, max(timeout, READING), let_through)
-        except BaseException:
-            found.end()
-            raise
-        WAITING[os.getpid()] = found
-    if error is not None:
-        raise error
+            text: bytes = found.next(limit).what
+        except Gone as gone:
+            what = (f"ended the process that reads it with {gone.how}" if gone.how else
+                    f"was not read within {limit:g} s")
+            raise ControllerError(f"{file_of(path)[0].name}: {what}, expected a file that can be imported, and a class "
+                                  "of which an object can be made") from None
     DESCRIPTIONS[key] = text
     return text
 
 
-def answer(found: Helper, path: Path, timeout: float,
-           let_through: Callable[[], None]) -> tuple[bytes, Exception | None]:
-    """What the other process finds, within so many seconds."""
-    waited = 0.0
-    while not found.pipe.poll(POLL):
-        let_through()
-        waited += POLL
-        if waited > timeout:
-            what = f"was not read within {timeout:g} s"
-            break
-    else:
-        try:
-            text, error = found.pipe.recv()
-            return text, error
-        except (EOFError, OSError):
-            found.process.join()
-            what = f"ended the process that reads it with {how_it_ended(found.process)}"
-    raise ControllerError(f"{file_of(path)[0].name}: {what}, expected a file that can be imported, and a class of "
-                          "which an object can be made")
-
-
-def serve(pipe: Connection) -> None:
-    """Do tasks in this process as they are asked for."""
-    end_with_parent(remove_temporary)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)   # the first process ends this one
-    os.dup2(2, 1)   # what is printed here is no result
-    sys.stdout = sys.stderr
-    try:
-        more = True
-        while more:
-            folder, task = pipe.recv()
-            os.chdir(folder)
-            more = task(pipe)
-    except (EOFError, ConnectionError):   # nobody asks, or wants to know
-        return
-
-
-def remove_temporary() -> None:
-    """Remove what this process has unpacked."""
-    for folder in TEMPORARY:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def describe(path: Path, pipe: Connection) -> bool:
-    """Read a Python file in this process, and send the model description of its class, or what is wrong with it."""
-    try:
-        pipe.send((description_text(path), None))
-    except FAILURES as error:
-        error.add_note(format_exc())
-        pipe.send((b"", error))
-    return True
+def describe(path: Path, _send: Send) -> bytes:
+    """Read a Python file in this process."""
+    return description_text(path)

@@ -7,7 +7,6 @@ from maglev.cosim.master import FmuSetup
 from maglev.cosim.order import Order
 from maglev.cosim.wiring import Drives
 
-JOB = "job"         # file of the run, pickled
 COUNTER = "calls"   # file with the number of calls that were begun
 TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
 
@@ -24,7 +23,7 @@ class Job(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """Report: what is done with an FMU now, while no calls are counted."""
+    """A call of an FMU, by its name; as a report: what is done with it now, while no calls are counted."""
 
     fmu: str
     doing: str
@@ -34,18 +33,11 @@ STARTING = Stage("the process of the run", "its start")
 ENDING = Stage("the process of the run", "its end")
 
 
-class Named(NamedTuple):
-    """A call as it is reported: name of the FMU and what it is."""
-
-    fmu: str
-    what: str
-
-
 class Wired(NamedTuple):
     """Report: the calls before the first step, those of each phase, and the columns of each array."""
 
-    initial: list[Named]
-    phases: list[list[Named]]
+    initial: list[Stage]
+    phases: list[list[Stage]]
     columns: list[list[str]]
 
 
@@ -68,10 +60,3 @@ class Failed(NamedTuple):
     message: str
     rows: int
     traceback: str
-
-
-class Refused(NamedTuple):
-    """Report: what cannot be run; a bug of ours with its traceback."""
-
-    error: Exception | None
-    bug: str = ""

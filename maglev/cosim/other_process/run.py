@@ -4,39 +4,32 @@ The process records into files that both map into memory, and counts its calls o
 this side has the recording until then, and knows which call was the last.
 """
 
-import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, by_column, ended, whole_steps
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.flight import fly
-from maglev.cosim.other_process.helper import Helper, helper
+from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.other_process.reports import (
     COUNTER,
     ENDING,
-    JOB,
     STARTING,
     TRACK,
     Failed,
     Finished,
     Job,
-    Named,
-    Refused,
     Stage,
     Stepped,
     Wired,
 )
 from maglev.cosim.wiring import Drives
 from maglev.errors import FmuError
-from maglev.processes.child import POLL, end, how_it_ended
-from maglev.processes.interrupts import held_interrupts
-from maglev_files.scratch import remove_scratch
+from maglev.processes.beside import Beside, Gone, Said
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
 
@@ -56,45 +49,36 @@ def run_apart(setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]]
     RunFailed
         Also if the process dies, or a call takes too long.
     """
-    with held_interrupts() as let_through:
-        folder = unpacking_folder()
-        try:
-            job = Job(setups, connections, step, order, stop_time, drives)
-            (folder / JOB).write_bytes(pickle.dumps(job))
-            (folder / COUNTER).write_bytes(bytes(8))
-            found = helper()
-            try:
-                found.ask(partial(fly, folder))
-                return Follower(job, folder, found, timeout).follow(progress, let_through)
-            finally:
-                found.end()
-        finally:
-            remove_scratch(folder)
+    job = Job(setups, connections, step, order, stop_time, drives)
+    with other_process() as (found, folder):
+        (folder / COUNTER).write_bytes(bytes(8))
+        found.ask(partial(fly, folder, job))
+        return Follower(job, folder, found, timeout).follow(progress)
 
 
 class Follower:
     """What is known here about a run in another process."""
 
-    def __init__(self, job: Job, folder: Path, flying: Helper, timeout: float):
+    def __init__(self, job: Job, folder: Path, flying: Beside, timeout: float):
         self.job = job
         self.folder = folder
-        self.process, self.reports = flying
+        self.flying = flying
         self.timeout = timeout
         self.stage = STARTING
         self.wired: Wired | None = None
         self.counter = np.memmap(folder / COUNTER, np.int64, "r")
 
-    def follow(self, progress: Progress | None, let_through: Callable[[], None]) -> Recording:
+    def follow(self, progress: Progress | None) -> Recording:
         """Recording of the run at its end."""
         while True:
             try:
-                report = self.report(let_through)
+                report = self.said().what
             except KeyboardInterrupt as error:
                 if not self.calls():
                     raise
                 raise self.early(error) from None
-            if isinstance(report, str):
-                raise self.early(self.blame(report))
+            except Gone as gone:
+                raise self.early(self.blame(gone)) from None
             if isinstance(report, Stage):
                 self.stage = report
             elif isinstance(report, Wired):
@@ -105,44 +89,33 @@ class Follower:
                 failure = RunFailed(report.message, self.recording(report.rows))
                 failure.add_note(report.traceback)
                 raise failure
-            elif isinstance(report, Refused):
-                raise report.error or RuntimeError(report.bug)
             elif isinstance(report, Finished):
                 rows = whole_steps(self.job.stop_time, self.job.step) + 1
-                return self.complete(self.recording(rows, report.notes), let_through)
+                return self.complete(self.recording(rows, report.notes))
 
-    def report(self, let_through: Callable[[], None]) -> Any:
-        """Next report; a text if there will be none: how the process died, or that it is silent."""
-        silent, calls = 0.0, self.calls()
+    def said(self) -> Said:
+        """What the process says next; an FMU that is called gives a sign of life, too."""
         # No FMU is to blame for a machine that takes its time to start a process.
-        most = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
-        while not self.reports.poll(POLL):
-            let_through()
-            # Looks are counted, not time: a machine that sleeps is no silence.
-            silent, calls = (silent + POLL, calls) if self.calls() == calls else (0.0, self.calls())
-            if silent > most:
-                return f"has been silent for {most:g} s"
-        try:
-            return self.reports.recv()
-        except (EOFError, OSError):
-            self.process.join()
-            return f"ended its process with {how_it_ended(self.process)}"
+        return self.flying.next(max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout, self.calls)
 
-    def complete(self, found: Recording, let_through: Callable[[], None]) -> Recording:
+    def complete(self, found: Recording) -> Recording:
         """Recording of a complete run, with a note if an FMU does not end as it should."""
-        while not isinstance(report := self.report(let_through), str):
-            if isinstance(report, Stage):
-                self.stage = report
-        if self.process.exitcode == 0 and self.stage == ENDING:
-            return found
-        note = f"{self.name(self.stage.fmu)} {report} in {self.stage.doing}, after the end of the run"
+        try:
+            while not (said := self.said()).last:
+                self.stage = said.what
+            self.flying.ask(None)
+            raise AssertionError(self.said())   # it ends
+        except Gone as gone:
+            if self.stage == ENDING and gone.how == "exit code 0":
+                return found
+            note = f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
         return Recording(found.time, found.columns, (*found.notes, note))
 
     def calls(self) -> int:
         """Number of calls that were begun."""
         return int(self.counter[0])
 
-    def last(self) -> tuple[int, Named]:
+    def last(self) -> tuple[int, Stage]:
         """Communication step and name of the last call that was begun."""
         assert self.wired is not None
         initial, phases, _ = self.wired
@@ -156,19 +129,17 @@ class Follower:
             number -= len(calls)
         raise AssertionError("a number below the sum is in one of the phases")
 
-    def blame(self, what: str) -> FmuError:
+    def blame(self, gone: Gone) -> FmuError:
         """Error of the FMU that was called last, which did this."""
-        if not self.calls():
-            return FmuError(f"{self.name(self.stage.fmu)} {what} in {self.stage.doing}")
-        call = self.last()[1]
-        return FmuError(f"{self.name(call.fmu)} {what} in {call.what}")
+        fmu, doing = self.last()[1] if self.calls() else self.stage
+        return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
     def early(self, reason: BaseException) -> BaseException:
         """Error for the end of the run, with what was recorded until then, if anything was."""
         if not self.calls():
             return reason
         step, _ = self.last()
-        end(self.process)   # before its memory is read
+        self.flying.end()   # before its memory is read
         return ended(reason, step * self.job.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:

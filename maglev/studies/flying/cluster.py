@@ -2,9 +2,11 @@
 
 import logging
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 import dask
@@ -12,7 +14,7 @@ from distributed import Client, LocalCluster
 from distributed.security import Security
 
 from maglev.errors import ScenarioError, in_one_line
-from maglev.processes.child import interrupts_blocked, without_script
+from maglev.processes.interrupts import interrupts_blocked
 from maglev.studies.flying.batch import code_of_package
 from maglev_files.scratch import scratch
 
@@ -71,6 +73,17 @@ def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
                                 "more") from None
         require_same_package(client, scheduler)
         yield client
+
+
+@contextmanager
+def without_script() -> Iterator[None]:
+    """Hide the script that runs: a process that is started would run it again, if it does not guard against that."""
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
 def ignore_interrupts() -> None:

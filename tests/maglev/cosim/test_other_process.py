@@ -1,6 +1,5 @@
 """FMUs of others fly in a process of their own: what one of them does there is named, and takes nothing with it."""
 
-import multiprocessing
 import os
 import signal
 import subprocess
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from faulty_fmus import AT, claiming, faulty, faulty_run
+from psutil import Process
 
 from maglev.cosim.fmu import FATAL, OWN_TOOL, Fmu, read_description
 from maglev.cosim.master import Recording, RunFailed, RunInterrupted
@@ -30,10 +30,10 @@ def unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     folder = tmp_path / "unpacked"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    before = multiprocessing.active_children()   # one may wait for a run
+    before = set(Process().children())   # one may wait for a run
     yield folder
     assert list(folder.iterdir()) == []
-    assert set(multiprocessing.active_children()) <= set(before)
+    assert set(Process().children()) <= before
 
 
 @pytest.fixture(scope="module")
@@ -142,17 +142,15 @@ def test_interrupt_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path:
 
 
 STARTED = """
-import sys, time
 from pathlib import Path
-from maglev.processes.child import start
-process = start(time.sleep, 60.0)
-print(Path(f"/proc/{process.pid}/status").read_text())
-process.kill()
+from maglev.processes.beside import Beside
+beside = Beside()
+print(Path(f"/proc/{beside.process.pid}/status").read_text())
+beside.end()
 """
 
 
-def test_the_first_process_is_started_with_interrupts_blocked() -> None:
-    """In a Python that has started none: multiprocessing starts its tracker then, which unblocks them."""
+def test_a_process_is_started_with_interrupts_blocked() -> None:
     found = subprocess.run([sys.executable, "-c", STARTED], capture_output=True, text=True, check=True,
                            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)})
     blocked, = (line.split()[1] for line in found.stdout.splitlines() if line.startswith("SigBlk:"))
@@ -160,10 +158,10 @@ def test_the_first_process_is_started_with_interrupts_blocked() -> None:
 
 
 DEAD = """
-import multiprocessing, sys
+import sys
 from pathlib import Path
 from faulty_fmus import faulty_run
-multiprocessing.set_executable("/bin/false")
+sys.executable = "/bin/false"
 faulty_run(Path(sys.argv[1]), Path(sys.argv[2]), stop_time=60.0).run()
 """
 

@@ -63,8 +63,8 @@ def test_a_process_does_one_task_after_the_other_until_one_kills_it(idle: Idle) 
     assert results["first"] != os.getpid() != results["third"]
     again = side_by_side({"fourth": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
     assert again["fourth"] == results["third"], "it waits for what comes next"
-    ((_, process),) = idle
-    assert process.is_alive()
+    (process,) = idle
+    assert process.process.poll() is None
 
 
 def wait_for_ever(progress: Callable[[int, int], None]) -> int:
@@ -87,8 +87,8 @@ def test_a_task_that_hangs_is_ended(idle: Idle) -> None:
 def test_processes_that_are_kept_end_with_the_block() -> None:
     with kept_processes() as idle:
         side_by_side({"a": own_process}, 1, lambda *_: -1, lambda *_: None, idle)
-        ((_, process),) = idle
-    assert process.exitcode is not None
+        (process,) = idle
+    assert process.process.returncode is not None
 
 
 def test_as_many_at_a_time_as_asked_for(tmp_path: Path, idle: Idle) -> None:

@@ -102,13 +102,16 @@ def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus:
 WORKER = """
 import sys
 sys.path[:] = {path!r}
-import numpy, pickle
-from maglev.studies.flying.other_process import Beside
+import pickle
+from functools import partial
+from maglev.cosim.other_process.helper import other_process
+from maglev.studies.flying.other_process import fly
 job, values = pickle.loads(open({job!r}, "rb").read())
-beside = Beside(job, values, 600.0)
-beside.next(600.0)
-print(beside.process.pid, flush=True)
-beside.next(600.0)
+with other_process() as (beside, _):
+    beside.ask(partial(fly, job, values))
+    beside.next(600.0)
+    print(beside.process.pid, flush=True)
+    beside.next(600.0)
 """
 
 

@@ -1,0 +1,200 @@
+"""Processes beside this one: each does one task after the other, says what comes of it, and does not outlive this one.
+
+They start anew, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
+reach them. They are no children as multiprocessing starts them: a daemonic process, such as a worker of a cluster, may
+have none of these.
+"""
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from math import inf
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
+from traceback import format_exc
+from typing import Any, NamedTuple
+
+from maglev.errors import FAILURES, in_one_line
+from maglev.processes.interrupts import held_interrupts, interrupts_blocked, terminate
+
+PATIENCE = 10.0   # s, for a process that is asked to end
+POLL = 0.05       # s, between two looks at a process
+PROGRAM = ("import sys; sys.path[:] = {path!r}; sys.argv[:] = {argv!r}; "
+           "from maglev.processes.beside import serve; serve({folder!r})")
+
+Send = Callable[[object], None]   # what a task calls with its reports
+Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
+
+SERVING: list[str | None] = []    # in a process beside another: the folder that it was given, if any
+
+
+class Said(NamedTuple):
+    """What a process says: a "report" of its task; at the end the "result", an "error", or what an "interrupt" left."""
+
+    kind: str
+    what: Any
+
+    @property
+    def last(self) -> bool:
+        """Whether nothing more comes of the task."""
+        return self.kind != "report"
+
+
+class Gone(Exception):
+    """A process has ended, with a signal or exit code, `how`, or is silent; what it did, as the end of a sentence."""
+
+    def __init__(self, what: str, how: str = ""):
+        super().__init__(what)
+        self.how = how
+
+
+class Beside:
+    """A process beside this one.
+
+    Parameters
+    ----------
+    folder : Path or None
+        Where it unpacks, for what is not ours: it is ended from here alone, and the folder goes with it. Without one
+        it takes SIGTERM, and the end of this process, as Ctrl-C, and says what it leaves.
+    inbox : SimpleQueue, optional
+        Where what it says arrives, of this process and perhaps of others; None in place of it when it has ended.
+    """
+
+    def __init__(self, folder: Path | None = None, inbox: "Inbox | None" = None):
+        self.folder = folder
+        self.inbox: Inbox = inbox or SimpleQueue()
+        self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
+        program = PROGRAM.format(path=sys.path, argv=sys.argv, folder=None if folder is None else str(folder))
+        with interrupts_blocked():
+            self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
+                                            stdout=subprocess.PIPE)
+        Thread(target=self.receive, daemon=True).start()
+
+    def receive(self) -> None:
+        """Pass on what the process sends, and at last that it has ended."""
+        assert self.process.stdout is not None
+        with self.process.stdout as pipe, suppress(EOFError, pickle.UnpicklingError):   # in the middle of a report
+            while True:
+                frame = pickle.load(pipe)
+                self.inbox.put((self, frame))
+        self.inbox.put((self, None))
+
+    def ask(self, task: Task | None) -> None:
+        """Have a task done in the folder of this process; None asks it to end as processes do."""
+        assert self.process.stdin is not None
+        try:
+            pickle.dump(pickle.dumps(task and (os.getcwd(), task)), self.process.stdin)
+            self.process.stdin.flush()
+        except OSError:   # it has ended
+            self.inbox.put((self, None))
+
+    def next(self, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
+        """What it says next: a report or the result.
+
+        Parameters
+        ----------
+        limit : float
+            Longest silence, s.
+        sign : callable
+            What it returns changes as long as the process lives.
+
+        Raises
+        ------
+        Gone
+            If the process has ended, or says nothing.
+        Exception
+            What the task has raised.
+        """
+        silent, before = 0.0, sign()
+        while True:
+            self.let_through()
+            try:
+                _, frame = self.inbox.get(timeout=POLL)
+                break
+            except Empty:
+                now = sign()
+            # Looks are counted, not time: a machine that sleeps is no silence.
+            silent, before = (silent + POLL, before) if now == before else (0.0, now)
+            if silent > limit:
+                raise Gone(f"has been silent for {limit:g} s")
+        if frame is None:
+            raise Gone(f"ended its process with {self.how_it_ended()}", self.how_it_ended())
+        said: Said = pickle.loads(frame)
+        if said.kind == "error":
+            raise said.what
+        return said
+
+    def how_it_ended(self) -> str:
+        """Signal or exit code of the process, which has ended."""
+        code = self.process.wait()
+        with suppress(ValueError):
+            return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"signal {-code}"
+
+    def end(self) -> None:
+        """End it, whatever it does, and wait for that."""
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdin is not None
+        with suppress(OSError):
+            self.process.stdin.close()
+
+
+Inbox = SimpleQueue[tuple[Beside, bytes | None]]
+
+
+def serve(folder: str | None) -> None:
+    """Do tasks in this process as they are asked for; see `Beside`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
+    signal.signal(signal.SIGTERM, signal.SIG_IGN if folder else terminate)
+    SERVING.append(folder)
+    if folder:
+        tempfile.tempdir = folder   # what is unpacked goes with it, however this process ends
+    given, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)   # what is printed here is no result
+    sys.stdout = sys.stderr
+    tasks: SimpleQueue[bytes] = SimpleQueue()
+
+    def receive() -> None:
+        with suppress(EOFError, pickle.UnpicklingError):
+            while True:
+                tasks.put(pickle.load(given))
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        else:
+            os.kill(os.getpid(), signal.SIGTERM)   # the task removes what it has unpacked
+            time.sleep(PATIENCE)
+        os._exit(1)
+
+    def send(kind: str, what: object) -> None:
+        frame = pickle.dumps(Said(kind, what))
+        with held_interrupts():   # half of it could not be read
+            pickle.dump(frame, said)
+            said.flush()
+
+    Thread(target=receive, daemon=True).start()
+    asked = () if folder else (KeyboardInterrupt,)
+    caught = (Exception,) if folder else ()   # of a task of ours it is a bug, which ends the process
+    with suppress(ConnectionError, *asked):   # nobody wants to know, or more
+        while (task := pickle.loads(tasks.get())) is not None:
+            os.chdir(task[0])
+            try:
+                result = task[1](partial(send, "report"))
+            except asked as error:
+                send("interrupt", in_one_line(error))
+                return
+            except caught as error:
+                error.add_note(format_exc())
+                send("error", error if isinstance(error, FAILURES) else RuntimeError(format_exc()))
+            else:
+                send("result", result)
