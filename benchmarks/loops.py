@@ -110,15 +110,15 @@ def bare_loop(pair: Pair, steps: int) -> float:
     return (perf_counter() - begin) / steps
 
 
-def master_loop(pair: Pair, folder: Path, steps: int) -> float:
-    """The FMUs of a folder under our master."""
+def master_loop(pair: Pair, folder: Path, steps: int, plant: Path | None = None) -> float:
+    """The FMUs of a folder under our master, or another plant than that of the folder."""
     drives = {}
     for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True):
         drives[f"controller.{axis}.reference"] = [start] * (steps + 1)
         drives[f"controller.{axis}.reference_rate"] = [0.0] * (steps + 1)
     marks: list[tuple[int, float]] = []
     with Master([FmuSetup("controller", folder / f"{pair.controller}.fmu"),
-                 FmuSetup("plant", folder / f"{pair.plant}.fmu")], pair.connections, pair.dt) as master:
+                 FmuSetup("plant", plant or folder / f"{pair.plant}.fmu")], pair.connections, pair.dt) as master:
         # From the first report to the last: loading, wiring and initialization are no part of a step.
         master.run(steps * pair.dt, drives, lambda done, _: marks.append((done, perf_counter())))
     (first, begin), (last, end) = marks[0], marks[-1]

@@ -8,10 +8,12 @@ import resource
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
 from c_loop import c_loop
+from exchange_alone import for_exchange_alone
 from loops import PAIRS, OpenLoop, Pair, bare_loop, loop_fmu, master_loop
 from peers import list_loop, ssp_loop
 from rich.console import Console
@@ -23,6 +25,7 @@ from maglev.catalogue import build, build_native
 GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 1.2}
 STEPS = 5000
 C_STEPS = 50_000
+EXCHANGE_STEPS = 1000   # progress is reported every 500
 ROUNDS = 7               # the fastest counts, which is the least disturbed
 TIMES = {"C loop": 3, "native, loop in one FMU": 3, "native, master": 3,
          "native, FMI 3.0, master": 3}   # in a round: they take milliseconds
@@ -47,6 +50,12 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
         if fmi3 is not None:
             ways["native, FMI 3.0, master"] = lambda: master_loop(pair, fmi3, 4 * STEPS)
+            other = fmi3 / f"{pair.plant}.fmu"
+            ways["native, FMI 2.0 and 3.0, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS, other)
+            for version, made in (("2.0", folder / "native"), ("3.0", fmi3)):
+                exchanged = for_exchange_alone(made / other.name, fmi3 / f"exchanged{version}{other.name}")
+                ways[f"native, FMI {version}, master, plant by CVODE"] = partial(
+                    master_loop, pair, made, EXCHANGE_STEPS, exchanged)
             ways["native, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "native", 1000)
     times: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them

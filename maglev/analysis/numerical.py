@@ -113,7 +113,7 @@ class NumericalLoop:
 
 def linearise_numerically(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
                           references: bool = True, settle: float = SETTLE, fmus: str | Path = "fmus",
-                          native: bool = False, ports: str | Path | None = None,
+                          native: bool = False, fmi: int = 2, ports: str | Path | None = None,
                           plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                           sample_time: Quantity | None = None, rig: str | Path | None = None,
                           timeout: float = TIMEOUT) -> NumericalLoop:
@@ -133,7 +133,7 @@ def linearise_numerically(plant: str | Path, controller: str | Path | type, at: 
         How long the loop flies at most before it is looked at, s.
     timeout : float
         Longest time that a step of what is not of this project may take, s; it flies in a process of its own.
-    plant, controller, at, fmus, native, ports, plant_parameters, controller_parameters, sample_time, rig
+    plant, controller, at, fmus, native, fmi, ports, plant_parameters, controller_parameters, sample_time, rig
         As of `make_pair`.
 
     Returns
@@ -146,7 +146,7 @@ def linearise_numerically(plant: str | Path, controller: str | Path | type, at: 
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `at_rest`.
     """
-    where = {"fmus": fmus, "native": native, "ports": ports, "plant_parameters": plant_parameters,
+    where = {"fmus": fmus, "native": native, "fmi": fmi, "ports": ports, "plant_parameters": plant_parameters,
              "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
     return apart(linearised_here, flown_files(plant, controller), timeout, plant, controller, at, references, settle,
                  where)

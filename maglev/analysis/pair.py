@@ -20,6 +20,7 @@ from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
 from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, RIG_OF, Quantity, block_of, number
+from maglev.own_fmus import kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
 from maglev.units import parse_quantity
@@ -137,7 +138,7 @@ class Rest:
 
 
 def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
-              fmus: str | Path = "fmus", native: bool = False, ports: str | Path | None = None,
+              fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, ports: str | Path | None = None,
               plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
               sample_time: Quantity | None = None, rig: str | Path | None = None, smooth: bool = True) -> Pair:
     """Make a plant and a controller ready.
@@ -148,7 +149,7 @@ def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str,
         Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class.
     at : mapping of str to float or str
         Position of each axis, as of `linearise`.
-    fmus, native, ports : as of `maglev.run`
+    fmus, native, fmi, ports : as of `maglev.run`
         Where the FMUs of this project are, and what others call their ports.
     plant_parameters, controller_parameters : mapping, optional
         Parameters that differ from their start values.
@@ -166,7 +167,7 @@ def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str,
     """
     if rig is not None:
         know_stage(rig)
-    folder = Path(fmus) / "native" if native else Path(fmus)
+    folder = kind_folder(Path(fmus), native, fmi)
     maps = {} if ports is None else read_port_maps(Path(ports))
     files, names, described = {}, {}, {}
     for role, given, known in (("plant", plant, PLANTS), ("controller", controller, CONTROLLERS)):

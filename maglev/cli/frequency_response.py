@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from maglev.cli.linearise import At, Parameters, SampleTime, Settle, pair, read_parameters, seconds
-from maglev.cli.options import Debug, Fmus, Native, Out, PortsFile, RigFile, Timeout
+from maglev.cli.options import Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
@@ -36,9 +36,9 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
                        lines: Lines = 48, realisations: Realisations = 3, periods: Periods = 2, smooth: Smooth = False,
                        linear: Linear = True, settings: Parameters = None, rig: RigFile = None,
                        ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
-                       fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s",
-                       plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"),
-                       debug: Debug = False) -> None:
+                       fmus: Fmus = Path("fmus"), native: Native = False, fmi: Fmi = 2,
+                       timeout: Timeout = "60 s", plot: Plot = False, as_json: AsJson = None,
+                       out: Out = Path("results"), debug: Debug = False) -> None:
     """Measure the frequency response of a loop as it flies, and its margins, by injection.
 
     Multisines are added to a measurement between plant and controller: the response of the loop opened there, with
@@ -67,7 +67,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
                          smooth=smooth, linear=linear, plant_parameters=given["plant"],
                          controller_parameters=given["controller"], rig=rig, ports=ports,
                          sample_time=None if sample_time is None else number_or_text(sample_time),
-                         settle=seconds("settle", settle), fmus=fmus, native=native,
+                         settle=seconds("settle", settle), fmus=fmus, native=native, fmi=fmi,
                          timeout=seconds("timeout", timeout))
         typer.echo("\n".join(str(each) for each in found.values()), nl=False)
         data: dict[str, Any] = {name: each.as_data() for name, each in found.items()}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import Debug, Fmus, Native, Out, PortsFile, RigFile, Timeout
+from maglev.cli.options import Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError, QuantityError
 from maglev.units import number_or_text, parse_quantity
@@ -49,8 +49,8 @@ AsJson = Annotated[Path | None, typer.Option(
 def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier = True, hold: Hold = None,
               forces: Forces = False, settings: Parameters = None, openings: Openings = None, rig: RigFile = None,
               ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
-              fmus: Fmus = Path("fmus"), native: Native = False, timeout: Timeout = "60 s", plot: Plot = False,
-              as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
+              fmus: Fmus = Path("fmus"), native: Native = False, fmi: Fmi = 2, timeout: Timeout = "60 s",
+              plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
     """Linearise a plant, a controller, or the loop of both about an equilibrium.
 
     The plants and controllers of this project from their equations; an FMU or a Python file by differences of what it
@@ -101,7 +101,7 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
                 if not amplifier:
                     raise LinearModelError("--no-amplifier: expected no file with it, whose loop flies as it is")
                 show_numerical(names, positions, given, openings or (), out if plot else None, as_json,
-                               {"rig": rig, "ports": ports, "fmus": fmus, "native": native,
+                               {"rig": rig, "ports": ports, "fmus": fmus, "native": native, "fmi": fmi,
                                 "sample_time": None if sample_time is None else number_or_text(sample_time),
                                 "settle": seconds("settle", settle), "timeout": seconds("timeout", timeout)})
                 return

@@ -37,7 +37,8 @@ def frequency_response(plant: str | Path, controller: str | Path | type, at: Map
                        signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
                        highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,
                        periods: int = PERIODS, smooth: bool = False, linear: bool = True, settle: float = SETTLE,
-                       seed: int = 1, fmus: str | Path = "fmus", native: bool = False, ports: str | Path | None = None,
+                       seed: int = 1, fmus: str | Path = "fmus", native: bool = False, fmi: int = 2,
+                       ports: str | Path | None = None,
                        plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                        sample_time: Quantity | None = None, rig: str | Path | None = None,
                        timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
@@ -66,7 +67,7 @@ def frequency_response(plant: str | Path, controller: str | Path | type, at: Map
         Of the phases.
     timeout : float
         As of `linearise_numerically`.
-    plant, controller, at, fmus, native, ports, plant_parameters, controller_parameters, sample_time, rig
+    plant, controller, at, fmus, native, fmi, ports, plant_parameters, controller_parameters, sample_time, rig
         As of `make_pair`.
 
     Returns
@@ -82,7 +83,7 @@ def frequency_response(plant: str | Path, controller: str | Path | type, at: Map
     if realisations < 2 or periods < 1:
         raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
                                "differ by is the error")
-    where = {"fmus": fmus, "native": native, "ports": ports, "plant_parameters": plant_parameters,
+    where = {"fmus": fmus, "native": native, "fmi": fmi, "ports": ports, "plant_parameters": plant_parameters,
              "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
     plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
     return apart(responses_here, flown_files(plant, controller), timeout, plant, controller, at,

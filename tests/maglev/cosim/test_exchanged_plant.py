@@ -1,15 +1,13 @@
 """The master with a plant for model exchange alone, which CVODE integrates, against the plant's own steps."""
 
-import re
-import zipfile
 from ctypes import c_double
 from pathlib import Path
 
 import numpy as np
 import pytest
+from exchange_alone import for_exchange_alone
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.versions.exchange import FAILED, Integration
 
@@ -17,18 +15,6 @@ STEP = 2e-4   # s
 CONNECTIONS = [*((f"controller.{motor}.i_{phase}_cmd", f"plant.{motor}.i_{phase}_cmd")
                  for motor in ("alpha", "beta") for phase in "abc"),
                *((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz")]
-
-
-def for_exchange_alone(fmu: Path, copy: Path) -> Path:
-    """A copy of an FMU without its co-simulation."""
-    with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(copy, "w") as written:
-        for name in archive.namelist():
-            data = archive.read(name)
-            if name == "modelDescription.xml":
-                data = re.sub(rb"<CoSimulation[^>]*/>|<CoSimulation.*?</CoSimulation>", b"", data, flags=re.DOTALL)
-            written.writestr(name, data)
-    assert read_description("plant", copy).modelExchange is not None
-    return copy
 
 
 def largest_differences(folder: Path, scratch: Path, stop_time: float) -> tuple[float, float]:
