@@ -7,7 +7,7 @@ NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check pages axe-check accuracy mutants bench-pages claims-check lock release clean
+	live-check pages axe-check pace accuracy mutants bench-pages claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved
@@ -124,7 +124,7 @@ lock: .venv/.test
 release: docs .venv/.test
 	$(BIN)/python tools/release.py
 
-# The live page in a Chromium, which must be installed: runs against the native FMUs, hands, frames a second.
+# The live page in a Chromium, which must be installed: runs against the native FMUs, and hands.
 live-check: .venv/.test
 	$(BIN)/maglev build --native --target host --fmus .venv/fmus
 	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
@@ -141,9 +141,13 @@ pages: .venv/.test
 	$(BIN)/maglev study payload-friction --native --fmus .venv/fmus --out results
 	@echo $(CURDIR)/results/index.html
 
-# These under axe-core, which npm fetches.
+# These under axe-core.
 axe-check: pages
 	$(BIN)/python tools/pages/axe_check.py results/*.html $(wildcard docs/_build/html/index.html)
+
+# How fast they draw, on a quiet machine.
+pace: pages
+	$(BIN)/python tools/pages/pace.py
 
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py

@@ -18,7 +18,7 @@ author = "the authors of Maglev FMUs"
 project_copyright = author
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages", "equation_index",
-              "caption_levels"]
+              "readable"]
 exclude_patterns = ["_build", "site", "_made/extra", "_made/static"]
 nitpicky = False
 root_doc = "index"

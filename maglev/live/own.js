@@ -96,6 +96,9 @@ async function takeFiles(files) {
         + "FILE.py --native --target wasm writes");
     }
     const about = described(await description.text());
+    if (about.variables.some(({ name, causality }) => causality === "output" && name.endsWith(".encoder"))) {
+      throw new Error(`${about.name} is a stage, expected a controller of the one that flies: maglev live FILE.toml writes a page of a stage of yours`);
+    }
     own.asked = { packed: "", script: false, label: about.name, name: about.name };
     tryOwn({ model: `own:${about.name}`, bytes: new Uint8Array(await module.arrayBuffer()), about });
   } catch (error) {

@@ -157,7 +157,7 @@ function drawScales(context, view, run, values, colours) {
   const bottom = stator + (view.room.height - YOKE - TEETH) * scale - 2;
   context.textAlign = "center";
   context.textBaseline = "top";
-  const ends = 1e3 * run.rig.room.along, [, step] = ticksBetween(-ends, ends).filter((tick) => tick >= 0);
+  const ends = 1e3 * run.rig.room.along, step = tickStep(2 * ends, 3);
   const most = step * Math.floor(ends / step);
   for (let k = -5 * most / step; k <= 5 * most / step; k++) {
     const mm = Number((k * step / 5).toPrecision(6)), x = Math.round(middle + mm * scale) + 0.5;

@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from report_tab import violations
 
 import maglev
 from maglev.cli.app import app as command_line
@@ -95,6 +96,17 @@ def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
     text = found.read_text(encoding="utf-8")
     assert re.findall(r"--phase-0: (#\w+);", text) == [light, dark, dark]
     assert ".still .grid" in text
+
+
+@pytest.mark.parametrize(("name", "width", "scheme"), [("index", 390, "dark"), ("equations", 390, "light")])
+def test_a_page_can_be_read(browser, site: dict[Path, Page], name: str, width: int, scheme: str) -> None:  # type: ignore[no-untyped-def]
+    context = browser.new_context(offline=True, viewport={"width": width, "height": 900}, color_scheme=scheme)
+    tab = context.new_page()
+    tab.goto(next(path for path in site if path.name == f"{name}.html").as_uri())
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    found = violations(tab, rules=["landmark-unique"])   # of the theme's drawers
+    context.close()
+    assert found == []
 
 
 def test_headings_have_a_level(site: dict[Path, Page]) -> None:

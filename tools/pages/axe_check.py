@@ -2,39 +2,23 @@
 
     python tools/pages/axe_check.py results/report.html results/live.html …
 
-It needs a Chromium, Playwright, and npm, which fetches axe-core; nothing of that becomes part of a page.
+It needs a Chromium, Playwright, and axe-playwright-python, which brings axe-core; none of it becomes part of a page.
 """
 
 import argparse
 import shutil
-import subprocess
 import sys
-import tarfile
-import tempfile
 from pathlib import Path
 from typing import Any
 
+import axe_playwright_python
 from playwright.sync_api import Browser, sync_playwright
 
-VERSION = "4.14.1"
+AXE = Path(axe_playwright_python.__file__).parent / "axe.min.js"
 SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
 SETTLED = 2000   # ms that a page has to draw
 # The rules of WCAG 2.1, levels A and AA, and the best practices; colours of what is drawn on a canvas are not seen.
 RUN = "async () => (await axe.run(document, { resultTypes: ['violations'] })).violations"
-
-
-def axe_core(folder: Path) -> str:
-    """Text of axe-core, fetched with npm into a folder; SystemExit where that is not possible."""
-    npm = shutil.which("npm")
-    if npm is None:
-        raise SystemExit("left out: there is no npm to fetch axe-core with")
-    done = subprocess.run([npm, "pack", "--silent", f"axe-core@{VERSION}"], cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(f"left out: npm cannot fetch axe-core: {done.stderr.strip()}")
-    with tarfile.open(next(folder.glob("axe-core*.tgz"))) as archive:
-        script = archive.extractfile("package/axe.min.js")
-        assert script is not None
-        return script.read().decode("utf-8")
 
 
 def violations(browser: Browser, page: Path, axe: str, size: str, scheme: Any) -> list[str]:
@@ -59,8 +43,8 @@ def main() -> None:
     parser.add_argument("pages", nargs="+", type=Path)
     pages = parser.parse_args().pages
     wrong = 0
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        axe = axe_core(Path(folder))
+    axe = AXE.read_text(encoding="utf-8")
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         for page in pages:
             for size in SIZES:

@@ -1,4 +1,4 @@
-"""The live page in Chromium: runs against the native FMUs, what hands on it do, and how fast it draws.
+"""The live page in Chromium: runs against the native FMUs, and what hands on it do.
 
     python tools/pages/live_check.py [--fmus fmus] [--pictures FOLDER]
 
@@ -359,24 +359,6 @@ def drag(page: Page, across: float) -> None:
     page.mouse.up()
 
 
-def pace(browser: Browser, url: str) -> None:
-    """Frames a second and speed, as it is and with a processor that is slower."""
-    for fragment in ("", "#run=3dof-tracking-nonlinear&ghost=PID3DOF", "#run=3dof-tracking-nonlinear&speed=20"):
-        tab = Tab(browser, url + fragment)
-        session = tab.context.new_cdp_session(tab.page)
-        for slower in (1, 4):
-            session.send("Emulation.setCPUThrottlingRate", {"rate": slower})
-            tab.page.wait_for_timeout(1000)
-            count = "[maglevLive.frames, performance.now(), maglevLive.frame.time]"
-            first = tab.page.evaluate(count)
-            tab.page.wait_for_timeout(4000)
-            last = tab.page.evaluate(count)
-            seconds = 1e-3 * (last[1] - first[1])
-            print(f"  {fragment or '(as it opens)':45} processor 1/{slower}: "
-                  f"{(last[0] - first[0]) / seconds:5.1f} frames/s, {(last[2] - first[2]) / seconds:5.2f} × real time")
-        tab.close()
-
-
 def pictures(browser: Browser, url: str, folder: Path) -> None:
     """Pictures of the page, on several screens."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -403,7 +385,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--fmus", type=Path, default=Path("fmus"))
     parser.add_argument("--pictures", type=Path)
-    parser.add_argument("--hands", action="store_true", help="hands alone, without the runs and the frames")
+    parser.add_argument("--hands", action="store_true", help="hands alone, without the runs")
     parser.add_argument("--own", action="store_true", help="controllers of the reader's, and faults, alone")
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -424,8 +406,6 @@ def main() -> None:
             faults(browser, path.as_uri())
             stories(browser, path.as_uri())
             own_controllers(browser, path.as_uri(), Path(folder))
-            if not arguments.hands:
-                pace(browser, path.as_uri())
             if arguments.pictures:
                 pictures(browser, path.as_uri(), arguments.pictures)
         except Problem as problem:

@@ -1,26 +1,34 @@
-"""Pages of every kind, as they are seen: three widths, light and dark."""
+"""Pages of every kind, as they are seen: three widths, light and dark, on paper, under a finger, by axe-core."""
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from report_runs import packaged, recorded
-from report_tab import CONTRAST, Tab, wait_until
+from report_tab import CONTRAST, PHONE, Tab, violations, wait_until
+from studied_grid import broken_at
 
 from maglev.comparison.files import rows_of
 from maglev.comparison.page import comparison_page
 from maglev.live.page import live_page
 from maglev.pages.shell import INDEX, publish
+from maglev.studies.page.page import page as study_page
 
 WIDTHS = (1440, 820, 390)   # px
 PLOTTED = "document.querySelector('.plot').scrollIntoView() || document.querySelector('.panel-plot') !== null"
+FLIES = "maglevLive.frames > 5"
+MANY = ("#figures figure:nth-of-type(n+4)", "table.claims > tbody:nth-of-type(n+4)", "#assumptions dl")   # of a kind
 
-# What is wider than the window, whether the head covers what follows, and what its own box or the window cuts off.
+# What is wider than the window, whether the head covers what follows, what its own box or the window cuts off, and
+# which texts in the window lie over each other.
 LOOK = """() => {
   const [head, main] = ["header", "main"].map((name) => document.querySelector(name).getBoundingClientRect());
   const within = (element, holds) => element
     && (holds(getComputedStyle(element)) || within(element.parentElement, holds));
-  const seen = (element) => element.checkVisibility() && element.clientWidth > 1 && !element.closest("svg, select")
+  const seen = (element) => element.checkVisibility({ visibilityProperty: true }) && element.clientWidth > 1
+    && !element.closest("svg, select")
     && !within(element, ({ clipPath }) => clipPath === "inset(50%)");   // what screen readers read
   const cuts = (element) => {
     const { overflowX, textOverflow } = getComputedStyle(element);      // dots say that there is more
@@ -31,35 +39,140 @@ LOOK = """() => {
     && !within(element, ({ overflowX }) => ["auto", "scroll"].includes(overflowX));
   const all = [...document.body.querySelectorAll("*")]
     .filter((element) => (beyond(element) || cuts(element)) && seen(element));
+  const texts = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), range = new Range();
+  const above = ({ position, clipPath }) => ["absolute", "sticky"].includes(position) || clipPath === "inset(50%)";
+  while (walk.nextNode()) {
+    const element = walk.currentNode.parentElement, words = walk.currentNode.data.trim();
+    if (!words || element.closest("script, style, select, textarea, noscript")) continue;
+    range.selectNodeContents(walk.currentNode);
+    const boxes = [...range.getClientRects()].filter(({ bottom, top }) => bottom > 0 && top < innerHeight);
+    if (!boxes.length || !element.checkVisibility({ visibilityProperty: true }) || within(element, above)) continue;
+    for (const { left, right, top, bottom } of boxes) texts.push({ left, right, top, bottom, words });
+  }
+  const over = texts.filter((a, i) => texts.some((b, k) => k < i && a.left + 2 < b.right && b.left + 2 < a.right
+    && a.top + 5 < b.bottom && b.top + 5 < a.bottom)).map(({ words }) => words);
   return { wide: document.documentElement.scrollWidth - innerWidth, covered: head.bottom > main.top + 1,
-    cut: all.map((element) => element.outerHTML.slice(0, 80)) };
+    cut: all.map((element) => element.outerHTML.slice(0, 80)), over };
 }"""
 
 
 @pytest.fixture(scope="module")
 def pages(report: Path, wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with a page of each kind that has plots, and the index that they make."""
+    """Folder with a page of each kind, and the index that they make."""
     folder = tmp_path_factory.mktemp("pages")
     shutil.copy(report, folder)
     runs = {name: recorded(packaged(f"2dof-step-4-{name}")) for name in ("linear", "nonlinear")}
-    publish(folder / "live.html", live_page(wasm_fmus, [packaged("2dof-setpoints")]))
+    publish(folder / "live.html", live_page(wasm_fmus, [packaged("3dof-setpoints-improved")]))
     publish(folder / "compare.html", comparison_page("2dof-step-4", "Two laws", runs, rows_of(runs)))
+    publish(folder / "study.html", study_page(*broken_at()))
     return folder
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("report.html", PLOTTED), ("compare.html", PLOTTED), ("live.html", "maglevLive.frames > 5"), (INDEX, "true")],
-    ids=["report", "compare", "live", "index"])
-def test_nothing_is_cut_or_covered(browser, pages: Path, name: str, drawn: str) -> None:  # type: ignore[no-untyped-def]
-    tab = Tab(browser, pages / name)
+    ("report.html", PLOTTED), ("compare.html", PLOTTED), ("study.html", "true"), ("live.html", FLIES),
+    (INDEX, "true")], ids=["report", "compare", "study", "live", "index"])
+def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, name: str, drawn: str) -> None:  # type: ignore[no-untyped-def]
+    tab = Tab(browser, pages / name, reduced_motion="reduce" if name == "report.html" else "no-preference")
     wait_until(tab.page, drawn)
     for width in WIDTHS:
         tab.page.set_viewport_size({"width": width, "height": 900})
-        assert tab.evaluate(LOOK) == {"wide": 0, "covered": False, "cut": []}, width
+        assert tab.evaluate(LOOK) == {"wide": 0, "covered": False, "cut": [], "over": []}, width
     for scheme in ("light", "dark"):
         tab.page.emulate_media(color_scheme=scheme)
         seen = tab.evaluate(CONTRAST, "h1")
         assert seen["ratio"] >= 7 and (seen["paper"] < 0.1) == (scheme == "dark")
+    found = violations(tab.page, MANY)   # of a phone in the dark
     problems = tab.problems + tab.evaluate("window.maglevReport?.errors ?? window.maglevLive?.problems ?? []")
     tab.context.close()
+    assert (problems, found) == ([], [])
+
+
+def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path) -> None:  # type: ignore[no-untyped-def]
+    """By the browser's menu, before anything was scrolled to."""
+    tab = Tab(browser, pages / "compare.html")
+    tab.evaluate("""() => addEventListener("beforeprint", () => {
+        window.paper = [...document.querySelectorAll("figure")]
+            .map((figure) => figure.querySelectorAll(".on-paper svg, .panel-plot").length); })""")
+    printed = tab.page.pdf()
+    assert min(tab.evaluate("window.paper")) > 0
+    assert 2 <= printed.count(b"/Type /Page\n") <= 8
+    tab.page.emulate_media(media="print")
+    assert not any(button.is_visible() for button in tab.page.locator("button:not(.legend button)").all())
+    assert tab.evaluate("getComputedStyle(document.querySelector('.panel')).breakInside") == "avoid"
+    tab.close()
+
+
+@pytest.fixture
+def phone_live(browser, pages: Path) -> Iterator[Tab]:  # type: ignore[no-untyped-def]
+    tab = Tab(browser, pages / "live.html", PHONE)
+    wait_until(tab.page, FLIES)
+    yield tab
+    problems = tab.problems + tab.evaluate("maglevLive.problems")
+    tab.context.close()
     assert problems == []
+
+
+def swipe(tab: Tab, x: float, y: float, dx: float, dy: float) -> None:
+    """A finger goes from a place of the window on (px)."""
+    touches = tab.context.new_cdp_session(tab.page)
+    for kind, part in (("touchStart", 0.0), *(("touchMove", 0.1 * k) for k in range(1, 11))):
+        point = {"x": x + part * dx, "y": y + part * dy}
+        touches.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]})
+        tab.page.wait_for_timeout(15)
+    touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+STAGE = """(({ left, right, top, bottom }) => [left, right, top, bottom])
+    (document.getElementById("stage").getBoundingClientRect())"""
+MOVER = """(() => { const box = document.getElementById("stage").getBoundingClientRect(), view = maglevLive.views[0];
+    const [left, top, width, height] = boxIn(view, maglevLive.run, maglevLive.history.last(), "position");
+    return [box.left + left + width / 2, box.top + top + height / 2]; })()"""
+
+
+def test_a_finger_turns_the_view_or_scrolls(phone_live: Tab) -> None:
+    """Beside the platform: sideways it turns the view, upwards it scrolls the page under the picture, which stays."""
+    tab, page = phone_live, phone_live.page
+    left, _, _, bottom = tab.evaluate(STAGE)
+    yaw = tab.evaluate("maglevLive.orbit.yaw")
+    swipe(tab, left + 12, bottom - 12, 120.0, 4.0)
+    turned = tab.evaluate("maglevLive.orbit.yaw")
+    assert tab.evaluate("scrollY") == 0 and abs(turned - yaw) > 20.0
+    swipe(tab, left + 12, bottom - 12, 0.0, -150.0)
+    wait_until(page, "scrollY > 60")
+    assert not page.is_visible("#released") and abs(tab.evaluate("maglevLive.orbit.yaw") - turned) < 3.0
+    assert tab.evaluate(STAGE)[2] >= 0.0
+
+
+def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
+    tab, page = phone_live, phone_live.page
+    for view, kind in (("sides", "side"), ("space", "space"), ("above", "above")):
+        page.select_option("#view", view)
+        wait_until(page, f"maglevLive.views[0].kind === '{kind}'")
+    assert "view=above" in tab.evaluate("location.hash")
+    place = "['x', 'y', 'z'].map((axis) => maglevLive.history.last().axes[axis].reference)"
+    before, scale = np.array(tab.evaluate(place)), tab.evaluate("maglevLive.views[0].scale")
+    swipe(tab, *tab.evaluate(MOVER), 20.0, -10.0)
+    wait_until(page, f"{place}[0] !== {before[0]}")
+    page.wait_for_timeout(100)
+    moved = 1e3 * (np.array(tab.evaluate(place)) - before) * scale   # px
+    assert moved == pytest.approx([20.0, 0.0, 10.0], abs=3.0)
+    assert tab.evaluate("scrollY") == 0
+
+
+def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: Path) -> None:  # type: ignore[no-untyped-def]
+    """A law can send its page anything: the page takes no text of it for its own, and no data of another shape."""
+    tab = Tab(browser, pages / "live.html")
+    wait_until(tab.page, FLIES)
+
+    def said(message: str) -> str:
+        tab.evaluate(f"say(''); own.present = true; worker.onmessage({{ data: {message} }})")
+        return tab.page.inner_text("#status")
+
+    for message in ("null", "'text'", "{ type: 'constructor' }", "{ type: 'refused', text: 5 }",
+                    "{ type: 'frame', rows: [1] }", "{ type: 'frame', rows: new Float32Array(3), "
+                    "ghostRows: new Float32Array(0), flags: {}, ghostFlags: null, pace: 1, time: 1 }",
+                    "{ type: 'owned', model: 'own:x', about: { variables: [] } }"):
+        assert said(message) == "", message
+    assert said("{ type: 'not done', text: 'Your browser is out of date' }") == "law: Your browser is out of date"
+    assert said("{ type: 'not done', text: 'Plant3DOF: no' }") == "Plant3DOF: no"
+    tab.context.close()

@@ -7,9 +7,9 @@ from typing import Any
 from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from report_tab import DESKTOP, PHONE, Tab
+from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
@@ -17,24 +17,6 @@ from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.page import page
 from maglev.studies.page.sensitivity import sensitivity
 from maglev.studies.page.verdict import decisive, edges, telling, verdict
-
-ABOUT: dict[str, Any] = {
-    "name": "study", "title": "<b>odd</b>", "description": "", "scenario": "tiny", "correlated": [], "limits": {},
-    "design": {"kind": "saltelli", "samples": 1024, "seed": 1}, "targets": ["plant.a", "plant.b"],
-    "vary": [{"name": "plant.a", "set": ["plant.a"]}, {"name": "plant.b", "set": ["plant.b"]}],
-    "run": {"scenario": "tiny.toml", "set": {}, "options": {}},
-    "provenance": {"version": "0", "commit": None, "python": "3", "fmus": [], "changes": []}}
-
-
-def table(values: np.ndarray[Any, Any], points: np.ndarray[Any, Any], failure: str | None = None) -> pa.Table:
-    number = len(values)
-    roles = {"plant.a": b"varied", "plant.b": b"varied", "overshoot of v": b"metric"}
-    columns = {"sample": range(number), "plant.a": points[:, 0], "plant.b": points[:, 1], "overshoot of v": values,
-               "failed": [False] * number, "passed": [True] * number,
-               "failure": pa.array([failure] + [None] * (number - 1), pa.string())}
-    made = pa.table(columns)
-    return made.cast(pa.schema([field.with_metadata({b"unit": b"", b"role": roles.get(field.name, b"")})
-                                for field in made.schema]))
 
 
 def points() -> np.ndarray[Any, Any]:
@@ -98,16 +80,6 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     assert "the others fail by rms error of v beyond ≤ 1 µm." in text
     assert "Sensitivity" not in text and str(tmp_path) not in text
     assert len(text.encode()) < 150_000
-
-
-def broken_at(points: np.ndarray[Any, Any]) -> tuple[pa.Table, dict[str, Any]]:
-    """A grid that fails where a is 3 and more, whatever b is, and its description."""
-    made = table(points[:, 0] / 10.0, points)
-    made = made.set_column(made.schema.get_field_index("passed"), "passed", pa.array((points[:, 0] < 3.0).tolist()))
-    return made, {**ABOUT, "design": {"kind": "grid"}, "limits": {"overshoot of v": {"min": None, "max": 0.25}}}
-
-
-GRID = np.array([[a, b] for a in (1.0, 2.0, 3.0, 4.0) for b in (0.5, 0.7, 1.5)])
 
 
 def test_the_page_says_from_where_on_it_breaks() -> None:
