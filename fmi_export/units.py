@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
@@ -30,7 +31,8 @@ class UnknownUnit(ValueError):
     """A unit that is not made of `SYMBOLS`."""
 
 
-def factors(unit: str) -> list[tuple[str, int]]:
+@lru_cache(maxsize=512)
+def factors(unit: str) -> tuple[tuple[str, int], ...]:
     """Symbols of a unit and their powers: m and 1, s and -2, A and -1 of "m/(s2.A)"; a slash divides by what is next.
 
     Raises
@@ -60,7 +62,7 @@ def factors(unit: str) -> list[tuple[str, int]]:
             next_sign, expects_symbol = 1, False
     if expects_symbol or len(signs) > 1:
         raise UnknownUnit(unit)
-    return found
+    return tuple(found)
 
 
 def exponents(unit: str) -> dict[str, int]:

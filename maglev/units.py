@@ -91,6 +91,7 @@ def measures(unit: str, expected: str) -> bool:
     return unit == expected or (one is not None and other is not None and one.dimension == other.dimension)
 
 
+@lru_cache(maxsize=512)
 def known_unit(unit: str | None) -> Unit | None:
     """The same; None of no unit, and of an unknown one."""
     try:

@@ -95,6 +95,37 @@ class Observer:
         """Before the stepping: the calls that will be made."""
 
 
+class Columns:
+    """What tracks hold, with each column as one piece of memory: who looks at one passes over no other.
+
+    Rows are taken over as soon as some hundred have been written, when they are still in the processor's cache.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+    kind : type, optional
+        Of all columns; without it each has that of its track, and Booleans that of FMI 2.0.
+    """
+
+    def __init__(self, tracks: Sequence[Track], kind: type | None = None):
+        self.tracks = tracks
+        self.tables = [np.empty(track.array.shape[::-1], kind or countable(track.array.dtype)) for track in tracks]
+        self.taken = 0
+
+    def take(self, rows: int) -> None:
+        """Take over the rows up to this number that were not yet."""
+        for track, table in zip(self.tracks, self.tables, strict=True):
+            table[:, self.taken:rows] = track.array[self.taken:rows].T
+        self.taken = rows
+
+    def recording(self, step: float, notes: tuple[str, ...] = ()) -> Recording:
+        """Recording of the rows that were taken over, a communication step (s) apart; the memory is the same."""
+        columns: dict[str, npt.NDArray[Any]] = {}
+        for track, table in zip(self.tracks, self.tables, strict=True):
+            columns.update(zip(track.names, table[:, :self.taken], strict=True))
+        return Recording(step * np.arange(self.taken, dtype=np.float64), columns, notes)
+
+
 class Master:
     """Co-simulation of FMUs; a context manager that frees them.
 
@@ -194,7 +225,8 @@ class Master:
                 for column, name in enumerate(track.names):
                     track.array[:, column] = drives[name]
 
-    def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None) -> Recording:
+    def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
+            columns: Columns | None = None) -> Recording:
         """Fly as prepared by `wire`, again after fmi2Reset; errors as of `run`.
 
         Parameters
@@ -203,15 +235,14 @@ class Master:
             By the name of an FMU: start values that go before those of its setup.
         progress : callable, optional
             As of `run`.
-
-        Returns
-        -------
-        Recording
-            Its columns are copies: the next flight leaves them as they are.
+        columns : Columns, optional
+            Of the tracks of the wiring: where the recording is, to be used again; without it the next flight leaves a
+            recording as it is.
         """
         assert self.wiring is not None
         initial, phases, tracks, begin = self.wiring
-        done = 0
+        columns = columns or Columns(tracks)
+        done = columns.taken = 0
         with held_interrupts() as let_through:
             own = {setup.name: setup.start for setup in self.setups}
             for name, calls in begin.items():
@@ -231,14 +262,16 @@ class Master:
                     last = min(done + PROGRESS_STEPS, self.steps)
                     stepper.step_over(done, last)
                     done = last
+                    columns.take(done + 1)
                     if progress is not None:
                         progress(done, self.steps)
             except (FmuError, StepFailed, KeyboardInterrupt) as error:
                 reason: BaseException = error
                 if isinstance(error, StepFailed):
                     done, reason = error.step, error.reason
-                raise ended(reason, done * self.step, recording(tracks, self.step, done + 1)) from reason
-            return recording(tracks, self.step, self.steps + 1, self.notes())
+                columns.take(done + 1)
+                raise ended(reason, done * self.step, columns.recording(self.step)) from reason
+            return columns.recording(self.step, self.notes())
 
     def notes(self) -> tuple[str, ...]:
         """What the FMUs said, one sentence each."""
@@ -292,16 +325,10 @@ def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed
 
 
 def by_column(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Copy of a table in which each column is one piece of memory, as its rows: who looks at one passes over no other.
-
-    Booleans of one byte become those of FMI 2.0, with which one can reckon.
-    """
-    return np.array(table.T, np.int32 if table.dtype == np.uint8 else table.dtype, order="C")
+    """Copy of a table with each column as one piece of memory, as `Columns` have them."""
+    return np.array(table.T, countable(table.dtype), order="C")
 
 
-def recording(tracks: Sequence[Track], step: float, rows: int, notes: tuple[str, ...] = ()) -> Recording:
-    """Recording of the first rows of the tracks."""
-    columns: dict[str, npt.NDArray[Any]] = {}
-    for track in tracks:
-        columns.update(zip(track.names, by_column(track.array[:rows]), strict=True))
-    return Recording(step * np.arange(rows, dtype=np.float64), columns, notes)
+def countable(kind: npt.DTypeLike) -> npt.DTypeLike:
+    """Type of a column with which one can reckon: Booleans of one byte become those of FMI 2.0."""
+    return np.int32 if kind == np.uint8 else kind

@@ -140,7 +140,8 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
                   and kind_of(fmu.variable(target.partition(".")[2])) == kind]
         if driven:
             track = Track(driven, fmu.fmi.types[kind].item, rows, allocate)
-            track.array[:] = np.array([drives[target] for target in driven]).T
+            for column, target in enumerate(driven):
+                track.array[:, column] = drives[target]
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
         sets.append(list(input_calls(number, name, fmu, sources, places, order)))

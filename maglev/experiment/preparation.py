@@ -141,9 +141,10 @@ class Experiment:
 
     def parameters(self) -> dict[str, float]:
         """Start value of every Real parameter, `fmu.variable`: the plan's, or the FMU's."""
-        descriptions = self.check()
-        return {f"{name}.{variable.name}": self.start_value(f"{name}.{variable.name}", descriptions)
-                for name, description in descriptions.items() for variable in description.modelVariables
+        given = {name: fmu.start for name, fmu in self.plan.fmus.items()}
+        return {f"{name}.{variable.name}": float(given[name][variable.name].value if variable.name in given[name]
+                                                 else variable.start)
+                for name, description in self.check().items() for variable in description.modelVariables
                 if variable.causality == "parameter" and variable.type == "Real"}
 
     def outputs(self) -> dict[str, str]:

@@ -131,7 +131,7 @@ def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescri
                            if full.startswith(f"{name}.")},
                           dict(digests(path)) if is_written(path) else {path.name: sha256_of(path)})
                  for name, path in files.items())
-    return Provenance(version("maglev-fmus"), commit(), command(), f"{platform.python_version()} on "
+    return Provenance(own_version(), commit(), command(), f"{platform.python_version()} on "
                       f"{platform.system()} {platform.machine()}", fmus, tuple(changes), scenario, departures)
 
 
@@ -169,6 +169,12 @@ def command() -> str:
     name = Path(sys.argv[0]).name if sys.argv else ""
     called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
     return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
+
+
+@cache
+def own_version() -> str:
+    """Version of this package."""
+    return version("maglev-fmus")
 
 
 @cache

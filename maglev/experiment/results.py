@@ -71,7 +71,7 @@ def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
     from pyarrow.csv import WriteOptions
     from pyarrow.csv import write_csv as write_table
 
-    table = table_of(recording, every)
+    table = table_of(recording, every, as_text=True)
     with whole_file(path) as unfinished, unfinished.open("wb") as file:
         header = io.StringIO()
         csv.writer(header, lineterminator="\n").writerow(table.column_names)   # an array's name has a comma
@@ -96,8 +96,11 @@ def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], ab
         parquet.write_table(table.cast(pyarrow.schema(fields, known)), file)
 
 
-def table_of(recording: Recording, every: int) -> Any:
-    """Every n-th communication point of a recording, and the last one, as a pyarrow.Table: time, then the columns."""
+def table_of(recording: Recording, every: int, as_text: bool = False) -> Any:
+    """Every n-th communication point of a recording, and the last one, as a pyarrow.Table: time, then the columns.
+
+    On the way to text, columns most of whose values are those before them are text already.
+    """
     import pyarrow
 
     rows = np.unique(np.append(np.arange(0, len(recording.time), every), len(recording.time) - 1))
@@ -105,4 +108,13 @@ def table_of(recording: Recording, every: int) -> Any:
     # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
     arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(rows),
                                          [None, pyarrow.py_buffer(column)]) for column in columns]
+    if as_text:
+        arrays = [texts(array) if 2 * np.count_nonzero(column[1:] != column[:-1]) < len(rows) else array
+                  for array, column in zip(arrays, columns, strict=True)]
     return pyarrow.Table.from_arrays(arrays, names=["time", *recording.columns])
+
+
+def texts(numbers: Any) -> Any:
+    """A pyarrow.Array of numbers as text, with each number, by its bits, written once: that is what a CSV costs."""
+    found = numbers.view(f"int{numbers.type.bit_width}").dictionary_encode()
+    return found.dictionary.view(numbers.type).cast("string").take(found.indices)

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
-from scipy.stats import qmc
 
 from maglev.errors import ScenarioError
 from maglev.studies.schema import DISCRETE, MOST_SAMPLES, StudyFile, Varied
@@ -39,6 +37,8 @@ def samples(study: StudyFile) -> Array:
 
 def unit_samples(study: StudyFile) -> Array:
     """Points of the design in the unit cube, shape (number of samples, number that vary)."""
+    from scipy.stats import qmc  # half of the start of a study, for what grids do not need
+
     design, varied = study.design, len(study.vary)
     assert design.samples is not None   # not of a grid
     if design.kind == "saltelli":
@@ -55,6 +55,8 @@ def saltelli(varied: int, base: int, seed: int) -> Array:
     That is the order in which SALib reads them; both matrices are one scrambled sequence of Sobol of twice the
     dimension.
     """
+    from scipy.stats import qmc
+
     both = np.asarray(qmc.Sobol(2 * varied, rng=seed).random(base))
     first, second = both[:, :varied], both[:, varied:]
     rows = np.empty((base, varied + 2, varied))
@@ -67,6 +69,8 @@ def saltelli(varied: int, base: int, seed: int) -> Array:
 
 def at(study: StudyFile, points: Array) -> Array:
     """Values of what varies at points of the unit cube."""
+    from scipy.special import ndtri
+
     points = np.clip(points, SMALLEST, 1.0 - SMALLEST)
     found = np.column_stack([values_at(each, points[:, column]) for column, each in enumerate(study.vary)])
     columns = [each.column for each in study.vary]
@@ -79,6 +83,8 @@ def at(study: StudyFile, points: Array) -> Array:
 
 def values_at(varied: Varied, points: Array) -> Array:
     """Values of one that varies where its distribution function is at the points, shape (n,)."""
+    from scipy.special import ndtri
+
     if varied.kind in DISCRETE:
         values = np.array(values_of(varied), dtype=np.float64)
         return np.asarray(values[np.minimum((points * len(values)).astype(int), len(values) - 1)])

@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.cosim.master import Master
+from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.schema.settings import REFERENCE, start_values, with_references
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
-
-ROWS_AT_A_TIME = 512   # of a recording that is transposed: as much as a processor's nearest cache holds
 
 
 class Flight:
@@ -27,8 +25,8 @@ class Flight:
         self.resettable = not any(map(is_foreign, experiment.files.values()))
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
-        self.recorded: dict[str, NDArray[np.float64]] = {}
         self.master: Master | None = None
+        self.columns: Columns | None = None   # of the flights of one master, all in the same memory
         self.redriven = False   # the references are not those of the experiment
 
     def __enter__(self) -> "Flight":
@@ -49,17 +47,19 @@ class Flight:
             experiment = self.experiment
             self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
+            assert self.master.wiring is not None
+            self.columns = Columns(self.master.wiring.tracks, np.float64)
             self.redriven = False
         return self.master
 
-    def fly(self, changes: Changes) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    def fly(self, changes: Changes) -> tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]:
         """Fly with other values.
 
         Returns
         -------
         time : ndarray, shape (n,)
             s.
-        columns : dict of str to ndarray, shape (n,)
+        columns : mapping of str to ndarray, shape (n,)
             By name as of a `Recording`; the next flight overwrites them.
 
         Raises
@@ -75,14 +75,13 @@ class Flight:
         try:
             master = self.load()
             self.drive(master, changes)
-            time = master.fly(start).time
-            columns = self.columns(master)
+            recording = master.fly(start, columns=self.columns)
         except BaseException:
             self.close()
             raise
         if not self.resettable:
             self.close()
-        return time, columns
+        return recording.time, recording.columns
 
     def drive(self, master: Master, changes: Changes) -> None:
         """Put the references of a flight into the rows that the FMUs read."""
@@ -99,14 +98,3 @@ class Flight:
             name, _, variable = full.partition(".")
             fmus[name] = fmus[name].model_copy(update={"start": {**fmus[name].start, variable: value}})
         return replace(self.experiment, plan=plan.model_copy(update={"fmus": fmus}))
-
-    def columns(self, master: Master) -> dict[str, NDArray[np.float64]]:
-        """What was recorded, column by column: what is measured reads each of them several times."""
-        assert master.wiring is not None
-        found: dict[str, NDArray[np.float64]] = {}
-        for track in master.wiring.tracks:
-            columns = self.recorded.setdefault(track.names[0], np.empty(track.array.shape[::-1]))
-            for row in range(0, columns.shape[1], ROWS_AT_A_TIME):
-                columns[:, row:row + ROWS_AT_A_TIME] = track.array[row:row + ROWS_AT_A_TIME].T
-            found.update(zip(track.names, columns, strict=True))
-        return found

@@ -24,10 +24,11 @@ NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=50)
 def recording(values: list[float]) -> Recording:
     time = 0.1 * np.arange(len(values))
     return Recording(time, {"plant.y": np.array(values), "plant.at_stop": np.arange(len(values), dtype=np.int32) % 2,
-                            'odd,"name"': -time})
+                            'odd,"name"': -time, "held": np.repeat(values, 3)[:len(values)]})
 
 
 @given(NUMBERS, st.integers(1, 4))
+@example([-0.0, 0.0, 1e22, 0.1, 0.1, 0.1], 1)
 @example([0.1, -0.0, 5e-324, 1.7976931348623157e308, 1e-5, 1 / 3, 1e16, 123456789012345680.0, float("inf")], 1)
 def test_numbers_come_back(tmp_path_factory: pytest.TempPathFactory, values: list[float], every: int) -> None:
     path = tmp_path_factory.mktemp("csv") / "run.csv"
@@ -38,7 +39,7 @@ def test_numbers_come_back(tmp_path_factory: pytest.TempPathFactory, values: lis
         header, *rows = csv.reader(file)
     table = parquet.read_table(path.with_suffix(".parquet"))
     expected = sorted({*range(0, len(values), every), len(values) - 1})
-    assert header == table.column_names == ["time", "plant.y", "plant.at_stop", 'odd,"name"']
+    assert header == table.column_names == ["time", "plant.y", "plant.at_stop", 'odd,"name"', "held"]
     for i, column in enumerate((written.time, *written.columns.values())):
         wanted = column[expected].astype(float).tobytes()
         assert np.array([float(row[i]) for row in rows]).tobytes() == wanted
