@@ -14,8 +14,13 @@ PAGE = Path(__file__).parents[2] / "docs" / "own_stage.md"
 
 
 @pytest.mark.usefixtures("slow")
-def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In this process, which has translated the parts of the blocks; the wheel's test types some of them."""
+@pytest.mark.parametrize("names", [("PlantMine", "RegulatorMine"), pytest.param((), marks=pytest.mark.thorough)],
+                         ids=["what flies", "all"])
+def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...]) -> None:
+    """In this process, which has translated the parts of the blocks; the wheel's test types some of them.
+
+    The page builds all FMUs of the stage, `make test` those that its scenario flies.
+    """
     monkeypatch.chdir(tmp_path)
     commands = re.findall(r"^    ((?:maglev|sed) .*)$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert [command.split()[1] for command in commands if command.startswith("maglev")] == ["new", "build", "run"]
@@ -27,7 +32,7 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             changed = sum(one != other for one, other in zip(before.split("\n"), after.split("\n"), strict=True))
             assert changed >= command.count("s/")   # every substitution finds its line
         else:
-            done = maglev(*shlex.split(command)[1:])
+            done = maglev(*shlex.split(command)[1:], *(names if command.split()[1] == "build" else ()))
             assert done.exit_code == 0, done.output
     forget("mine")
     assert Path("results/mine-setpoints.png").stat().st_size > 10_000

@@ -116,9 +116,9 @@ def test_map_without_an_fmu(fmus: Path, step: Path) -> None:
     assert "[controller]: expected --controller with it" in line
 
 
-def test_check_says_where_it_leaves_the_baseline(fmus: Path, step: Path, c_controller: Path,
+def test_check_says_where_it_leaves_the_baseline(fastest_fmus: Path, step: Path, c_controller: Path,
                                                  python_controller: Path, tmp_path: Path) -> None:
-    common = ["check", step, "--fmus", fmus, "--baselines", tmp_path / "baselines"]
+    common = ["check", step, "--fmus", fastest_fmus, "--baselines", tmp_path / "baselines"]
     assert maglev(*common, "--update").exit_code == 0
     for arguments in (["--controller", c_controller, "--map", MAP], ["--controller", python_controller]):
         result = maglev(*common, *arguments)

@@ -27,10 +27,10 @@ def test_github_gitlab_and_the_text_have_the_same_commands() -> None:
 
 
 @pytest.mark.usefixtures("slow")
-def test_the_repository_of_a_user(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_repository_of_a_user(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(REPOSITORY, tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
-    (tmp_path / "mine/fmus").symlink_to(fmus)   # what the first command builds
+    (tmp_path / "mine/fmus").symlink_to(fastest_fmus)   # what the first command builds
     _, run, check = commands(FILES[0])
     assert maglev(*run).exit_code == 0
     assert Path("results/hover.png").is_file()

@@ -129,6 +129,12 @@ def changed(path: Path, old: str, new: str) -> Path:
     return path
 
 
+@pytest.fixture
+def fmus(fastest_fmus: Path) -> Path:
+    """What is handed on does not ask of which kind it is."""
+    return fastest_fmus
+
+
 def ran(runs: list[RunPlan], fmus: Path, out: Path, *settings: str) -> dict[str, RunResult]:
     experiments = prepare_all(runs, fmus, {}, start_values(settings))
     return {result.plan.name: result for result in execute_all(experiments, out, "csv", 1, lambda *_: None)}

@@ -48,9 +48,9 @@ def test_step_order_and_fmu(fmus: Path) -> None:
     assert other.plan.title == f"{plan.title} (modified)"
 
 
-def test_a_modified_run_has_no_verdict_on_the_thesis(fmus: Path, tmp_path: Path) -> None:
+def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_path: Path) -> None:
     """Neither the run nor a comparison with it; what was measured stands beside the thesis's value."""
-    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fmus, set={"plant.y.mass": 8}, jobs=2)
+    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8}, jobs=2)
     judged = [claim for claims in results.verdicts.values() for claim in claims]
     assert judged
     assert {claim.verdict for claim in judged} <= {"modified run", "not testable"}
@@ -68,9 +68,9 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fmus: Path, tmp_path: Path)
     assert data["metrics"]["failed"] is False
 
 
-def test_the_page_says_which_controller_flew(fmus: Path, tmp_path: Path) -> None:
+def test_the_page_says_which_controller_flew(fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="the FMU that was put in has no"):
-        run_all([RUN], out=tmp_path, fmus=fmus, page=True, controller=fmus / "PID3DOF.fmu")
+        run_all([RUN], out=tmp_path, fmus=fastest_fmus, page=True, controller=fastest_fmus / "PID3DOF.fmu")
     page = (tmp_path / "report.html").read_text()
     assert "modified run: controller is PID3DOF.fmu" in page
     assert '"label":"nonlinear regulator (modified)"' in page or '(modified)"' in page

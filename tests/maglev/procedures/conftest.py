@@ -54,7 +54,7 @@ def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
     for estimator in estimators_of(plan):
         constants = {**CONSTANTS[name[:4]], **(estimates or {}).get(estimator, {})}
         full |= {f"{estimator}.{constant}": value for constant, value in constants.items()}
-    drives = {signal.to: np.array([signal.value(t) for t in time.tolist()]) for signal in plan.signals}
+    drives = {signal.to: signal.values_at(time) for signal in plan.signals}
     arrays = {column: np.broadcast_to(np.asarray(values, dtype=float), time.shape)
               for column, values in {**full, **drives}.items()}
     ends = {column: float(values[-1]) for column, values in arrays.items()}
@@ -69,7 +69,7 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     name = f"{rig}-equilibrium-currents"
     time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1)
     (signal,) = load_plan(name).signals
-    asked = np.array([signal.value(t) for t in time.tolist()])
+    asked = signal.values_at(time)
     constants = list(CONSTANTS[rig].values())[-3:]
     motors = 1.0 if rig == "2dof" else 4.0
     held = {gap: equilibrium_current(MOTOR, *(motors * value for value in constants), gap + gap_error)[0]

@@ -28,7 +28,7 @@ def percent(text: str) -> float:
     return float(text.removesuffix("%"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def outcome(flown: Flown) -> Outcome:
     """Estimates that are 3 % too large before the jump of C2, and scatter by 1 % there."""
     alternating = np.where(np.arange(len(TIME)) % 2 == 0, 0.01, -0.01) * (TIME < JUMP)
