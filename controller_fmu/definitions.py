@@ -72,6 +72,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
                   **({} if law == NONLINEAR else {NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
         experiment=default_experiment(rig),
         variable_step=False,
+        sampled=True,
         documentation=(*(("controller_fmu", page) for page in pages), *tilts(rig), ("controller_fmu", "regulator.html"),
                        ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
         icon=Drawing(ICONS, "controller", (word, len(rig.axes))),
@@ -109,6 +110,7 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
                                       "{sample_time} s"},
         experiment=default_experiment(rig),
         variable_step=False,
+        sampled=True,
         documentation=(("controller_fmu", "pid.html"), *tilts(rig, "pid_tilts.html"),
                        ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
         icon=Drawing(ICONS, "controller", ("PID", len(rig.axes))),
@@ -125,6 +127,7 @@ def commutation(rig: Rig, block: type) -> FmuDefinition:
         refusals=refusals(rig),
         experiment=default_experiment(rig),
         variable_step=False,
+        sampled=True,
         documentation=(("controller_fmu", "commutation.html"), *tilts(rig), ("pmlsm", "motor.html")),
         icon=Drawing(ICONS, "controller", ("commutation", len(rig.axes))),
         sketch=Drawing(DIAGRAMS, "commutation"))

@@ -16,6 +16,7 @@ def estimator(rig: Rig, block: type) -> FmuDefinition:
         refusals=refusals(rig),
         experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=False,
+        sampled=True,
         documentation=(("estimator_fmu", "estimator.html"), ("estimator_fmu", rows),
                        ("estimator_fmu", "matched_filter.html"), ("pmlsm", "motor.html")),
         icon=Drawing("estimator_fmu.drawings", "icon", (len(rig.axes),)),

@@ -6,6 +6,8 @@ from importlib import import_module
 from operator import attrgetter
 from typing import Any
 
+SAMPLE_TIME = "sample_time"   # parameter of a block that samples: its interval
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -112,6 +114,8 @@ class FmuDefinition:
     author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs
     requires: tuple[str, ...] = ()                     # packages of the importer's Python that the block needs
     continuous: ContinuousModel | None = None          # of a native FMU that is for Model Exchange as well
+    sampled: bool = False                              # at the start, and then every SAMPLE_TIME
+    clocked: bool = False                              # one of FMI 3.0 samples when the importer's clock ticks
 
     @property
     def native_variables(self) -> tuple[Variable, ...]:

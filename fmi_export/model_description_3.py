@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.model_description import (
     add_experiment,
     add_log_categories,
@@ -19,6 +19,8 @@ from fmi_export.model_description import (
 )
 
 FMI = "3.0"
+
+CLOCK = "clock"   # its name
 
 # What FMI 3.0 calls the unknowns in an element of FMI 2.0.
 ELEMENTS = {"Outputs": "Output", "Derivatives": "ContinuousStateDerivative", "InitialUnknowns": "InitialUnknown"}
@@ -45,9 +47,11 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
         SubElement(root, "ModelExchange", common | {
             "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true",
             "needsCompletedIntegratorStep": "true"})
+    clocked = definition.sampled and definition.clocked
+    events = {"hasEventMode": "true"} | ({} if clocked else {"mightReturnEarlyFromDoStep": "true"})
     SubElement(root, "CoSimulation", common | {
-        "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
-    })
+        "canHandleVariableCommunicationStepSize": xml_boolean(clocked or definition.variable_step),
+    } | (events if definition.sampled else {}))
     table = definition.native_variables
     add_units(root, table)
     add_log_categories(root)
@@ -57,18 +61,38 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     for variable in table:
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
                    common_attributes(variable, reference[variable.name]) | typed_attributes(definition, variable)
-                   | state_attributes(continuous, variable.name, reference))
+                   | state_attributes(continuous, variable.name, reference)
+                   | sampling_attributes(definition, variable))
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "description": "Time",
         "causality": "independent", "variability": "continuous", "unit": "s"})
+    if clocked:
+        reference[""] = len(table) + 1
+        SubElement(variables, "Clock", {
+            "name": CLOCK, "valueReference": str(reference[""]),
+            "description": f"Ticks every {SAMPLE_TIME}, first at the start time",
+            "causality": "input", "variability": "discrete", "intervalVariability": "fixed"})
     structure = SubElement(root, "ModelStructure")
     for element, unknowns in structure_of(definition, continuous).items():
+        if clocked and element == "InitialUnknowns":   # fmpy takes none that are of a clock
+            continue
         for name, knowns in unknowns.items():
+            if clocked and knowns is not None:
+                knowns = (*knowns, "")
             SubElement(structure, ELEMENTS[element],
                        {"valueReference": str(reference[name])} | dependencies(knowns, reference))
     for name in continuous.indicators if continuous else ():
         SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
     return as_bytes(root)
+
+
+def sampling_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
+    """What event mode, or the clock, changes of an input or output of a block that samples."""
+    if not definition.sampled or variable.causality not in ("input", "output"):
+        return {}
+    once = {"canHandleMultipleSetPerTimeInstant": "false"} if variable.causality == "input" else {}   # then it samples
+    of_clock = {"variability": "discrete", "clocks": str(len(definition.native_variables) + 1)}
+    return once | (of_clock if definition.clocked else {})
 
 
 def build_description(name: str, units: Sequence[str]) -> str:

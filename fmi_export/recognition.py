@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import datetime
 from functools import cache
 from importlib import import_module
@@ -63,6 +64,7 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ve
     derived = {tangent_name(name) for name in stems}   # made of the others
     texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in stems - derived}
     platforms = [PurePosixPath(name).parent.name for name in libraries]
+    definition = replace(definition, clocked=b"<Clock " in contents["modelDescription.xml"])
     made = native_sources(definition, texts, sources, version, platforms, shell, date_of(contents))
     return contents.get(DIGESTS) == digests(libraries) and runs == {
         **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,

@@ -30,14 +30,16 @@ NAME = re.compile(rb'modelName="(\w+)"')
 MOST = 50_000_000   # bytes, more than any of them unpacks to
 
 
-def kind_folder(fmus: Path, native: bool, fmi: int = 2) -> Path:
+def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -> Path:
     """Folder of a kind of FMUs below a folder: the Python kind is in this one itself.
 
-    ScenarioError for a version of FMI that there is not.
+    ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
     """
+    if clocked and fmi != 3:
+        raise ScenarioError("--clocked: expected --native and --fmi 3 with it")
     if fmi not in (2, 3) or (fmi == 3 and not native):
         raise ScenarioError(f"--fmi {fmi}: expected 2, or 3 and --native with it")
-    return fmus / ("fmi3" if fmi == 3 else "native") if native else fmus
+    return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
 
 
 def places() -> dict[str, tuple[str, str]]:

@@ -15,6 +15,7 @@ def measurement(rig: Rig, block: type) -> FmuDefinition:
         refusals=REFUSALS,
         experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=False,
+        sampled=True,
         documentation=(("measurement_fmu", "measurement.html"),),
         icon=Drawing("measurement_fmu.drawings", "icon", (len(rig.axes),)),
         sketch=Drawing("measurement_fmu.drawings", "block_diagram"))

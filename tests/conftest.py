@@ -128,6 +128,14 @@ def fmi3_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def clocked_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with a stage and its regulator, which has a clock, as FMI 3.0."""
+    require_native_tools()
+    return built_once(tmp_path_factory, "clocked_fmus", lambda folder: build_native(
+        ["Plant3DOF", "Regulator3DOF"], folder, host_only=True, fmi=3, clocked=True))
+
+
+@pytest.fixture(scope="session")
 def wasm_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with plants and controllers as WebAssembly modules."""
     require_native_tools()

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from math import inf
 from textwrap import wrap
 
-from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.native.tangent import named, tangent_name
 from fmi_export.native.translation import literal
 
@@ -40,7 +40,7 @@ static const struct Refusal REFUSALS[] = {{
 {refusals}
 }};
 
-{tables}const struct Model MODEL = {{
+{tables}{sampling}const struct Model MODEL = {{
     .name = {name_text},
     .guid = {guid},
     .block_size = sizeof(struct {block}),
@@ -52,6 +52,7 @@ static const struct Refusal REFUSALS[] = {{
     .refusals = REFUSALS,
     .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
     .continuous = {continuous},
+    .sampling = {sampled},
 }};
 """
 
@@ -100,6 +101,11 @@ static const struct Continuous CONTINUOUS = {{
 """
 
 
+SAMPLING = """\
+static const struct Sampling SAMPLING = {{.interval = AT({interval}), .clocked = {clocked}, .clock = {clock}}};
+
+"""
+
 # The independent variable of FMI 3.0, after the others: where the next communication step starts.
 TIME = """\
     {"time", "s", offsetof(struct RunState, progress.next_time), false, false, INDEPENDENT, -INFINITY, INFINITY, ""},"""
@@ -125,6 +131,8 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         name=definition.name, header=f"{header}.h", block=block.__name__,
         more=f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
         tables=continuous_tables(definition), continuous="&CONTINUOUS" if definition.continuous else "NULL",
+        sampling=sampling_table(definition) if timed else "",
+        sampled="&SAMPLING" if timed and definition.sampled else "NULL",
         arguments=arguments, name_text=text_literal(definition.name), guid=text_literal(guid),
         variables="\n".join([*(variable_row(v) for v in definition.native_variables), *([TIME] if timed else [])]),
         refusals="\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
@@ -150,6 +158,15 @@ def continuous_tables(definition: FmuDefinition) -> str:
         states=references(states), rates=references(rates), indicators=references(model.indicators),
         nominals=wrapped(literal(nominal[name]) for name in states),
         unknowns=references(dict.fromkeys([*rates, *outputs])))
+
+
+def sampling_table(definition: FmuDefinition) -> str:
+    """C source of what the layer knows of the grid of samples; nothing of a block without."""
+    if not definition.sampled:
+        return ""
+    interval, = (v.place for v in definition.variables if v.name == SAMPLE_TIME)
+    return SAMPLING.format(interval=interval, clocked="true" if definition.clocked else "false",
+                           clock=len(definition.native_variables) + 1)   # after the time
 
 
 def wrapped(cells: Iterable[str]) -> str:

@@ -15,7 +15,7 @@ from fmi_export.native.compiler import (
 )
 
 # The same in all versions.
-CORE = ("instance.c", "variables.c", "exchange.c", "state.c", "messages.c", "instance.h", "model.h")
+CORE = ("instance.c", "variables.c", "events.c", "exchange.c", "state.c", "messages.c", "instance.h", "model.h")
 
 
 class Shell(NamedTuple):
@@ -33,7 +33,7 @@ SHELLS = {
              {"linux64": LINUX_ON_INTEL,
               "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
               "win64": WINDOWS_ON_INTEL, "darwin64": MACOS}),
-    3: Shell("3.0", (*CORE, "fmi3.c", "fmi3_exchange.c", "fmi3_absent.c"),
+    3: Shell("3.0", (*CORE, "fmi3.c", "fmi3_events.c", "fmi3_exchange.c", "fmi3_absent.c"),
              ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
              {"x86_64-linux": LINUX_ON_INTEL, "aarch64-linux": LINUX_ON_ARM, "x86_64-windows": WINDOWS_ON_INTEL,
               "aarch64-windows": WINDOWS_ON_ARM, "x86_64-darwin": MACOS_ON_INTEL, "aarch64-darwin": MACOS_ON_ARM}),

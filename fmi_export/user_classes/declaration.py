@@ -12,14 +12,13 @@ from numbers import Real
 from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import Drawing, Experiment, FmuDefinition, Variable
+from fmi_export.definition import SAMPLE_TIME, Drawing, Experiment, FmuDefinition, Variable
 from fmi_export.errors import ExportError
 from fmi_export.units import SYMBOLS, UnknownUnit, exponents
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
 from fmi_export.user_classes.trouble import RAISED, described
 
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
-SAMPLE_TIME = "sample_time"
 
 DEFAULT_STEP = 0.5e-3   # s, of the default experiment of a class without samples
 
@@ -101,6 +100,7 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
                     f"number from {name}" for number, v in enumerate(ports, FIRST_PORT)}},
         experiment=Experiment(stop_time=500 * step, step=step),
         variable_step=not sampled,
+        sampled=sampled,
         icon=icon,
         sketch=sketch,
         arguments=(written, clock, tuple(v.place for v in ports), sampled),

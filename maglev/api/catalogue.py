@@ -67,7 +67,7 @@ def scenarios() -> list[RunEntry]:
 
 def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | None = None,
           fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, target: str = "all",
-          source: str | Path | None = None, say: Callable[[str], None] | None = None,
+          source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,
           watch: Watch = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
@@ -89,6 +89,8 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     source : path, optional
         With `native`: archive of native FMUs of a release, or a folder with what was in it, to copy them from, which
         takes no compiler. They must be of the installed sources.
+    clocked : bool
+        With `fmi=3`: what samples does so when a clock of the importer's ticks; into the folder's folder `clocked`.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
     watch : callable, optional
@@ -118,7 +120,7 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
 
         flyable(rig)
     every = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
-    folder = kind_folder(Path(fmus), native, fmi)
+    folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm" and fmi != 2:
         raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
     files = [Path(name) for name in given if is_written(Path(name))]
@@ -127,12 +129,12 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         return [*(build_wasm(chosen or every, Path(fmus) / "wasm", watch) if chosen or not given else []),
                 *(build_written(path, Path(fmus) / "wasm", native, target) for path in files)]
     if source is not None:
-        if not native or target != "all" or rig is not None or files:
+        if not native or target != "all" or rig is not None or files or clocked:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
         return take_native(map(str, given or every), Path(source), folder, fmi)
-    written = [build_written(path, folder, native, target, fmi) for path in files]
+    written = [build_written(path, folder, native, target, fmi, clocked) for path in files]
     chosen = chosen if given else every
-    ours = (build_native(chosen, folder, target == "host", watch, fmi) if native else
+    ours = (build_native(chosen, folder, target == "host", watch, fmi, clocked) if native else
             build_in_python(chosen, folder, watch)) if chosen else []
     for path, file in zip(written, files, strict=True):
         needed = () if native else load(file).requires

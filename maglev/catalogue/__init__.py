@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -40,7 +41,8 @@ def build_errors() -> Iterator[None]:
 
 
 @build_errors()
-def build_written(path: Path, folder: Path, native: bool = False, target: str = "all", fmi: int = 2) -> Path:
+def build_written(path: Path, folder: Path, native: bool = False, target: str = "all", fmi: int = 2,
+                  clocked: bool = False) -> Path:
     """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
     Parameters
@@ -54,6 +56,8 @@ def build_written(path: Path, folder: Path, native: bool = False, target: str = 
         What a native one is for; "wasm" makes the module with its description in place of an FMU.
     fmi : int
         As of `build_native_fmu`.
+    clocked : bool
+        As of `build_native`.
 
     Raises
     ------
@@ -76,8 +80,8 @@ def build_written(path: Path, folder: Path, native: bool = False, target: str = 
                 translation = finished(translated_blocks([found.definition], packages), found.packages)
             if target == "wasm":
                 return folder / build_webassembly(found.definition, translation, version, packages, unfinished)[0].name
-            build_native_fmu(found.definition, translation, version, licence, packages, unfinished, target == "host",
-                             fmi)
+            build_native_fmu(replace(found.definition, clocked=clocked), translation, version, licence, packages,
+                             unfinished, target == "host", fmi)
         else:
             build_fmu(found.definition, FMU, "DEFINITION", version, licence, packages, unfinished)
     return folder / f"{name}.fmu"
@@ -113,7 +117,12 @@ def build(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[
 
 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
-    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario."""
+    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario.
+
+    One with a clock has none: who flies them steps FMUs without one.
+    """
+    if definition.sampled and definition.clocked:
+        return {}
     test, name = smoke_test(definition), f"{definition.name}_validation"
     found = {test.name: (SMOKE_TEST, test.files())}
     recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
@@ -150,16 +159,17 @@ def loop_of(name: str) -> SystemLoop:
 
 @build_errors()
 def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched,
-                 fmi: int = 2) -> list[Path]:
+                 fmi: int = 2, clocked: bool = False) -> list[Path]:
     """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
 
-    The folder also gets the C loop that steps them on this machine.
+    The folder also gets the C loop that steps them on this machine. Clocked ones of FMI 3.0 sample when a clock of
+    their importer's ticks.
 
     Errors as of `translated_blocks` and `build_native_fmu`, `host_only` and `fmi` as of the latter, `watch` as of
     `build`; after an error the folder is as it was.
     """
     names = list(names)
-    chosen = [definition(name) for name in with_parts(names)]
+    chosen = [replace(definition(name), clocked=clocked) for name in with_parts(names)]
     version, licence = project()
     require_zig()
     watch(0, len(chosen))   # the translation takes its time

@@ -89,6 +89,8 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
                                                "native; needs the extra `native`.")] = False,
           fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: version of FMI; those of FMI "
                                            "3.0 go into the folder's folder fmi3.")] = 2,
+          clocked: Annotated[bool, typer.Option("--clocked", help="With --fmi 3: what samples does so when a clock "
+                                                "of the importer's ticks; into the folder's folder clocked.")] = False,
           target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
                                               "browsers, into the folder's folder wasm.")] = "all",
@@ -119,7 +121,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
         with progress_of(["FMUs"]) as watch:
             paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, fmi=fmi, target=target, source=source,
-                               say=say, watch=partial(watch, "FMUs"))
+                               clocked=clocked, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 

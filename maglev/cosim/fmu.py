@@ -20,6 +20,7 @@ from fmi_export.units import exponents
 from maglev.copies import original
 from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
 from maglev.errors import FmuError, nearest, nearest_file, shortened
@@ -91,8 +92,10 @@ def read_description(name: str, path: Path) -> ModelDescription:
     require_known_units(f"{name}: {original(path)}", description)
     if fmi_of(description) is FMI3:
         description.modelVariables = [with_older_type(variable) for variable in description.modelVariables]
-        if any(variable.type == "Clock" for variable in description.modelVariables):
-            raise FmuError(f"{name}: {original(path)} has clocks, expected an FMU that does without event mode")
+        other = [clock for clock in clocks_of(description) if clock.intervalVariability not in PERIODIC]
+        if other:
+            raise FmuError(f"{name}: {original(path)} has the clock {other[0].name}, which is "
+                           f"{other[0].intervalVariability}, expected periodic clocks: constant, fixed or tunable")
     return description
 
 
@@ -167,6 +170,7 @@ class Fmu:
         self.fmi = fmi_of(description)
         self.set_functions: dict[str, Any] = {}
         self.get_functions: dict[str, Any] = {}
+        self.ticking: Ticking | None = None   # with clocks
         try:
             self.load()
         except Exception as error:
@@ -181,6 +185,11 @@ class Fmu:
         self.instance = instance
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
         self.do_step = self.fmi.do_step(instance, self.description, self.messages.add)
+        if clocks_of(self.description):
+            self.ticking = Ticking(instance, self.folder, self.description, self.fmi.types, self.get_functions,
+                                   self.set_functions, self.do_step, self.messages.add)
+            self.get_functions, self.set_functions = self.ticking.getters, self.ticking.setters
+            self.do_step = self.ticking
 
     def take_message(self, status: int, message: bytes) -> None:
         """Keep a message."""
@@ -231,6 +240,8 @@ class Fmu:
         """Make the instance as new."""
         assert self.instance is not None
         self.instance.reset()
+        if self.ticking is not None:
+            self.ticking.reset()
 
     def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float,
                    give_inputs: Callable[[], None] = lambda: None) -> None:
@@ -247,7 +258,8 @@ class Fmu:
                 for buffer in buffers:
                     self.set(buffer)
 
-            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs):
+            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs,
+                                                     self.ticking):
                 if status < 0:   # fmpy refuses those beyond a warning
                     raise self.failed(call, status)
         except FmuError:

@@ -195,7 +195,7 @@ def test_50_instances_in_four_threads(fmi3_fmus: Path) -> None:
 @pytest.mark.parametrize(("call", "reason"), [
     (lambda i: i.doStep(0.0, -1.0), "communication step = -1.0 s, expected a positive, finite step"),
     (lambda i: i.enterEventMode(), "fmi3EnterEventMode of an instance for co-simulation, expected one for model"),
-    (lambda i: i.exitInitializationMode(), "fmi3ExitInitializationMode after the initialization, expected in the"),
+    (lambda i: i.exitInitializationMode(), "fmi3ExitInitializationMode in step mode, expected in the"),
     (lambda i: i.getFloat64([10**6]), "value reference = 1000000, expected 0 to"),
     (lambda i: i.getFloat64([0], nValues=2), "fmi3GetFloat64 of 1 variables with 2 values, expected one for each"),
     (lambda i: i.setFloat32([0], [1.0]), "fmi3SetFloat32 of 1 variables, expected Float64 or Boolean variables"),
@@ -209,7 +209,7 @@ def test_what_is_refused(fmi3_fmus: Path, call: object, reason: str) -> None:
 
 
 def test_event_mode_is_refused(fmi3_fmus: Path) -> None:
-    with started(fmi3_fmus, "Regulator3DOF") as fmu, pytest.raises(Exception, match="Failed to instantiate"):
+    with started(fmi3_fmus, "Plant3DOF") as fmu, pytest.raises(Exception, match="Failed to instantiate"):
         said: list[bytes] = []
         fmu.instance.instantiate(eventModeUsed=True, logMessage=lambda *message: said.append(message[-1]))
     assert b"this FMU has no event mode" in said[0]

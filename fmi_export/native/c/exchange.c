@@ -22,8 +22,7 @@ bool is_state(uint32_t reference)
     return MODEL.continuous && listed(MODEL.continuous->states, MODEL.continuous->state_count, reference);
 }
 
-/* Whether an instance is for model exchange and a call allowed in its phase; says why if not. */
-static bool exchanging(const struct Instance *instance, const char *call, int phases)
+bool exchanging(const struct Instance *instance, const char *call, int phases)
 {
     if (instance && !instance->exchange) {
         if (MODEL.continuous) {
@@ -54,40 +53,6 @@ static bool fitting(const struct Instance *instance, const char *call, int phase
 static double *state_at(const struct Instance *instance, size_t i)
 {
     return real_at(instance, &MODEL.variables[MODEL.continuous->states[i]]);
-}
-
-enum Status enter_event(struct Instance *instance, const char *call)
-{
-    if (!exchanging(instance, call, BETWEEN_EVENTS | AT_EVENT)) {   /* FMI 2.0.4, 3.2.3: in event mode too */
-        return REFUSED;
-    }
-    instance->state->progress.phase = AT_EVENT;
-    return DONE;
-}
-
-enum Status take_event(struct Instance *instance, const char *call, bool *states_changed)
-{
-    *states_changed = false;
-    if (!exchanging(instance, call, AT_EVENT)) {
-        return REFUSED;
-    }
-    struct RunState *state = instance->state;
-    if (state->progress.suspect && check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
-    MODEL.continuous->settle(state->block);
-    *states_changed = true;   /* or rates: some importers (fmusim) start their solver anew only if they are told so */
-    state->progress.stale = true;
-    return DONE;
-}
-
-enum Status leave_event(struct Instance *instance, const char *call)
-{
-    if (!exchanging(instance, call, AT_EVENT)) {
-        return REFUSED;
-    }
-    instance->state->progress.phase = BETWEEN_EVENTS;
-    return DONE;
 }
 
 enum Status complete_step(struct Instance *instance, const char *call)

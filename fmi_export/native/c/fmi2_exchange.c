@@ -15,7 +15,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
     if (!eventInfo) {
         return (fmi2Status)refuse(c, "fmi2NewDiscreteStates with a null pointer, expected a place for what it returns");
     }
-    enum Status status = take_event(c, "fmi2NewDiscreteStates", &changed);
+    double next;
+    enum Status status = take_event(c, "fmi2NewDiscreteStates", &changed, &next);
     *eventInfo = (fmi2EventInfo){.valuesOfContinuousStatesChanged = changed ? fmi2True : fmi2False};
     return (fmi2Status)status;
 }

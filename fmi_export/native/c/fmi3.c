@@ -17,7 +17,7 @@ const char *phase_name(enum Phase phase)
     switch (phase) {
     case INSTANTIATED: return "before fmi3EnterInitializationMode";
     case INITIALIZING: return "in the initialization";
-    case RUNNING: return "after the initialization";
+    case RUNNING: return "in step mode";
     case TERMINATED: return "after fmi3Terminate";
     case AT_EVENT: return "in event mode";
     case BETWEEN_EVENTS: return "in continuous-time mode";
@@ -51,13 +51,16 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
 {
     (void)resourcePath;
     (void)visible;
-    (void)earlyReturnAllowed;   /* no step returns early */
     (void)requiredIntermediateVariables;
     (void)intermediateUpdate;
     const struct Importer importer = {.environment = instanceEnvironment, .logger = (void (*)(void))logMessage};
     const struct Instance nobody = {.importer = importer};
-    if (eventModeUsed) {
+    if (eventModeUsed && !MODEL.sampling) {
         refuse(&nobody, "eventModeUsed = true, expected false: the model description says that this FMU has no event mode");
+        return NULL;
+    }
+    if (!eventModeUsed && MODEL.sampling && MODEL.sampling->clocked) {
+        refuse(&nobody, "eventModeUsed = false, expected true: this FMU has a clock");
         return NULL;
     }
     if (nRequiredIntermediateVariables > 0) {
@@ -65,7 +68,12 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
                (unsigned)nRequiredIntermediateVariables);
         return NULL;
     }
-    return created(&importer, instanceName, false, loggingOn, "instantiation token", instantiationToken);
+    struct Instance *instance = created(&importer, instanceName, false, loggingOn, "instantiation token",
+                                        instantiationToken);
+    if (instance && eventModeUsed) {
+        use_events(instance, earlyReturnAllowed);
+    }
+    return instance;
 }
 
 void fmi3FreeInstance(fmi3Instance instance)
@@ -102,12 +110,17 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime) {
         return (fmi3Status)refuse(instance, "fmi3DoStep with a null pointer, expected places for what it returns");
     }
+    const struct Instance *self = instance;
     enum Status status = take_step(instance, "fmi3DoStep", currentCommunicationPoint, communicationStepSize);
     *eventHandlingNeeded = false;
     *terminateSimulation = false;
     *earlyReturn = false;
-    if (instance) {
-        *lastSuccessfulTime = ((const struct Instance *)instance)->state->progress.next_time;
+    if (self) {
+        *lastSuccessfulTime = self->state->progress.next_time;
+        if (status == DONE && self->events) {
+            *earlyReturn = *lastSuccessfulTime < currentCommunicationPoint + communicationStepSize;
+            *eventHandlingNeeded = !MODEL.sampling->clocked && sample_due(self);
+        }
     }
     return (fmi3Status)status;
 }

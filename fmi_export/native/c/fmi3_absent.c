@@ -40,22 +40,10 @@ fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueRe
     return (fmi3Status)get_none(instance, "fmi3GetBinary", nValueReferences);
 }
 
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                        fmi3Clock values[])
-{
-    return (fmi3Status)get_none(instance, "fmi3GetClock", nValueReferences);
-}
-
 fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                          const size_t valueSizes[], const fmi3Binary values[], size_t nValues)
 {
     return (fmi3Status)set_none(instance, "fmi3SetBinary", nValueReferences);
-}
-
-fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                        const fmi3Clock values[])
-{
-    return (fmi3Status)set_none(instance, "fmi3SetClock", nValueReferences);
 }
 
 #define ABSENT(function, ...)                                                                                          \
@@ -82,24 +70,12 @@ ABSENT(GetVariableDependencies, fmi3ValueReference dependent, size_t elementIndi
 ABSENT_ALONE(EnterConfigurationMode)
 ABSENT_ALONE(ExitConfigurationMode)
 
-/* Events and clocks. */
-ABSENT_ALONE(EnterStepMode)
+/* Events, and clocks in fractions. */
 ABSENT_ALONE(EvaluateDiscreteStates)
-ABSENT(GetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-       fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
 ABSENT(GetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
        fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-ABSENT(GetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3Float64 shifts[])
 ABSENT(GetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3UInt64 counters[],
        fmi3UInt64 resolutions[])
-ABSENT(SetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-       const fmi3Float64 intervals[])
-ABSENT(SetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-       const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-ABSENT(SetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-       const fmi3Float64 shifts[])
-ABSENT(SetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-       const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 
 /* Scheduled execution. */
 ABSENT(ActivateModelPartition, fmi3ValueReference clockReference, fmi3Float64 activationTime)

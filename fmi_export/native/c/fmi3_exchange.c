@@ -15,34 +15,6 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     return created(&importer, instanceName, true, loggingOn, "instantiation token", instantiationToken);
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance instance)
-{
-    return (fmi3Status)enter_event(instance, "fmi3EnterEventMode");
-}
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
-                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
-                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
-                                    fmi3Float64 *nextEventTime)
-{
-    if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged
-        || !valuesOfContinuousStatesChanged || !nextEventTimeDefined || !nextEventTime) {
-        return (fmi3Status)refuse(instance, "fmi3UpdateDiscreteStates with a null pointer, expected places for what it "
-                                  "returns");
-    }
-    *discreteStatesNeedUpdate = false;
-    *terminateSimulation = false;
-    *nominalsOfContinuousStatesChanged = false;
-    *nextEventTimeDefined = false;
-    *nextEventTime = 0.0;
-    return (fmi3Status)take_event(instance, "fmi3UpdateDiscreteStates", valuesOfContinuousStatesChanged);
-}
-
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
-{
-    return (fmi3Status)leave_event(instance, "fmi3EnterContinuousTimeMode");
-}
-
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {

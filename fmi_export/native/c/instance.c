@@ -37,6 +37,7 @@ static void renew(struct Instance *instance)
     MODEL.construct(state->block);
     state->progress.phase = INSTANTIATED;
     state->progress.exchange = instance->exchange;
+    state->progress.events = instance->events;
     state->progress.stale = true;
     state->progress.stop_time = INFINITY;
 }
@@ -84,6 +85,13 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
     return instance;
 }
 
+void use_events(struct Instance *instance, bool early)
+{
+    instance->events = true;
+    instance->early = early;
+    instance->state->progress.events = true;
+}
+
 void freed(struct Instance *instance)
 {
     if (!instance) {
@@ -128,6 +136,7 @@ enum Status set_times(struct Instance *instance, const char *call, double start,
     struct Progress *progress = &instance->state->progress;
     progress->timed = true;
     progress->next_time = start;
+    progress->start_time = start;
     progress->stop_time = stop;
     return DONE;
 }
@@ -191,7 +200,11 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
         return fail(instance);
     }
     instance->state->progress.stale = instance->exchange;   /* the start leaves the rates to be computed */
-    instance->state->progress.phase = instance->exchange ? AT_EVENT : RUNNING;
+    if (instance->exchange || instance->events) {
+        begin_event(instance);
+    } else {
+        instance->state->progress.phase = RUNNING;
+    }
     return DONE;
 }
 
@@ -201,6 +214,9 @@ enum Status refresh(struct Instance *instance)
     struct Progress *progress = &state->progress;
     if (!progress->stale) {
         return DONE;
+    }
+    if (progress->sampling) {
+        return take_sample(instance);
     }
     if (instance->exchange && progress->phase & (AT_EVENT | BETWEEN_EVENTS | TERMINATED)) {
         if (progress->suspect && check_ranges(instance) != DONE) {
@@ -250,7 +266,12 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
                number(progress->stop_time, expected));
         return fail(instance);
     }
-    int64_t status = MODEL.step(state->block, time, size);
+    int64_t status = 0;
+    if (!instance->events) {
+        status = MODEL.step(state->block, time, size);
+    } else if (hold(instance, time, &end) != DONE) {
+        return fail(instance);
+    }
     if (status != 0) {
         refuse_status(instance, REFUSED, status, time, size);
         return fail(instance);

@@ -20,8 +20,8 @@ enum Phase {
     RUNNING = 4,         /* co-simulation, between its steps */
     TERMINATED = 8,
     FAILED = 16,
-    AT_EVENT = 32,       /* these two in model exchange */
-    BETWEEN_EVENTS = 64,
+    AT_EVENT = 32,       /* event mode of model exchange, or of co-simulation if the importer uses it */
+    BETWEEN_EVENTS = 64, /* in model exchange */
 };
 
 /* Statuses of FMI that occur here, with its numbers. */
@@ -31,11 +31,16 @@ enum Status { DONE = 0, DISCARDED = 2, REFUSED = 3 };
 struct Progress {
     enum Phase phase;
     bool exchange;       /* of an instance for model exchange */
+    bool events;         /* of one for co-simulation with event mode */
+    bool sampling;       /* at an event: a sample falls on it */
     bool stale;          /* the outputs of a block that has not started, or is continuous, are not computed yet */
     bool suspect;        /* a value out of range was set */
     bool timed;          /* the start time is known */
     double next_time;    /* s, where the next communication step has to start; the time in model exchange */
     double stop_time;    /* s, infinite if the importer has defined none */
+    double start_time;   /* s */
+    double told;         /* s, interval of the clock that the importer has been told; 0 if none */
+    int64_t samples;     /* taken at events */
 };
 
 /* What an FMU state saves. */
@@ -57,6 +62,8 @@ struct Instance {
     char *name;
     bool logging;        /* of what is discarded; errors are always said */
     bool exchange;       /* for model exchange, not co-simulation */
+    bool events;         /* for co-simulation with event mode: samples are taken at events, not in steps */
+    bool early;          /* a step may end before its end, at the next sample */
     struct RunState *state;
     void *direction;     /* scratch for directional derivatives: a block, in model exchange */
 };
@@ -79,6 +86,9 @@ int readable_phases(void);
 struct Instance *created(const struct Importer *importer, const char *name, bool exchange, bool logging,
                          const char *key_name, const char *key);
 void freed(struct Instance *instance);
+
+/* Let a new instance of what is sampled use event mode, and perhaps end its steps early. */
+void use_events(struct Instance *instance, bool early);
 enum Status set_logging(struct Instance *instance, bool on, size_t count, const char *const categories[]);
 
 /* Start and stop time, s; the latter infinite if there is none. */
@@ -124,14 +134,51 @@ enum Status set_none(const struct Instance *instance, const char *call, size_t c
 bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
               const void *values);
 
+/* -- events.c: event mode, of co-simulation too -- */
+
+void begin_event(struct Instance *instance);
+enum Status enter_event(struct Instance *instance, const char *call);
+
+/* End an instant; `next` is the time of the next event (s), infinite if the importer knows it or there is none. */
+enum Status take_event(struct Instance *instance, const char *call, bool *states_changed, double *next);
+enum Status leave_event(struct Instance *instance, const char *call);   /* in model exchange */
+enum Status enter_steps(struct Instance *instance, const char *call);   /* in co-simulation */
+
+/* Take the sample that falls on the event, with the inputs as they are. */
+enum Status take_sample(struct Instance *instance);
+
+/* Let time pass until the end of a step (s), in which no sample is taken: `end` becomes where it ends. */
+enum Status hold(struct Instance *instance, double time, double *end);
+
+/* Whether a sample is due at the end of the step before. */
+bool sample_due(const struct Instance *instance);
+
+/* Whether variables can be accessed now: those of a clock only while it is active. */
+bool clocks_active(const struct Instance *instance, const uint32_t references[], size_t count);
+
+/* Whether a call is about the clock, and allowed in these phases. */
+enum Status clocks_known(const struct Instance *instance, const char *call, int phases, const uint32_t references[],
+                         size_t count, const void *values);
+
+/* Access to the clock; values are whether it is active. */
+enum Status set_clocks(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const bool values[]);
+enum Status get_clocks(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       bool values[]);
+
+/* Interval of the clock, s, and whether the importer has not been told it yet; refusal of a call that sets it. */
+enum { INTERVAL_READABLE = INITIALIZING | AT_EVENT };
+double told_interval(struct Instance *instance, bool *changed);
+enum Status set_interval(const struct Instance *instance, const char *call);
+
 /* -- exchange.c: model exchange -- */
 
 /* Whether a variable is a continuous state. */
 bool is_state(uint32_t reference);
 
-enum Status enter_event(struct Instance *instance, const char *call);
-enum Status take_event(struct Instance *instance, const char *call, bool *states_changed);
-enum Status leave_event(struct Instance *instance, const char *call);
+/* Whether an instance is for model exchange and a call allowed in its phase; says why if not. */
+bool exchanging(const struct Instance *instance, const char *call, int phases);
+
 enum Status complete_step(struct Instance *instance, const char *call);
 enum Status set_time(struct Instance *instance, const char *call, double time);
 enum Status set_states(struct Instance *instance, const char *call, const double values[], size_t count);

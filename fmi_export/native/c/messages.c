@@ -52,7 +52,7 @@ bool allowed(const struct Instance *instance, const char *call, int phases)
     }
     char expected[200] = "";
     /* In which of them an instance of this interface can be, if in any. */
-    int own = phases & (instance->exchange ? ~RUNNING : ~(AT_EVENT | BETWEEN_EVENTS));
+    int own = phases & (instance->exchange ? ~RUNNING : instance->events ? ~BETWEEN_EVENTS : ~(AT_EVENT | BETWEEN_EVENTS));
     if (own) {
         phases = own;
     }

@@ -44,6 +44,13 @@ struct Continuous {
     void (*measure)(void *block);         /* outputs of encoders */
 };
 
+/* A block that samples: at the start time, then one after each interval. */
+struct Sampling {
+    size_t interval;                      /* offset of the interval (s) in struct RunState */
+    bool clocked;                         /* a clock of the importer's says when; inputs and outputs are of that clock */
+    uint32_t clock;                       /* its reference */
+};
+
 struct Model {
     const char *name;
     const char *guid;                                          /* in FMI 3.0 the instantiation token */
@@ -56,6 +63,7 @@ struct Model {
     const struct Refusal *refusals;
     size_t refusal_count;
     const struct Continuous *continuous;                       /* NULL if it is for co-simulation alone */
+    const struct Sampling *sampling;                           /* NULL if it has no event mode in co-simulation */
 };
 
 extern const struct Model MODEL;

@@ -38,7 +38,11 @@ static bool fits(const struct Instance *instance, const struct RunState *state)
                instance->exchange ? "co-simulation" : "model exchange",
                instance->exchange ? "model exchange" : "co-simulation");
     }
-    return state->progress.exchange == instance->exchange;
+    if (state->progress.events != instance->events) {
+        refuse(instance, "state of an instance %s event mode, expected one %s it", instance->events ? "without" : "with",
+               instance->events ? "with" : "without");
+    }
+    return state->progress.exchange == instance->exchange && state->progress.events == instance->events;
 }
 
 enum Status save_state(struct Instance *instance, const char *call, void **place)

@@ -39,6 +39,9 @@ bool callable(const struct Instance *instance, const char *call, int phases, con
 /* Whether all variables of references can be set now. */
 static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
 {
+    if (!clocks_active(instance, references, count)) {
+        return false;
+    }
     for (size_t i = 0; i < count; ++i) {
         const struct Variable *variable = variable_of(instance, references[i], boolean);
         if (!variable) {
@@ -58,6 +61,11 @@ static bool settable(const struct Instance *instance, const uint32_t references[
             refuse(instance, "%s is a parameter, expected to be set in event mode", variable->name);
             return false;
         }
+        if (instance->state->progress.sampling && !instance->state->progress.stale) {
+            refuse(instance, "%s is set after the sample was taken, expected before an output of it is read",
+                   variable->name);
+            return false;
+        }
         if (variable->fixed && instance->state->progress.phase & (RUNNING | AT_EVENT)) {
             refuse(instance, "%s is a fixed parameter, expected to be set before the initialization ends",
                    variable->name);
@@ -70,7 +78,7 @@ static bool settable(const struct Instance *instance, const uint32_t references[
 /* Values change: those that follow from them in the initialization are to be computed anew. */
 static void outdate(struct Instance *instance)
 {
-    if (instance->state->progress.phase != RUNNING) {
+    if (instance->state->progress.phase != RUNNING && !(instance->events && instance->state->progress.phase == AT_EVENT)) {
         instance->state->progress.stale = true;
     }
 }
@@ -78,7 +86,8 @@ static void outdate(struct Instance *instance)
 enum Status get_reals(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
                       double values[])
 {
-    if (!callable(instance, call, readable_phases(), references, count, values)) {
+    if (!callable(instance, call, readable_phases(), references, count, values)
+        || !clocks_active(instance, references, count)) {
         return REFUSED;
     }
     enum Status status = refresh(instance);
@@ -123,7 +132,8 @@ enum Status set_reals(struct Instance *instance, const char *call, const uint32_
 bool booleans_readable(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
                        const void *values)
 {
-    if (!callable(instance, call, readable_phases(), references, count, values)) {
+    if (!callable(instance, call, readable_phases(), references, count, values)
+        || !clocks_active(instance, references, count)) {
         return false;
     }
     if (!instance->exchange || instance->state->progress.phase == INITIALIZING) {

@@ -20,6 +20,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
 
+from maglev.cosim.versions.clocks import Ticking, clocks_of
 from maglev.cosim.versions.exchange import Integration, SolverInterface
 
 Listener = Callable[[int, bytes], None]   # told status and text of a message
@@ -80,7 +81,7 @@ class Fmi:
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
                     set_values: Callable[[], None],
-                    give_inputs: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> tuple[tuple[str, int], ...]:
         """Go through the initialization; what was called, and the status that fmpy has not looked at."""
         statuses = [("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))]
         set_values()
@@ -106,8 +107,13 @@ class Step3:
 
     def __init__(self, function: Any):
         self.function = function
-        self.flags = (c_bool(), c_bool(), c_bool())   # event, end, early return: only the second may be set
+        self.flags = (c_bool(), c_bool(), c_bool())   # event, end, early return: the last one may not be set
         self.places = (c_bool(True), *map(byref, self.flags), byref(c_double()))
+
+    @property
+    def event(self) -> bool:
+        """Whether the last step has ended in an event."""
+        return bool(self.flags[0].value)
 
     def __call__(self, instance: c_void_p, time: c_double, step: c_double, _no_set_before: c_int) -> int:
         status: int = self.function(instance, time, step, *self.places)
@@ -115,7 +121,7 @@ class Step3:
 
 
 class Fmi3(Fmi):
-    """FMI 3.0, without event mode, early return and intermediate update."""
+    """FMI 3.0, with event mode where there are clocks; without early return and intermediate update."""
 
     prefix: ClassVar = "fmi3"
     types: ClassVar[Mapping[str, Type]] = {
@@ -129,7 +135,8 @@ class Fmi3(Fmi):
         kind = FMU3Model if isinstance(description.coSimulation, SolverInterface) else FMU3Slave
         instance = kind(guid=description.guid, unzipDirectory=str(folder),
                         modelIdentifier=description.coSimulation.modelIdentifier, instanceName=name.decode())
-        instance.instantiate(loggingOn=True, logMessage=listen)
+        clocked = {"eventModeUsed": True} if clocks_of(description) else {}
+        instance.instantiate(loggingOn=True, logMessage=listen, **clocked)
         return instance
 
     def functions(self, instance: Any, verb: str) -> dict[str, Any]:
@@ -142,11 +149,15 @@ class Fmi3(Fmi):
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
                     set_values: Callable[[], None],
-                    give_inputs: Callable[[], None]) -> tuple[tuple[str, int], ...]:
+                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> tuple[tuple[str, int], ...]:
         set_values()
         instance.enterInitializationMode(startTime=start_time, stopTime=stop_time)
         give_inputs()
+        if ticking is not None:
+            ticking.look()
         instance.exitInitializationMode()
+        if ticking is not None:
+            ticking.begin(start_time)
         return ()
 
 

@@ -1,0 +1,258 @@
+/* Event mode: of model exchange, and of what is sampled in co-simulation, if the importer uses it there.
+ *
+ * Samples are then taken at events, not in steps. An event is one of a sample because its time has come, or, in an FMU
+ * with a clock, because the importer activates that. The sample is taken with the inputs that are set in the event, by
+ * the first call that asks for an output, or by the end of the instant. */
+
+#include "instance.h"
+
+#include <math.h>
+
+/* Share of an interval by which an importer may miss the time of a sample. */
+#define PUNCTUALITY 1.0e-3
+
+/* s */
+static double interval(const struct Instance *instance)
+{
+    return *(const double *)((const char *)instance->state + MODEL.sampling->interval);
+}
+
+/* When the next sample is to be taken, s. */
+static double due(const struct Instance *instance)
+{
+    const struct Progress *progress = &instance->state->progress;
+    return progress->start_time + (double)progress->samples * interval(instance);
+}
+
+/* s */
+static double tolerance(const struct Instance *instance)
+{
+    return PUNCTUALITY * interval(instance) + 1e-12 * fabs(instance->state->progress.next_time);
+}
+
+bool sample_due(const struct Instance *instance)
+{
+    return fabs(instance->state->progress.next_time - due(instance)) <= tolerance(instance);
+}
+
+/* Whether a call of event mode is allowed; says why if not. */
+static bool with_events(const struct Instance *instance, const char *call, int phases)
+{
+    if (!instance || instance->events) {
+        return allowed(instance, call, phases);
+    }
+    if (instance->exchange) {
+        refuse(instance, "%s of an instance for model exchange, expected one for co-simulation", call);
+    } else if (MODEL.sampling) {
+        refuse(instance, "%s of an instance without event mode, expected one with it", call);
+    } else {
+        absent(instance, call);
+    }
+    return false;
+}
+
+/* A sample falls on this event, and is not taken yet. */
+static void begin_sample(struct Instance *instance)
+{
+    instance->state->progress.sampling = true;
+    instance->state->progress.stale = true;
+}
+
+void begin_event(struct Instance *instance)
+{
+    instance->state->progress.phase = AT_EVENT;
+    if (instance->events && !MODEL.sampling->clocked && sample_due(instance)) {
+        begin_sample(instance);
+    }
+}
+
+enum Status enter_event(struct Instance *instance, const char *call)
+{
+    if (!instance || !MODEL.sampling) {
+        if (!exchanging(instance, call, BETWEEN_EVENTS | AT_EVENT)) {   /* FMI 2.0.4, 3.2.3: in event mode too */
+            return REFUSED;
+        }
+    } else if (!with_events(instance, call, RUNNING)) {
+        return REFUSED;
+    }
+    begin_event(instance);
+    return DONE;
+}
+
+enum Status take_sample(struct Instance *instance)
+{
+    struct RunState *state = instance->state;
+    if (state->progress.suspect && check_ranges(instance) != DONE) {
+        return fail(instance);
+    }
+    int64_t status = MODEL.step(state->block, due(instance), interval(instance));
+    if (status != 0) {
+        refuse_status(instance, REFUSED, status, due(instance), interval(instance));
+        return fail(instance);
+    }
+    state->progress.stale = false;
+    return DONE;
+}
+
+enum Status take_event(struct Instance *instance, const char *call, bool *states_changed, double *next)
+{
+    *states_changed = false;
+    *next = INFINITY;
+    if (instance && instance->events) {
+        if (!allowed(instance, call, AT_EVENT)) {
+            return REFUSED;
+        }
+        struct Progress *progress = &instance->state->progress;
+        if (progress->sampling) {
+            if (progress->stale && take_sample(instance) != DONE) {
+                return REFUSED;
+            }
+            progress->sampling = false;
+            ++progress->samples;
+        }
+        if (!MODEL.sampling->clocked) {
+            *next = due(instance);
+        }
+        return DONE;
+    }
+    if (!exchanging(instance, call, AT_EVENT)) {
+        return REFUSED;
+    }
+    struct RunState *state = instance->state;
+    if (state->progress.suspect && check_ranges(instance) != DONE) {
+        return fail(instance);
+    }
+    MODEL.continuous->settle(state->block);
+    *states_changed = true;   /* or rates: some importers (fmusim) start their solver anew only if they are told so */
+    state->progress.stale = true;
+    return DONE;
+}
+
+enum Status leave_event(struct Instance *instance, const char *call)
+{
+    if (!exchanging(instance, call, AT_EVENT)) {
+        return REFUSED;
+    }
+    instance->state->progress.phase = BETWEEN_EVENTS;
+    return DONE;
+}
+
+enum Status enter_steps(struct Instance *instance, const char *call)
+{
+    char text[NUMBER_LENGTH];
+    if (!with_events(instance, call, AT_EVENT)) {
+        return REFUSED;
+    }
+    if (instance->state->progress.sampling) {
+        return refuse(instance, "%s at t = %s s, where a sample is taken, expected that to be ended before by an update "
+                      "of the discrete states", call, number(due(instance), text));
+    }
+    instance->state->progress.phase = RUNNING;
+    return DONE;
+}
+
+enum Status hold(struct Instance *instance, double time, double *end)
+{
+    char from[NUMBER_LENGTH], to[NUMBER_LENGTH], at[NUMBER_LENGTH];
+    double next = due(instance), slack = tolerance(instance);
+    bool stops = instance->early && !MODEL.sampling->clocked;   /* for an event */
+    if (next <= time + slack && !stops) {
+        return refuse(instance, "communication step from %s s, expected event mode before it%s, as a sample is due at "
+                      "%s s", number(time, from), MODEL.sampling->clocked ? " with the clock active" : "",
+                      number(next, at));
+    }
+    if (next < *end - slack) {
+        if (!stops) {
+            return refuse(instance, "communication step from %s s to %s s, expected one to %s s at most, where the next "
+                          "sample is due", number(time, from), number(*end, to), number(next, at));
+        }
+        *end = next > time ? next : time;
+    }
+    return DONE;
+}
+
+bool clocks_active(const struct Instance *instance, const uint32_t references[], size_t count)
+{
+    const struct Progress *progress = &instance->state->progress;
+    if (!instance->events || !MODEL.sampling->clocked || progress->sampling || !(progress->phase & (RUNNING | AT_EVENT))) {
+        return true;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (references[i] < MODEL.variable_count) {
+            const struct Variable *variable = &MODEL.variables[references[i]];
+            if (variable->causality == INPUT || variable->causality == OUTPUT) {
+                refuse(instance, "%s belongs to the clock, expected access to it in event mode while the clock is active",
+                       variable->name);
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+enum Status clocks_known(const struct Instance *instance, const char *call, int phases, const uint32_t references[],
+                         size_t count, const void *values)
+{
+    if (!MODEL.sampling || !MODEL.sampling->clocked) {
+        return absent(instance, call);
+    }
+    if (!with_events(instance, call, phases) || !callable(instance, call, phases, references, count, values)) {
+        return REFUSED;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (references[i] != MODEL.sampling->clock) {
+            return refuse(instance, "%s of value reference %u, expected the clock, %u", call, (unsigned)references[i],
+                          (unsigned)MODEL.sampling->clock);
+        }
+    }
+    return DONE;
+}
+
+enum Status set_clocks(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       const bool values[])
+{
+    char now[NUMBER_LENGTH], expected[NUMBER_LENGTH];
+    if (clocks_known(instance, call, AT_EVENT, references, count, values) != DONE) {
+        return REFUSED;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (!values[i]) {
+            return refuse(instance, "clock = inactive, expected active: the FMU deactivates it at the end of the instant");
+        }
+        if (!instance->state->progress.sampling) {
+            if (!sample_due(instance)) {
+                return refuse(instance, "clock = active at t = %s s, expected its next tick at %s s",
+                              number(instance->state->progress.next_time, now), number(due(instance), expected));
+            }
+            begin_sample(instance);
+        }
+    }
+    return DONE;
+}
+
+enum Status get_clocks(struct Instance *instance, const char *call, const uint32_t references[], size_t count,
+                       bool values[])
+{
+    if (clocks_known(instance, call, INTERVAL_READABLE, references, count, values) != DONE) {
+        return REFUSED;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        values[i] = instance->state->progress.sampling;
+    }
+    return DONE;
+}
+
+double told_interval(struct Instance *instance, bool *changed)
+{
+    struct Progress *progress = &instance->state->progress;
+    *changed = progress->phase == INITIALIZING && progress->told != interval(instance);
+    return progress->told = interval(instance);
+}
+
+enum Status set_interval(const struct Instance *instance, const char *call)
+{
+    if (!MODEL.sampling || !MODEL.sampling->clocked) {
+        return absent(instance, call);
+    }
+    return refuse(instance, "%s, expected the interval to be that of the parameter sample_time, and no shift", call);
+}

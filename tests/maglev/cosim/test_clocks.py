@@ -1,0 +1,127 @@
+"""FMUs with clocks in a co-simulation: the same bits as without, and clocks of others."""
+
+from ctypes import POINTER, c_double, c_int, c_size_t, c_uint32, c_void_p, cast
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import error_line, maglev
+from fmpy.model_description import ModelDescription, ModelVariable
+
+from maglev.cosim.master import FmuSetup, Master
+from maglev.cosim.versions.clocks import Ticking
+
+SAMPLE = 2e-4   # s
+WIRES = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz"),
+         *((f"controller.{motor}.i_{phase}_cmd", f"plant.{motor}.i_{phase}_cmd")
+           for motor in ("alpha", "beta") for phase in "abc")]
+
+
+@pytest.mark.parametrize(("step", "order"), [(SAMPLE, "sequential"), (SAMPLE / 4, "jacobi")])
+def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmus: Path, step: float,
+                                                  order: Any) -> None:
+    """Beside a plant of FMI 2.0; twice, as one that is reset begins anew."""
+    steps = round(0.04 / step)
+    drives = {"controller.y.reference": np.where(np.arange(steps + 1) * step < 0.01, 0.025, 0.0252)}
+
+    def flown(controller: Path) -> list[dict[str, bytes]]:
+        setups = [FmuSetup("controller", controller / "Regulator3DOF.fmu"),
+                  FmuSetup("plant", native_fmus / "Plant3DOF.fmu")]
+        with Master(setups, WIRES, step, order) as master:
+            master.wire(0.04, drives)
+            return [{name: column.tobytes() for name, column in master.fly({}).columns.items()} for _ in range(2)]
+
+    expected = flown(native_fmus)
+    assert expected[0] == expected[1] and len(set(expected[0].values())) > 20
+    assert flown(clocked_fmus) == expected
+
+
+def test_a_build_says_what_clocks_need(tmp_path: Path) -> None:
+    said = error_line(maglev("build", "--native", "--clocked", "Regulator3DOF", "--fmus", tmp_path))
+    assert said.endswith("--clocked: expected --native and --fmi 3 with it")
+
+
+CLOCKS = """<fmiModelDescription><ModelVariables>
+<Clock name="fast" valueReference="1" intervalVariability="constant" intervalDecimal="0.3" shiftDecimal="0.1"/>
+<Clock name="slow" valueReference="2" intervalVariability="tunable"/></ModelVariables></fmiModelDescription>"""
+
+
+class Sums:
+    """An FMU of somebody else's: `y3` sums its input `u` at a constant clock, `y4` counts a tunable one."""
+
+    component = 1
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+        self.values = {3: 0.0, 4: 0.0, 5: 0.0}
+        self.period, self.told = 0.5, 0.0
+        self.time = 0.0
+
+    def setClock(self, references: list[int], _active: list[bool]) -> None:
+        self.calls.append((round(self.time, 9), *references))
+        self.now = set(references)
+
+    def enterEventMode(self) -> None:
+        self.now: set[int] = set()
+
+    def updateDiscreteStates(self) -> tuple[bool, bool, bool, bool, bool, float]:
+        if self.time > 1.0:
+            self.period = 0.2
+        return False, False, False, False, False, 0.0
+
+    def enterStepMode(self) -> None:
+        pass
+
+    def getShiftDecimal(self, _references: object, shifts: Any) -> None:
+        shifts[0] = 0.0
+
+    def getIntervalDecimal(self, _references: object, intervals: Any, qualifiers: Any) -> None:
+        intervals[0], qualifiers[0] = self.period, 2 if self.period != self.told else 1
+        self.told = self.period
+
+    def access(self, _handle: object, references: Any, count: c_size_t, place: c_void_p, put: bool) -> int:
+        values = cast(place, POINTER(c_double))
+        for i, reference in enumerate(references):
+            if put:
+                self.values[reference] = values[i]
+            else:
+                if reference == 3 and 1 in getattr(self, "now", ()):
+                    self.values[3] += self.values[5]
+                if reference == 4 and 2 in getattr(self, "now", ()):
+                    self.values[4] += 1.0
+                values[i] = self.values[reference]
+        return 0
+
+    def step(self, _handle: object, time: c_double, size: c_double, _no_set_before: c_int) -> int:
+        self.time = time.value + size.value
+        return 0
+
+
+def test_clocks_of_others_tick_in_their_own_time(tmp_path: Path) -> None:
+    (tmp_path / "modelDescription.xml").write_text(CLOCKS)
+    fast, slow = (ModelVariable(name, reference, "Clock") for name, reference in (("fast", 1), ("slow", 2)))
+    variables = [fast, slow, ModelVariable("y3", 3, "Real", causality="output", clocks=[fast]),
+                 ModelVariable("y4", 4, "Real", causality="output", clocks=[slow]),
+                 ModelVariable("u", 5, "Real", causality="input", clocks=[fast])]
+    fmu = Sums()
+
+    class Kind:
+        value = c_double
+
+    ticking = Ticking(fmu, tmp_path, ModelDescription(modelVariables=variables), {"Real": Kind},
+                      {"Real": lambda *a: fmu.access(*a, False)}, {"Real": lambda *a: fmu.access(*a, True)}, fmu.step,
+                      pytest.fail)
+    ticking.look()
+    ticking.begin(0.0)
+    found = []
+    for k in range(4):   # steps of 0.4 s, with u = k
+        references, row = (c_uint32 * 1)(5), (c_double * 1)(float(k))
+        ticking.setters["Real"](None, references, c_size_t(1), cast(row, c_void_p))
+        assert ticking(None, c_double(0.4 * k), c_double(0.4), None) == 0
+        row = (c_double * 2)()
+        ticking.getters["Real"](None, (c_uint32 * 2)(3, 4), c_size_t(2), cast(row, c_void_p))
+        found.append(tuple(row))
+    # The tunable clock changes to 0.2 s at the first event after 1 s, from which it counts.
+    assert fmu.calls == [(0.0, 2), (0.1, 1), (0.4, 1), (0.5, 2), (0.7, 1), (1.0, 1, 2), (1.3, 1), (1.5, 2)]
+    assert found == [(0.0, 1.0), (2.0, 2.0), (4.0, 3.0), (7.0, 4.0)]
