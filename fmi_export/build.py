@@ -13,7 +13,7 @@ from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.model_description_3 import terminals_and_icons
+from fmi_export.native.model_description_3 import terminals_and_icons
 from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
 from fmi_export.pages.icon import png_icon
 from fmi_export.sources import carried_modules, renamed

@@ -13,8 +13,8 @@ from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.model_description_3 import build_description, model_description_3
 from fmi_export.native.compiler import WEBASSEMBLY, Platform, library
+from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.shells import SHELLS, Shell

@@ -137,8 +137,7 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     ours = (build_native(chosen, folder, target == "host", watch, fmi, clocked) if native else
             build_in_python(chosen, folder, watch)) if chosen else []
     for path, file in zip(written, files, strict=True):
-        needed = () if native else load(file).requires
-        if needed:
+        if needed := () if native else load(file).requires:
             (say or warnings.warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
                                    f"{'them' if len(needed) > 1 else 'it'}")
     return [*ours, *written]

@@ -19,8 +19,8 @@ from native_binaries import windows_library
 from native_builds import compiled, require_native_tools, unpacked_sources
 
 from fmi_export.model_description import model_description
-from fmi_export.model_description_3 import build_description, model_description_3, terminals_and_icons
 from fmi_export.native.compiler import WINDOWS_ON_ARM, library
+from fmi_export.native.model_description_3 import build_description, model_description_3, terminals_and_icons
 from fmi_export.native.shells import SHELLS
 from maglev.catalogue import DEFINITIONS, definition
 from maglev.cosim.fmu import Fmu, read_description

@@ -58,6 +58,17 @@ def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     assert count == 3000 and refusals > 10000
 
 
+@pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
+def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
+    """`c/fuzz_events.c`: any order of calls; no sample is passed over."""
+    sources = unpacked_sources(request.getfixturevalue(kind) / "Regulator3DOF.fmu", tmp_path)
+    tool = compiled(sources, tmp_path / "fuzz", *SANITIZERS, "-DFMI3", "-Wno-unused-function",
+                    extra=(HERE / "fuzz_events.c",))
+    said = carry_out([tool], random_programs(500, 4), tmp_path)
+    count, refusals = (int(word) for word in said.split() if word.isdigit())
+    assert count == 500 and refusals > 10000
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path,
                                                 version: int) -> None:

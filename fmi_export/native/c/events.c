@@ -151,10 +151,10 @@ enum Status enter_steps(struct Instance *instance, const char *call)
     return DONE;
 }
 
-enum Status hold(struct Instance *instance, double time, double *end)
+enum Status hold(struct Instance *instance, double *end)
 {
     char from[NUMBER_LENGTH], to[NUMBER_LENGTH], at[NUMBER_LENGTH];
-    double next = due(instance), slack = tolerance(instance);
+    double time = instance->state->progress.next_time, next = due(instance), slack = tolerance(instance);
     bool stops = instance->early && !MODEL.sampling->clocked;   /* for an event */
     if (next <= time + slack && !stops) {
         return refuse(instance, "communication step from %s s, expected event mode before it%s, as a sample is due at "

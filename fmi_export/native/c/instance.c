@@ -269,7 +269,7 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
     int64_t status = 0;
     if (!instance->events) {
         status = MODEL.step(state->block, time, size);
-    } else if (hold(instance, time, &end) != DONE) {
+    } else if (hold(instance, &end) != DONE) {
         return fail(instance);
     }
     if (status != 0) {

@@ -148,7 +148,7 @@ enum Status enter_steps(struct Instance *instance, const char *call);   /* in co
 enum Status take_sample(struct Instance *instance);
 
 /* Let time pass until the end of a step (s), in which no sample is taken: `end` becomes where it ends. */
-enum Status hold(struct Instance *instance, double time, double *end);
+enum Status hold(struct Instance *instance, double *end);
 
 /* Whether a sample is due at the end of the step before. */
 bool sample_due(const struct Instance *instance);

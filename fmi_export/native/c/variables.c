@@ -136,8 +136,9 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
         || !clocks_active(instance, references, count)) {
         return false;
     }
-    if (!instance->exchange || instance->state->progress.phase == INITIALIZING) {
-        refresh(instance);   /* in model exchange they change at events alone */
+    /* In model exchange they change at events alone. */
+    if ((!instance->exchange || instance->state->progress.phase == INITIALIZING) && refresh(instance) != DONE) {
+        return false;
     }
     for (size_t i = 0; i < count; ++i) {
         if (!variable_of(instance, references[i], true)) {
