@@ -101,12 +101,14 @@ lint: .venv/.test
 	$(BIN)/mypy
 	$(BIN)/mypy tools benchmarks docs/site
 
+# Its ratios are added to benchmarks/history, for docs/speed.md: on a machine with nothing else to do, to be committed.
 bench: .venv/.test
-	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py
-	$(BIN)/python benchmarks/whole_run.py
+	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
+	$(BIN)/python benchmarks/whole_run.py --record
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/gym_cost.py
-	$(BIN)/python benchmarks/study_cost.py
+	$(BIN)/python benchmarks/study_cost.py --record
+	$(BIN)/python benchmarks/speed_history.py
 
 # The benchmarks whose tables stand in pages, and which take minutes: masters of others, delay, memory of a study.
 bench-pages: build native

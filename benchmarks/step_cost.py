@@ -18,6 +18,7 @@ from loops import PAIRS, OpenLoop, Pair, bare_loop, loop_fmu, master_loop
 from peers import list_loop, ssp_loop
 from rich.console import Console
 from rich.table import Table
+from speed_history import PYTHON, STEP, record
 
 from maglev.catalogue import build, build_native
 
@@ -77,6 +78,7 @@ def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {GATES}")
+    parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")
     parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, in its folders python and native")
     asked = parser.parse_args()
     gate: bool = asked.gate
@@ -102,6 +104,9 @@ def main() -> int:
                 of_c = f"{time / times['C loop']:.2f}" if native else ""
                 table.add_row(pair.stage, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",
                               f"{pair.dt / time:.1f} ×")
+            if asked.record and native:
+                record(STEP, {f"{pair.stage} native": times["native, master"] / times["C loop"]})
+                record(PYTHON, {f"{pair.stage} Python": times["FMUs, master"] / times["bare Python loop"]})
             for way, largest in GATES.items():
                 reference = times.get("bare Python loop" if way == "FMUs, master" else "C loop", 0.0)
                 if way in times and times[way] > largest * reference:

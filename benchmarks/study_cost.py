@@ -15,6 +15,7 @@ from distributed import Client
 from loops import PAIRS
 from rich.console import Console
 from rich.table import Table
+from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
 from maglev.catalogue import build_native
@@ -82,7 +83,9 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=40)
-    samples = parser.parse_args().samples
+    parser.add_argument("--record", action="store_true", help="add the ratio to the history of this commit")
+    asked = parser.parse_args()
+    samples: int = asked.samples
     pair = next(pair for pair in PAIRS if pair.plant == "Plant3DOF")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -96,6 +99,8 @@ def main() -> None:
         table = Table("way", "a sample (ms)", "of the C loop", "wall time of all (s)",
                       title=f"{samples} flights of {SCENARIO}, {steps} steps each; C loop {1e3 * c:.1f} ms a flight")
         table.add_row("one process, no Dask: processor time", f"{1e3 * alone:.1f}", f"{alone / c:.2f}", "")
+        if asked.record:
+            record(WHOLE, {"a sample of a study": alone / c})
         for jobs in (1, 2):
             wall, workers, here = on_cluster(study, jobs)
             table.add_row(f"Dask, {jobs} process{'es' if jobs > 1 else ''}: workers' processor time",

@@ -18,6 +18,7 @@ from c_loop import c_loop
 from loops import PAIRS
 from rich.console import Console
 from rich.table import Table
+from speed_history import WHOLE, record
 
 from maglev.catalogue import build_native
 from maglev.cosim.master import FmuSetup, Master, Recording
@@ -89,6 +90,7 @@ def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gate", action="store_true", help=f"fail if a ratio exceeds {GATES}")
+    parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")
     parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, the native ones in its folder native")
     asked = parser.parse_args()
     gate: bool = asked.gate
@@ -116,6 +118,9 @@ def main() -> int:
         if ratio > GATES.get(way, ratio):
             too_slow.append(f"{way}: {ratio:.2f}, expected at most {GATES[way]}")
     console.print(table)
+    if asked.record:
+        record(WHOLE, {name: fastest[way] / fastest["C loop"]
+                       for name, way in (("in memory", IN_MEMORY), ("with CSV", WITH_CSV))})
     for line in too_slow:
         console.print(line)
     return 1 if gate and too_slow else 0
