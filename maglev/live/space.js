@@ -30,7 +30,7 @@ function spaceView(run, width, height, orbit) {
   const bodies = bodiesOf(run), top = -YOKE - TEETH, tall = bodies.floor - top;
   const camera = new Camera(orbit.yaw, orbit.pitch, { width, height: height - 26, radius: bodies.radius,
     middle: (bodies.floor + top) / 2, tall });
-  camera.top += 20;
+  camera.top += 4;   // what is near is drawn larger, and is below
   return { kind: "space", run, left: 0, top: 0, width, height, camera, bodies };
 }
 
