@@ -91,6 +91,11 @@
   reveal();
   window.addEventListener("hashchange", reveal);
 
+  // What stands above a link's target grows while the page begins; it stays in its place until the reader moves.
+  const settled = new ResizeObserver(() => document.getElementById(decodeURIComponent(location.hash.slice(1)))?.scrollIntoView());
+  if (location.hash) settled.observe(document.querySelector("header"));
+  for (const moved of ["wheel", "touchstart", "pointerdown", "keydown"]) window.addEventListener(moved, () => settled.disconnect(), { once: true, passive: true });
+
   // On a narrow screen the index is a bar that opens, and closes when something is chosen.
   const narrow = window.matchMedia("(max-width: 70rem)");
   index.open = !narrow.matches;

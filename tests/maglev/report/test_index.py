@@ -150,3 +150,16 @@ def test_claims_are_a_table_on_paper(phone):
         assert not phone.page.locator(".what-if").first.is_visible()
     finally:
         phone.page.emulate_media(media="screen")
+
+
+def test_a_link_into_the_page_lands_where_it_leads(browser, report):
+    """Though the moving picture above grows while the page begins; from then on the place is the reader's."""
+    tab = Tab(browser, report)
+    tab.page.goto("about:blank")
+    tab.page.goto(f"{tab.url}#figure-5-20")
+    wait_until(tab.page, "document.querySelector('#player-views svg') && document.querySelector('#figure-5-20 .line')")
+    top = "document.getElementById('figure-5-20').getBoundingClientRect().top"
+    wait_until(tab.page, f"Math.abs({top} - 16) < 60")
+    tab.page.mouse.wheel(0, 300)
+    wait_until(tab.page, f"{top} < -200")
+    tab.context.close()
