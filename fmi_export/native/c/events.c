@@ -171,10 +171,15 @@ enum Status hold(struct Instance *instance, double *end)
     return DONE;
 }
 
-bool clocks_active(const struct Instance *instance, const uint32_t references[], size_t count)
+bool accessible_at_event(const struct Instance *instance, const uint32_t references[], size_t count, bool setting)
 {
     const struct Progress *progress = &instance->state->progress;
-    if (!instance->events || !MODEL.sampling->clocked || progress->sampling || !(progress->phase & (RUNNING | AT_EVENT))) {
+    if (setting && progress->sampling && !progress->stale) {
+        refuse(instance, "%s is set after the sample was taken, expected before an output of it is read",
+               count > 0 && references[0] < MODEL.variable_count ? MODEL.variables[references[0]].name : "nothing");
+        return false;
+    }
+    if (!MODEL.sampling->clocked || progress->sampling || !(progress->phase & (RUNNING | AT_EVENT))) {
         return true;
     }
     for (size_t i = 0; i < count; ++i) {

@@ -153,8 +153,9 @@ enum Status hold(struct Instance *instance, double *end);
 /* Whether a sample is due at the end of the step before. */
 bool sample_due(const struct Instance *instance);
 
-/* Whether variables can be accessed now: those of a clock only while it is active. */
-bool clocks_active(const struct Instance *instance, const uint32_t references[], size_t count);
+/* Whether an instance with event mode gives access to variables now: to set them, before the sample is taken; those of a
+ * clock only while it is active. */
+bool accessible_at_event(const struct Instance *instance, const uint32_t references[], size_t count, bool setting);
 
 /* Whether a call is about the clock, and allowed in these phases. */
 enum Status clocks_known(const struct Instance *instance, const char *call, int phases, const uint32_t references[],

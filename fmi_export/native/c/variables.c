@@ -39,7 +39,7 @@ bool callable(const struct Instance *instance, const char *call, int phases, con
 /* Whether all variables of references can be set now. */
 static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
 {
-    if (!clocks_active(instance, references, count)) {
+    if (instance->events && !accessible_at_event(instance, references, count, true)) {
         return false;
     }
     for (size_t i = 0; i < count; ++i) {
@@ -59,11 +59,6 @@ static bool settable(const struct Instance *instance, const uint32_t references[
         }
         if (variable->causality == PARAMETER && instance->state->progress.phase == BETWEEN_EVENTS) {
             refuse(instance, "%s is a parameter, expected to be set in event mode", variable->name);
-            return false;
-        }
-        if (instance->state->progress.sampling && !instance->state->progress.stale) {
-            refuse(instance, "%s is set after the sample was taken, expected before an output of it is read",
-                   variable->name);
             return false;
         }
         if (variable->fixed && instance->state->progress.phase & (RUNNING | AT_EVENT)) {
@@ -87,7 +82,7 @@ enum Status get_reals(struct Instance *instance, const char *call, const uint32_
                       double values[])
 {
     if (!callable(instance, call, readable_phases(), references, count, values)
-        || !clocks_active(instance, references, count)) {
+        || (instance->events && !accessible_at_event(instance, references, count, false))) {
         return REFUSED;
     }
     enum Status status = refresh(instance);
@@ -133,7 +128,7 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
                        const void *values)
 {
     if (!callable(instance, call, readable_phases(), references, count, values)
-        || !clocks_active(instance, references, count)) {
+        || (instance->events && !accessible_at_event(instance, references, count, false))) {
         return false;
     }
     /* In model exchange they change at events alone. */
