@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from maglev.judging.verdicts import VERDICTS
+from maglev.schema.claims import Claim
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plans
 
@@ -27,7 +28,7 @@ def test_the_table_has_every_claim_with_a_verdict() -> None:
             if line.startswith("| `") and line.count(" | ") == 5]
     runs = [run for name in packaged_files() for run in load_plans(name)]
     procedures = {run.procedure.name: run.procedure for run in runs if run.procedure is not None}
-    claims = [(run.name, claim) for run in runs for claim in run.claims]
+    claims: list[tuple[str, Claim]] = [(run.name, claim) for run in runs for claim in run.claims]
     claims += [(name, claim) for name, procedure in sorted(procedures.items()) for claim in procedure.claims]
     # The claims in words stand in a table of their own, before the bounds of figures.
     claims.sort(key=lambda each: each[1].figure is not None)

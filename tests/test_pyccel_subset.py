@@ -7,7 +7,9 @@ import pytest
 
 from fmi_export.native.translation import translated
 from fmi_export.sources import carried_modules
-from maglev.catalogue import DEFINITIONS, PACKAGES, definition
+from maglev.catalogue import DEFINITIONS
+from maglev.own_fmus import definition
+from maglev.user_controllers.own_modules import PACKAGES
 
 ROOT = Path(__file__).parents[1]
 FORBIDDEN_CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "set", "print",

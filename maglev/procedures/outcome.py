@@ -3,7 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from maglev.schema.procedure import ProcedureSettings
+
+Values = Sequence[float] | NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,11 @@ class Curve:
     """
 
     label: str
-    x: Sequence[float]
-    y: Sequence[float]
+    x: Values
+    y: Values
     marked: bool = False
     kin: str | None = None
-    margin: Sequence[float] | None = None
+    margin: Values | None = None
 
 
 @dataclass(frozen=True)

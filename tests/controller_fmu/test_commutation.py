@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def test_input_that_is_no_sensible_number(load_either: Load, kind: Kind, value: 
         for variable in (f"{motor}.i_d_reference", f"{motor}.i_q_reference", f"{axis}.measured"):
             component = started(load_either, kind)
             put(component, {variable: value})
-            text = refusal(component, lambda component=component: component.instance.doStep(0.0, size))
+            text = refusal(component, partial(component.instance.doStep, 0.0, size))
             assert f"{variable} = {value}" in text
             assert "expected a number from" in text
 

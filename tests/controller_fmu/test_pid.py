@@ -22,7 +22,8 @@ PID = PID2DOF | PID3DOF
 KINDS = [PID2DOF, PID3DOF]
 AXES = {PID2DOF: ("v", "h"), PID3DOF: ("y", "x", "z")}
 POLES = {PID2DOF: [(-8, -12, 50), (-6, -16, 46)], PID3DOF: [(-7, -10, 42), (-2, -7, 15), (-2, -7, 15)]}
-MODEL = {PID2DOF: Regulator2DOF, PID3DOF: Regulator3DOF}   # has the constants of the model as well
+# These have the constants of the model as well.
+MODEL: dict[type, type[Regulator2DOF | Regulator3DOF]] = {PID2DOF: Regulator2DOF, PID3DOF: Regulator3DOF}
 
 
 def polynomial(pole: float, real: float, imaginary: float) -> np.ndarray:

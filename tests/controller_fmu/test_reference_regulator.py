@@ -27,7 +27,7 @@ class ReferenceRegulator:
         self.rig, self.ts = rig, ts
         self.gains = np.array(GAINS[rig], dtype=float)
         block = np.zeros((4, 4))
-        block[:3, :3] = [[0, 1, 0], [0, 0, 1], [0, -OMEGA0**2, 0]]
+        block[:3, :3] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -OMEGA0**2, 0.0]]
         block[2, 3] = 1.0
         step = expm(block * ts)
         self.phi, self.gamma = step[:3, :3], step[:3, 3]

@@ -22,7 +22,7 @@ KX_IMPROVED = (-463, -35, -15121, -997, -2548)                # (5.14)
 KY_IMPROVED = (-1274, -104, -50001, -3936, -7774)             # (5.14)
 
 # Gains, printed poles, largest relative error of a coefficient that the rounding of both leaves.
-SETS = {
+SETS: dict[str, tuple[tuple[float, ...], list[complex], float]] = {
     "Kh (4.17)": (KH, [-9, -10, -11, -12, -13], 0.0007),
     "Kv (4.17)": (KV, [-11, -12, -13, -14, -15], 0.0005),
     "Kv p. 53": (KV_LOW_OVERSHOOT, [-57.9, -9.9 + 11.3j, -9.9 - 11.3j, -1.6 + 1.4j, -1.6 - 1.4j], 0.057),
@@ -93,7 +93,7 @@ def test_defaults() -> None:
 def ideal(rig: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3DOF, Stage2DOF | Stage3DOF]:
     """Regulator as it comes, or with the original gains and no limit, and a stage that is exactly its model."""
     controller, stage = (Regulator2DOF(), Stage2DOF()) if rig == 2 else (Regulator3DOF(), Stage3DOF())
-    if original:
+    if isinstance(controller, Regulator3DOF) and original:
         controller.current_limit = 0.0
         controller.antiwindup = False
         set_gains(controller.y, KY_ORIGINAL)

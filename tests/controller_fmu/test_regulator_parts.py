@@ -56,8 +56,8 @@ def test_observer_is_its_two_filters_sampled_exactly(time1: float, time2: float)
     def sampled_lag(time_constant: float) -> tuple[float, float]:
         if time_constant == 0.0:
             return 0.0, 1.0
-        lag = (-1 / time_constant, 1 / time_constant, 1.0, 0.0)
-        a, b, *_ = cont2discrete([np.array([[x]]) for x in lag], TS, method="zoh")
+        a, b, c, d = (np.array([[x]]) for x in (-1 / time_constant, 1 / time_constant, 1.0, 0.0))
+        a, b, *_ = cont2discrete((a, b, c, d), TS, method="zoh")
         return a.item(), b.item()
 
     (a1, b1), (a2, b2) = sampled_lag(time1), sampled_lag(time2)

@@ -271,7 +271,7 @@ def test_commands_hold_between_samples(kind: type[Regulator]) -> None:
         assert regulator.step(k * dt, dt) == 0
         errors = [getattr(regulator, name).error for name in AXES[kind]]
         history.append(sum((commands(regulator, name) for name in MOTORS[kind]), ()) + tuple(errors))
-    held = np.reshape(history, (10, 4, -1))
+    held: np.ndarray = np.reshape(history, (10, 4, -1))
     assert (held == held[:, :1]).all()
     assert all(len(set(row)) == 10 for row in held[:, 0].T if row.any())
     for misfit in (0.3, 2.0, 1.5):
@@ -284,6 +284,7 @@ def test_commands_hold_between_samples(kind: type[Regulator]) -> None:
 def test_rate_of_the_reference_counts() -> None:
     """ė = v̂ − ṙ: a reference that moves with the measurement demands nothing."""
     still, moving = started(Regulator2DOF), started(Regulator2DOF)
+    assert isinstance(still, Regulator2DOF) and isinstance(moving, Regulator2DOF)
     for regulator, rate in ((still, 0.0), (moving, 0.01)):
         regulator.h.reference_rate = rate
         run(regulator)

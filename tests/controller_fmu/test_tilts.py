@@ -17,7 +17,7 @@ from controller_fmu.status import BAD_PLACES, LINEAR, NONLINEAR, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import RIG_5DOF
+from pmlsm.rig_5dof import RIG as RIG_5DOF
 from pmlsm.velocity_rows import GRAVITY
 
 MOTORS = RIG_5DOF.motor_names

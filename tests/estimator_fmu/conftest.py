@@ -22,7 +22,8 @@ def flight(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[...
         path: Path = shared / f"flight{rig}_{name}.npz"
         if not path.exists():
             part = folder / "flight.npz"
-            np.savez(part, **excitation(rig, **arguments))
+            columns: dict[str, Any] = excitation(rig, **arguments)
+            np.savez(part, **columns)
             part.replace(path)   # complete when it appears
         with np.load(path) as found:
             return dict(found)

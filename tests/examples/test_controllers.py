@@ -118,9 +118,10 @@ def test_map_without_an_fmu(fmus: Path, step: Path) -> None:
 
 def test_check_says_where_it_leaves_the_baseline(fastest_fmus: Path, step: Path, c_controller: Path,
                                                  python_controller: Path, tmp_path: Path) -> None:
-    common = ["check", step, "--fmus", fastest_fmus, "--baselines", tmp_path / "baselines"]
+    common: list[str | Path] = ["check", step, "--fmus", fastest_fmus, "--baselines", tmp_path / "baselines"]
     assert maglev(*common, "--update").exit_code == 0
-    for arguments in (["--controller", c_controller, "--map", MAP], ["--controller", python_controller]):
+    given: list[list[str | Path]] = [["--controller", c_controller, "--map", MAP], ["--controller", python_controller]]
+    for arguments in given:
         result = maglev(*common, *arguments)
         assert result.exit_code == 1, result.output
         assert "step: deviates first at t = 0.05 s: plant.v.position expected 0.0" in result.output

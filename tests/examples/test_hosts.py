@@ -7,6 +7,7 @@ import sys
 import sysconfig
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -97,7 +98,7 @@ def test_notebook_with_plain_fmpy(fmus: Path, monkeypatch: pytest.MonkeyPatch) -
     assert not any(cell.get("outputs") for cell in cells)
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     assert "scenarios" not in code
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     exec(compile(code, "plant_with_plain_fmpy.ipynb", "exec"), names)
     flown = np.array(names["recorded"])
     assert flown[1400] == pytest.approx([25e-3, 0.0, 0.0], abs=0.2e-3)
@@ -113,7 +114,7 @@ def test_notebook_with_the_front_door(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setenv("FMUS", str(tmp_path))
     cells = json.loads((EXAMPLES / "front_door.ipynb").read_text())["cells"]
     assert not any(cell.get("outputs") for cell in cells)
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     exec(compile("\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"),
                  "front_door.ipynb", "exec"), names)
     assert all(without < with_friction for with_friction, without in names["errors"].values())
@@ -147,7 +148,7 @@ FOREIGN_OUTPUTS = {"gap_encoder": "v.encoder", "gap": "v.position", "travel_enco
 def test_our_regulator_flies_a_plant_of_another_tool(native_fmus: Path, foreign_plant: Path, step: Path,
                                                      tmp_path: Path) -> None:
     """The other tool steps our own plant, so that the check finds every bit where it was."""
-    common = ["check", step, "--fmus", native_fmus, "--baselines", tmp_path / "baselines"]
+    common: list[str | Path] = ["check", step, "--fmus", native_fmus, "--baselines", tmp_path / "baselines"]
     assert maglev(*common, "--update").exit_code == 0
     ports = tmp_path / "ports.toml"
     lines = [f'"{ours}" = "{theirs}"' for theirs, ours in FOREIGN_OUTPUTS.items()]

@@ -15,8 +15,9 @@ from fmpy_validation import validate_fmu
 
 from fmi_export.binaries import CORRECTIONS, corrected
 from fmi_export.errors import ExportError
-from maglev.catalogue import DEFINITIONS, build, definition
+from maglev.catalogue import DEFINITIONS, build
 from maglev.errors import BuildError
+from maglev.own_fmus import definition
 
 BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEFINITIONS, build; "
          "build(DEFINITIONS, Path(sys.argv[1]))")

@@ -9,8 +9,11 @@ import pytest
 import fmi_export.build
 import pmlsm.gap_functions
 from fmi_export.build import build_fmu
-from maglev.catalogue import DEFINITIONS, PACKAGES, definition
+from fmi_export.sources import carried_modules
+from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.own_fmus import definition
+from maglev.user_controllers.own_modules import PACKAGES
 
 
 def falling(path: Path) -> float:
@@ -25,10 +28,8 @@ def falling(path: Path) -> float:
 
 def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Plant3DOF of another version, on which gravity is that of the moon."""
-    original = fmi_export.build.carried_modules
-
     def altered(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
-        texts = original(entry, packages)
+        texts = carried_modules(entry, packages)
         if "pmlsm.velocity_rows" in texts:
             changed = texts["pmlsm.velocity_rows"].replace("GRAVITY = 9.81", "GRAVITY = 1.62")
             assert changed != texts["pmlsm.velocity_rows"]

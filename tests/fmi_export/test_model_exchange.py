@@ -31,7 +31,7 @@ START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "be
 HEARD: list[str] = []   # what instances of FMI 2.0 say
 
 
-@fmi2CallbackLoggerTYPE
+@fmi2CallbackLoggerTYPE   # type: ignore[untyped-decorator]
 def hear(_environment: object, _name: bytes, _status: int, _category: bytes, message: bytes) -> None:
     HEARD.append(message.decode())
 

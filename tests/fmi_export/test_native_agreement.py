@@ -1,6 +1,7 @@
 """Both kinds of FMUs do the same, bit for bit, and refuse with the same words, whatever is set."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -48,6 +49,11 @@ def attempt(component: Fmu, call: Callable[[], Any]) -> str:
     return ""
 
 
+def stepping(time: float, size: float) -> Callable[[Fmu], Any]:
+    """What makes an FMU do one step."""
+    return lambda component: component.instance.doStep(time, size)
+
+
 class Pair:
     """An FMU of both kinds, which everything is done to."""
 
@@ -56,7 +62,7 @@ class Pair:
 
     def do(self, call: Callable[[Fmu], Any]) -> bool:
         """Whether both do it; if not, both refuse in the same words."""
-        said = [attempt(component, lambda component=component: call(component)) for component in self.both]
+        said = [attempt(component, partial(call, component)) for component in self.both]
         assert said[0] == said[1]
         return not said[0]
 
@@ -109,9 +115,9 @@ def run(pair: Pair, data: st.DataObject, name: str) -> None:
         size = step_size(data, name, sample)
         values: Values = data.draw(pick(inputs, len(inputs)), label="inputs")
         values |= data.draw(pick(tunable, 1), label="change")
-        pair.do(lambda each, values=values: put(each, values))
+        pair.do(partial(put, values=values))
         for _ in range(data.draw(st.integers(1, 10), label="steps")):
-            if not pair.do(lambda each, time=time, size=size: each.instance.doStep(time, size)):
+            if not pair.do(stepping(time, size)):
                 return
             pair.same_outputs()
             time, count = time + size, count + 1
@@ -134,8 +140,8 @@ def test_long_run(load: Load, load_native: Load, name: str) -> None:
         values: Values = {v.name: float(v.start) + (2.0 if v.unit == "A" else 100.0 if v.unit == "N"
                                                           else 1e-3 * (k // 100)) * (((k // 20) * (i + 2)) % 7 - 3)
                           for i, v in enumerate(inputs)}
-        assert pair.do(lambda each, values=values: put(each, values))
-        assert pair.do(lambda each, k=k: each.instance.doStep(k * size, size))
+        assert pair.do(partial(put, values=values))
+        assert pair.do(stepping(k * size, size))
         pair.same_outputs()
         for output, value in outputs(pair.both[0]).items():
             seen.setdefault(output, set()).add(value)

@@ -14,7 +14,8 @@ import pytest
 from fmpy_validation import validate_fmu
 
 from fmi_export.definition import ContinuousModel
-from maglev.catalogue import DEFINITIONS, definition
+from maglev.catalogue import DEFINITIONS
+from maglev.own_fmus import definition
 
 BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import build_native; "
          "build_native(['PID2DOF'], Path(sys.argv[1]), host_only=True)")

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -82,7 +83,7 @@ def test_serialized_state_that_is_not_its_own(load_native: Load) -> None:
     data = plant.instance.serializeFMUstate(plant.instance.getFMUState())
     for wrong in (b"", b"\x00garbage", data[:-1], data[:-1] + bytes([data[-1] ^ 1])):
         assert f"serialized state of {len(wrong)} bytes, expected {len(data)} bytes that this FMU has written" \
-            == refusal(plant, lambda wrong=wrong: plant.instance.deSerializeFMUstate(wrong))
+            == refusal(plant, partial(plant.instance.deSerializeFMUstate, wrong))
     assert "that this FMU has written" in refusal(other, lambda: other.instance.deSerializeFMUstate(data))
 
 

@@ -14,7 +14,8 @@ from lxml import etree
 from fmi_export.errors import ExportError
 from fmi_export.parameter_set import SSV
 from fmi_export.ssp import SSC, SSD, write_ssp
-from maglev.catalogue import SYSTEMS, build_systems, definition
+from maglev.catalogue import SYSTEMS, build_systems
+from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from fmi_export import recognition
+from fmi_export.sources import module_path
 from maglev.catalogue import build
 from maglev.own_fmus import DEFINITIONS, built_here
 
@@ -111,7 +112,6 @@ def test_changed_code_is_not(fmus: Path, native_fmus: Path, tmp_path: Path) -> N
 def test_one_of_other_sources_is_not(ours: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What an earlier version built, or a checkout before its last change."""
     now = tmp_path / "regulator_3dof.py"
-    module_path = recognition.module_path
     now.write_text(module_path("controller_fmu.regulator_3dof").read_text() + "# changed\n")
     monkeypatch.setattr(recognition, "module_path",
                         lambda name: now if name == "controller_fmu.regulator_3dof" else module_path(name))

@@ -53,7 +53,7 @@ def channels() -> np.ndarray:
 def test_noise_is_normal_with_its_variance(channels: np.ndarray) -> None:
     for values in channels:
         assert kstest(values / SIGMA, "norm").pvalue > RARE
-        low, high = chi2.ppf([RARE / 2, 1 - RARE / 2], SAMPLES - 1) / (SAMPLES - 1)
+        low, high = (chi2.ppf(share, SAMPLES - 1) / (SAMPLES - 1) for share in (RARE / 2, 1 - RARE / 2))
         assert low < np.var(values, ddof=1) / SIGMA**2 < high
 
 

@@ -113,7 +113,7 @@ def test_a_lost_sample_leaves_the_one_before() -> None:
     block.v.lost = 0.3
     found = measured(block, ramp, 4000)
     fresh = found == np.array([ramp(k * T) for k in range(4000)])
-    low, high = binom.ppf([5e-5, 1 - 5e-5], 4000, 0.3)
+    low, high = (binom.ppf(share, 4000, 0.3) for share in (5e-5, 1 - 5e-5))
     assert low <= np.count_nonzero(~fresh) <= high
     assert (found[1:][~fresh[1:]] == found[:-1][~fresh[1:]]).all()
     runs = np.diff(np.flatnonzero(fresh)) - 1   # of lost samples: geometric

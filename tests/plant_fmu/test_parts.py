@@ -71,6 +71,7 @@ def test_continuous_limit_against_its_equation() -> None:
 
     solution = solve_ivp(lambda t, q: clamp(q[0])**2 - q, (0.0, 4.0), [0.0], rtol=1e-10, atol=1e-12, max_step=1e-3,
                          dense_output=True)
+    assert solution.sol is not None
     rating, amplifier = AmplifierRating(5.0, 4.0), CurrentAmplifier()
     rating.prepare(DT)
     for k in range(16_000):
@@ -113,7 +114,7 @@ def test_friction_dissipates() -> None:
     velocity = 5e-3 * np.cos(2 * np.pi * t)
     path = slide(friction, velocity, 1e-5)
     assert np.abs(path).max() <= 1.0
-    assert np.sum(friction.coulomb * path * velocity)[()] * 1e-5 > 0.0
+    assert np.sum(friction.coulomb * path * velocity) * 1e-5 > 0.0
 
 
 @pytest.mark.parametrize(("coulomb", "presliding"), [(0.0, 1e-3), (4.0, 0.0)])

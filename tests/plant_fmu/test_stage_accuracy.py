@@ -126,7 +126,7 @@ def test_sign_of_the_direct_current(rig: int, neutral: float) -> None:
     assert (currents[gaps > neutral + 0.5e-3] < 0).all()
     for gap in (neutral - 3e-3, neutral + 3e-3):
         stage, motors = (Stage2DOF(), ("motor",)) if rig == 2 else (Stage3DOF(), ("alpha", "beta"))
-        axis = stage.v if rig == 2 else stage.y
+        axis = stage.v if isinstance(stage, Stage2DOF) else stage.y
         frictionless(stage, "v" if rig == 2 else "y")
         stage.attraction_modulation = 0.0
         axis.position_start = gap

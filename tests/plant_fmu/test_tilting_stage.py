@@ -30,7 +30,7 @@ def axes_of(stage: Any) -> list[Any]:
     return [getattr(stage, name) for name in AXES]
 
 
-def command(stage: Any, motor: str, currents: Sequence[float]) -> None:
+def command(stage: Any, motor: str, currents: Sequence[float] | np.ndarray) -> None:
     supply = getattr(stage, motor)
     supply.i_a_cmd, supply.i_b_cmd, supply.i_c_cmd = map(float, currents)
 
@@ -42,7 +42,7 @@ def ideal(stage: Stage5DOF) -> Stage5DOF:
     return stage
 
 
-def moved_to(stage: Stage5DOF, q: Sequence[float]) -> Stage5DOF:
+def moved_to(stage: Stage5DOF, q: Sequence[float] | np.ndarray) -> Stage5DOF:
     """The stage at a place, at rest."""
     for axis, position in zip(axes_of(stage), q, strict=True):
         axis.position = position

@@ -11,7 +11,9 @@ from maglev.identification.model_file import CONSTANTS
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIG_2DOF, RIG_3DOF, RIGS
+from pmlsm.rig_2dof import RIG as RIG_2DOF
+from pmlsm.rig_3dof import RIG as RIG_3DOF
+from pmlsm.rigs import RIGS
 
 both = pytest.mark.parametrize(("rig", "stage", "regulator"), [(RIG_2DOF, Stage2DOF, Regulator2DOF),
                                                                (RIG_3DOF, Stage3DOF, Regulator3DOF)])

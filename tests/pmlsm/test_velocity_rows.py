@@ -1,5 +1,7 @@
 """The velocity rows against the page, and one for all who use them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -34,9 +36,12 @@ def test_a_pair_is_two_motors(gap: float, i_da: float, i_qa: float, i_db: float,
 
 def test_terms_take_samples_as_they_take_one() -> None:
     """Identification hands arrays to the same arithmetic."""
-    f = np.array([shape_functions(gap) for gap in (12e-3, 20e-3, 28e-3)]).T
+    f: Any = np.array([shape_functions(gap) for gap in (12e-3, 20e-3, 28e-3)]).T
+    direct: Any
+    squares: Any
     direct, squares = np.array([-1.0, 0.5, 2.0]), np.array([1.0, 3.0, 4.0])
-    together = normal_terms(4.0, 2.0, 2.0, *f[1:], direct, squares)   # type: ignore[arg-type]
+    together: Any = normal_terms(4.0, 2.0, 2.0, f[1], f[2], f[3], direct, squares)
     for k in range(3):
-        one = normal_terms(4.0, 2.0, 2.0, *(float(each) for each in f[1:, k]), float(direct[k]), float(squares[k]))
-        assert [float(term[k]) for term in together] == list(one)   # type: ignore[index]
+        f2, f3, f4, i_d, square = (float(each[k]) for each in (f[1], f[2], f[3], direct, squares))
+        one = normal_terms(4.0, 2.0, 2.0, f2, f3, f4, i_d, square)
+        assert [float(term[k]) for term in together] == list(one)

@@ -62,7 +62,12 @@ def test_a_fit_stays_in_its_range():
 
 def test_what_was_evaluated_is_not_evaluated_again():
     calls = []
-    objective = Objective(lambda u: calls.append(1) or np.array([u[0]]), np.array([-4.0]))
+
+    def residuals(u: np.ndarray) -> np.ndarray:
+        calls.append(1)
+        return np.array([u[0]])
+
+    objective = Objective(residuals, np.array([-4.0]))
     assert objective.cost(np.array([2.0])) == objective.cost(np.array([2.0])) == 4.0
     assert len(calls) == 1
 
@@ -190,7 +195,7 @@ def test_the_files_of_the_study_agree():
 @pytest.mark.parametrize("rig", SETTINGS.rigs, ids=lambda rig: rig.name)
 def test_a_scenario_flies_with_other_effects_by_extending_them(rig, kind: str, tmp_path: Path):
     fitted = from_data(json.loads(FOUND.read_text(encoding="utf-8"))["fits"][rig.name])
-    given = SETTINGS.scale.assumed | (rig.defaults(fitted.u) if kind == "estimated" else {})
+    given = {**SETTINGS.scale.assumed, **(rig.defaults(fitted.u) if kind == "estimated" else {})}
     (tmp_path / "a.toml").write_text(
         f'extends = ["{EFFECTS.parent}/loops/{rig.name}.toml", "{EFFECTS}/{rig.name}-{kind}.toml"]\n'
         'name = "a"\ntitle = "A"\ndescription = "A."\nstop_time = "1 s"\n', encoding="utf-8")

@@ -4,6 +4,7 @@ Exact to rounding. Written from the page with the constants of `reference_stage`
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from reference_stage import B0, FIELD, HM, LAG, MU_REC, T1, TAU, G, ReferenceStage, park_matrix
@@ -12,7 +13,7 @@ NOMINAL_MASSES = {2: (4.350, 1.594), 3: (6.9, 10.6, 8.6)}   # kg, Tables 4.1 and
 STEP = 1e-40   # imaginary, so small that its square vanishes
 
 
-def shape_functions(g: complex) -> tuple[complex, complex, complex, complex]:
+def shape_functions(g: complex) -> tuple[Any, Any, Any, Any]:
     """f1 to f4 at a gap (m) of 8…40 mm."""
     lam = 1 - B0**2 / (4 * T1 * (g + B0 / 2 + HM / MU_REC))
     u = B0 / (2 * g)
@@ -64,7 +65,7 @@ def rates(stage: ReferenceStage, state: np.ndarray, inputs: np.ndarray, phases: 
     return np.concatenate([v, accelerations(stage, x, v, dq, force), ((commanded - dq) / LAG + turning).ravel()])
 
 
-def complex_step(function: Callable[[np.ndarray], np.ndarray], at: Sequence[float]) -> np.ndarray:
+def complex_step(function: Callable[[np.ndarray], np.ndarray], at: Sequence[float] | np.ndarray) -> np.ndarray:
     """Jacobian of an analytic function at a real point."""
     point = np.array(at, dtype=complex)
     columns = []
@@ -91,6 +92,6 @@ def rest_currents(stage: ReferenceStage, x: Sequence[float]) -> np.ndarray:
     return (spread @ currents).reshape(-1, 2)
 
 
-def phase_commands(dq: np.ndarray, x: Sequence[float]) -> np.ndarray:
+def phase_commands(dq: np.ndarray, x: Sequence[float] | np.ndarray) -> np.ndarray:
     """Phase currents of all motors that make i_d, i_q at the positions."""
     return np.concatenate([3 / 2 * park_matrix(d).T @ i for i, d in zip(dq, x[1:], strict=True)])

@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 from fmi_export.definition import ContinuousModel
 from fmi_export.native.tangent import named, tangent_module
 from fmi_export.sources import carried_modules
-from maglev.catalogue import PACKAGES, definition
+from maglev.own_fmus import definition
+from maglev.user_controllers.own_modules import PACKAGES
 
 
 @cache
@@ -61,7 +62,7 @@ class ContinuousBlock:
     def get(self, names: Sequence[str], block: Any = None) -> np.ndarray:
         return np.array([attrgetter(self.places[name])(self.block if block is None else block) for name in names])
 
-    def at(self, names: Sequence[str], values: Sequence[float], wanted: Sequence[str]) -> np.ndarray:
+    def at(self, names: Sequence[str], values: Sequence[float] | np.ndarray, wanted: Sequence[str]) -> np.ndarray:
         """Values of variables at a point."""
         for name, value in zip(names, values, strict=True):
             self.set(name, float(value))
@@ -80,7 +81,10 @@ class ContinuousBlock:
 
     def solve(self, stop_time: float) -> np.ndarray:
         """States at the stop time (s) by scipy, without events."""
-        solved = solve_ivp(lambda t, x: self.at(self.states, x, self.rates), (0.0, stop_time), self.get(self.states),
+        def rates(_: float, states: np.ndarray) -> np.ndarray:
+            return self.at(self.states, states, self.rates)
+
+        solved = solve_ivp(rates, (0.0, stop_time), self.get(self.states),
                            method="LSODA", rtol=1e-10, atol=1e-12)
         assert solved.success
         self.at(self.states, solved.y[:, -1], self.rates)

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from pmlsm.rigs import RIG_2DOF, RIG_3DOF
+from pmlsm.rig_2dof import RIG as RIG_2DOF
+from pmlsm.rig_3dof import RIG as RIG_3DOF
 
 # Axes, motors and communication step (s).
 RIGS = {len(rig.axes): (rig.axis_names, rig.motor_names, rig.sample_time) for rig in (RIG_2DOF, RIG_3DOF)}

@@ -29,7 +29,8 @@ def read(fmu: Fmu, name: str) -> float:
     """Value of a variable."""
     v = fmu.variable(name)
     getter = fmu.instance.getBoolean if v.type == "Boolean" else fmu.instance.getReal
-    return getter([v.valueReference])[0]
+    value: float = getter([v.valueReference])[0]
+    return value
 
 
 def put_reals(fmu: Fmu, values: Mapping[str, float]) -> None:
@@ -39,7 +40,8 @@ def put_reals(fmu: Fmu, values: Mapping[str, float]) -> None:
 
 def read_reals(fmu: Fmu, names: Iterable[str]) -> list[float]:
     """Values of Real variables, in one call."""
-    return fmu.instance.getReal([fmu.variable(name).valueReference for name in names])
+    values: list[float] = fmu.instance.getReal([fmu.variable(name).valueReference for name in names])
+    return values
 
 
 OUTPUTS: WeakKeyDictionary[Fmu, dict[str, ScalarVariable]] = WeakKeyDictionary()   # to look for them takes longer

@@ -32,6 +32,12 @@ def linearised(regulator: Regulator, gap: float) -> tuple[float, float]:
     """∂g''/∂g and ∂g''/∂i_d at the equilibrium, by scipy."""
     current = brentq(lambda i: vertical_row(regulator, gap, i), -12.0, 12.0, xtol=1e-14)
     row = np.vectorize(lambda g, i: vertical_row(regulator, g, i))
-    alpha = derivative(lambda g: row(g, current), gap, initial_step=1e-3).df
-    beta = derivative(lambda i: row(gap, i), current).df
+
+    def at_current(g: np.ndarray) -> np.ndarray:
+        return np.asarray(row(g, current))
+
+    def at_gap(i: np.ndarray) -> np.ndarray:
+        return np.asarray(row(gap, i))
+
+    alpha, beta = derivative(at_current, gap, initial_step=1e-3).df, derivative(at_gap, current).df
     return float(alpha), float(beta)

@@ -46,7 +46,7 @@ def windows_library(data: bytes) -> Binary:
         """Offset in the file of an address in memory."""
         for size, start, raw_size, raw in table:
             if start <= address < start + max(size, raw_size):
-                return address - start + raw
+                return address - int(start) + int(raw)
         raise AssertionError(f"address {address:#x} is in no section")
 
     count, _, names = struct.unpack_from("<III", data, place(export_table) + 24)

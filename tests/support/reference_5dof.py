@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from reference_stage import LAG, T1, G, ReferenceAxis, park_matrix, shape_functions
+from reference_stage import LAG, T1, Crossing, G, ReferenceAxis, park_matrix, shape_functions
 from scipy.integrate import solve_ivp
 
 ARM, HEIGHT = 0.2, -0.03
@@ -50,9 +50,10 @@ class Reference5DOF:
                 normal[i] -= max(0.0, STOP_K * (gap - UPPER) + STOP_C * speed)
             if gap < LOWER:
                 normal[i] += max(0.0, STOP_K * (LOWER - gap) - STOP_C * speed)
-        found = GAPS.T @ normal + DISPLACEMENTS.T @ thrust
+        found: np.ndarray = GAPS.T @ normal + DISPLACEMENTS.T @ thrust
         held = -k * np.sign(q[3:]) * np.maximum(np.abs(q[3:]) - play, 0.0)
-        return found + np.array([self.masses[0] * G, 0.0, 0.0, held[0] - p * G * b, held[1] + p * G * a])
+        found += np.array([self.masses[0] * G, 0.0, 0.0, held[0] - p * G * b, held[1] + p * G * a])
+        return found
 
     def motors(self, q: np.ndarray, currents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal forces and thrusts (N) of the motors under phase currents, shape (4, 3)."""
@@ -83,16 +84,16 @@ class Reference5DOF:
         state = np.concatenate([start, np.zeros(10), np.clip(commands(0), -PEAK, PEAK).ravel()])
         found = [start]
 
-        def crossings(_: float, s: np.ndarray) -> np.ndarray:
+        def crossings(s: np.ndarray) -> np.ndarray:
             gaps, speeds = GAPS @ s[:5], GAPS @ s[5:10]
-            guides = np.concatenate([s[3:5] - self.guide[1], s[3:5] + self.guide[1]]) if self.guide[0] else []
+            guides = np.concatenate([s[3:5] - self.guide[1], s[3:5] + self.guide[1]]) if self.guide[0] else np.empty(0)
             return np.concatenate([s[5:10], gaps - LOWER, gaps - UPPER, STOP_K * (gaps - UPPER) + STOP_C * speeds,
                                    STOP_K * (LOWER - gaps) - STOP_C * speeds, guides])
 
-        events = []
-        for i in range(len(crossings(0.0, state))):
-            events.append(lambda t, s, i=i: crossings(t, s)[i])
-            events[-1].terminal = True
+        def crossing(i: int) -> Crossing:
+            return Crossing(lambda s: crossings(s)[i])
+
+        events = [crossing(i) for i in range(len(crossings(state)))]
         for k in range(steps):
             held, t, end = commands(k), k * dt, (k + 1) * dt
             while t < end:

@@ -27,13 +27,24 @@ def shape_functions(gap: float) -> tuple[float, float, float, float]:
     b = np.polynomial.polynomial.polyval((g - 24e-3) / 16e-3, FIELD)
     a = np.pi / TAU * (HM + g)
     coth = 1 / np.tanh(a)
-    return lam / (kc * np.sinh(a)), lam * b**2, lam * b * coth / kc, lam * coth**2 / kc**2
+    return float(lam / (kc * np.sinh(a))), float(lam * b**2), float(lam * b * coth / kc), float(lam * coth**2 / kc**2)
 
 
 def park_matrix(displacement: float) -> np.ndarray:
     """Matrix of (2.1) with the offset of (4.4), shape (2, 3)."""
     angles = np.pi / TAU * (displacement - TAU / 2) + np.array([0, -2 * np.pi / 3, 2 * np.pi / 3])
     return 2 / 3 * np.array([np.cos(angles), -np.sin(angles)])
+
+
+@dataclass
+class Crossing:
+    """Where a function of the state is 0, the solver ends."""
+
+    value: Callable[[np.ndarray], float]
+    terminal = True
+
+    def __call__(self, _: float, state: np.ndarray) -> float:
+        return self.value(state)
 
 
 @dataclass
@@ -58,7 +69,17 @@ class ReferenceAxis:
             force -= max(0.0, STOP_K * (x - self.upper) + STOP_C * v)
         if x < self.lower:
             force += max(0.0, STOP_K * (self.lower - x) - STOP_C * v)
-        return self.bias + self.ripple * np.sin(2 * np.pi * x / self.period + 0.5) + force / self.mass
+        return float(self.bias + self.ripple * np.sin(2 * np.pi * x / self.period + 0.5) + force / self.mass)
+
+    def events(self, first: int) -> list["Crossing"]:
+        """What changes its sign where friction or a stop's push jumps, of an axis whose states begin at `first`."""
+        def push(state: np.ndarray, into: float) -> float:
+            return float(STOP_K * into + STOP_C * state[first + 1])
+
+        return [Crossing(lambda s: s[first + 1]), Crossing(lambda s: s[first] - self.lower),
+                Crossing(lambda s: s[first] - self.upper),
+                # where the stop's push ends before the mover has left it
+                Crossing(lambda s: push(s, s[first] - self.upper)), Crossing(lambda s: push(s, s[first] - self.lower))]
 
     def deflection_rate(self, v: float, w: float) -> float:
         """Rate of the Dahl deflection (1/s)."""
@@ -131,25 +152,13 @@ class ReferenceStage:
         state[3 * n:] = first.ravel()   # the lag starts at the first clamped command
         states = [state]
 
-        def events() -> list[Callable[[float, np.ndarray], float]]:
-            found: list[Callable[[float, np.ndarray], float]] = []
-            for i, axis in enumerate(self.axes):
-                found.append(lambda t, s, i=i: s[3 * i + 1])
-                for place in (axis.lower, axis.upper):
-                    found.append(lambda t, s, i=i, place=place: s[3 * i] - place)
-                # where the stop's push ends before the mover has left it
-                found.append(lambda t, s, i=i, a=axis: STOP_K * (s[3 * i] - a.upper) + STOP_C * s[3 * i + 1])
-                found.append(lambda t, s, i=i, a=axis: STOP_K * (a.lower - s[3 * i]) - STOP_C * s[3 * i + 1])
-            for event in found:
-                event.terminal = True   # type: ignore[attr-defined]
-            return found
-
+        events = [event for i, axis in enumerate(self.axes) for event in axis.events(3 * i)]
         for k in range(steps):
             held = commands(k, states[-1][0:3 * n:3])
             t, end, state = k * dt, (k + 1) * dt, states[-1]
             while t < end:
                 solution = solve_ivp(lambda _, s: self.rates(s, held), (t, end), state, method="DOP853",   # noqa: B023
-                                     rtol=rtol, atol=1e-14, events=events())
+                                     rtol=rtol, atol=1e-14, events=events)
                 state, t = solution.y[:, -1], solution.t[-1]
                 if solution.status == 1:
                     # Step off the event, so that it is not found again.

@@ -1,7 +1,7 @@
 """Results of runs that nobody simulated, and what a parser finds in the report of them."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
 from typing import Any
@@ -11,10 +11,11 @@ import numpy as np
 from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import MET_OR_NOT, ClaimResult
+from maglev.judging.verdicts import MET_OR_NOT, ClaimResult, Judgements, Verdict
 from maglev.procedures.judging import judge_procedure
+from maglev.procedures.outcome import Outcome
 from maglev.report.page import report_page
-from maglev.report.plots.data import NOTHING
+from maglev.report.plots.data import NOTHING, Frictionless
 from maglev.schema.claims import RunClaim
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
@@ -27,9 +28,9 @@ SPEED = 0.01  # m/s, of every axis; the reference is 1 mm ahead
 MEASURED = Metrics(steps=(), tracking=(), motors=(), end_errors={}, stop_contact=None, tripped=None, failed=False)
 
 
-def recorded(plan: RunPlan, stop_time: float = 0.5, noise: float = 0.0, **metrics) -> RunResult:
+def recorded(plan: RunPlan, stop_time: float = 0.5, noise: float = 0.0, **metrics: Any) -> RunResult:
     """A completed run: all axes move at SPEED from 20 mm on, currents are sinusoids with an amplitude of 1 A."""
-    time = np.arange(round(stop_time / STEP) + 1) * STEP
+    time = np.arange(round(stop_time / STEP) + 1, dtype=float) * STEP
     random = np.random.default_rng(1)
     columns = {}
     for axis in plan.axes.values():
@@ -63,7 +64,7 @@ def renamed(name: str, new: str) -> RunPlan:
     return packaged(name).model_copy(update={"name": new})
 
 
-def of_procedure(name: str, new: str, **changes) -> RunPlan:
+def of_procedure(name: str, new: str, **changes: Any) -> RunPlan:
     """Scenario of a packaged run under another name, as one of a procedure."""
     settings = ProcedureSettings(kind="parabolas", name="2dof-thrust", title="Thrust by parabolas")
     return renamed(name, new).model_copy(update={"procedure": settings, **changes})
@@ -80,7 +81,7 @@ def all_recorded() -> list[RunResult]:
             if (plan.procedure is None or plan.figures) and not plan.check_only]
 
 
-def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str = "p. 53, Fig. 4.18",
+def judged(verdict: Verdict, text: str = "The overshoot is below 30 %", source: str = "p. 53, Fig. 4.18",
            reason: str | None = None) -> ClaimResult:
     """A claim with a verdict."""
     if verdict == "not testable":
@@ -91,7 +92,7 @@ def judged(verdict: str, text: str = "The overshoot is below 30 %", source: str 
     return ClaimResult(claim, None if verdict == "not run" else 0.25, verdict)
 
 
-def bound(figure: str = "4.18", column: str = "plant.v.encoder", **table) -> RunClaim:
+def bound(figure: str = "4.18", column: str = "plant.v.encoder", **table: Any) -> RunClaim:
     """A bound by the axis of a figure."""
     return RunClaim.model_validate({"figure": figure, "metric": "highest", "column": column, "unit": "mm",
                                     "target": [22, 24], **table})
@@ -123,15 +124,15 @@ class Page(HTMLParser):
         self.close()
         assert not self.open, f"not closed: {self.open}"
 
-    def handle_starttag(self, tag, attrs):
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.elements.append(Element(tag, dict(attrs)))
         if tag not in ("meta", "input"):
             self.open.append(self.elements[-1])
 
-    def handle_endtag(self, tag):
+    def handle_endtag(self, tag: str) -> None:
         assert self.open.pop().tag == tag
 
-    def handle_data(self, data):
+    def handle_data(self, data: str) -> None:
         for element in self.open:
             element.text += data
 
@@ -153,12 +154,13 @@ class Page(HTMLParser):
         return [element[name] or "" for element in self.elements if name in element.attributes]
 
     @property
-    def data(self) -> dict:
+    def data(self) -> Any:
         """What the page's scripts read."""
         return json.loads(self.with_id("data").text)
 
 
-def page_of(results, judgements=None, outcomes=(), frictionless=NOTHING) -> Page:
+def page_of(results: Sequence[RunResult], judgements: Judgements | None = None, outcomes: Sequence[Outcome] = (),
+            frictionless: Frictionless = NOTHING) -> Page:
     """Page of results; the claims of the outcomes are judged."""
     procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
     return Page(report_page(results, {**(judgements or {}), **procedures}, outcomes, frictionless=frictionless))

@@ -1,11 +1,17 @@
 """The report in a tab of a Chromium, and what tests ask it."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
-LIGHT, DARK = "light", "dark"
-DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 800}
+if TYPE_CHECKING:   # what is missing on some machines, where the fixture of the browser skips
+    from playwright.sync_api import Browser, Page, ViewportSize
+
+LIGHT: Literal["light"] = "light"
+DARK: Literal["dark"] = "dark"
+DESKTOP: "ViewportSize" = {"width": 1280, "height": 900}
+PHONE: "ViewportSize" = {"width": 390, "height": 800}
 
 # Contrast ratio of an element's text to the page's background, as WCAG defines it.
 CONTRAST = """(selector) => {
@@ -36,7 +42,7 @@ def violations(page, left_out=(), rules=()) -> list[str]:
 class Tab:
     """The report in a browser; collects what goes wrong and what is requested."""
 
-    def __init__(self, browser, report: Path, viewport=DESKTOP, **options) -> None:
+    def __init__(self, browser: "Browser", report: Path, viewport: "ViewportSize" = DESKTOP, **options: Any) -> None:
         self.url = report.as_uri()
         self.problems: list[str] = []
         self.requests: list[str] = []
@@ -48,7 +54,7 @@ class Tab:
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.goto(self.url)
 
-    def evaluate(self, script: str, argument=None):
+    def evaluate(self, script: str, argument: Any = None) -> Any:
         return self.page.evaluate(script, argument)
 
     def close(self) -> None:
@@ -59,7 +65,7 @@ class Tab:
         assert {url for url in self.requests if not url.startswith(("blob:", "data:"))} == {self.url}
 
 
-def wait_until(page, condition: str) -> None:
+def wait_until(page: "Page", condition: str) -> None:
     """Wait for a condition; the page's policy forbids playwright's own way."""
     for _ in range(200):
         if page.evaluate(condition):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.catalogue import definition
 from maglev.cosim.order import Order
+from maglev.own_fmus import definition
 from maglev.schema.run_plan import RunPlan
 from pmlsm.rigs import RIGS
 
@@ -22,7 +22,7 @@ def set_path(block: Any, name: str, value: float | bool) -> None:
     setattr(attrgetter(path)(block) if path else block, attribute, value)
 
 
-def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float]], names: Sequence[str],
+def sampled_loop(plan: RunPlan, drives: Mapping[str, Sequence[float] | NDArray[np.float64]], names: Sequence[str],
                  times: Sequence[float], steps: Sequence[float],
                  order: Order = "sequential") -> dict[str, NDArray[np.float64]]:
     """Values of `fmu.variable` names before the first step and after each, at times t_k (s) and with steps h_k (s)."""

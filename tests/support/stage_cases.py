@@ -91,7 +91,7 @@ IMPACTS = [falling(2, 26e-3), falling(2, 26.017e-3), side_impact(), falling(3, 3
 
 
 def run_block(rig: int, start: Sequence[float], commands: Commands, dt: float, steps: int,
-              bus_voltage: float = 0.0) -> tuple[np.ndarray, list]:
+              bus_voltage: float = 0.0) -> tuple[np.ndarray, list[np.ndarray]]:
     """Positions and velocities of the block, shape (steps + 1, axes, 2), and the commands that it was given."""
     stage = Stage2DOF() if rig == 2 else Stage3DOF()
     stage.bus_voltage = bus_voltage

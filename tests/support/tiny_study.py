@@ -2,9 +2,9 @@
 
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import dask
-from distributed.security import Security
 
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
@@ -63,7 +63,12 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
     return plan_study(tiny(**table), experiment(folder, fmus), "study.toml", folder, UNCHANGED)
 
 
-def trusted(security: Security) -> AbstractContextManager[object]:
+def address_of(client: Any) -> str:
+    """Address of the scheduler of a client of Dask's."""
+    return str(client.scheduler.address)
+
+
+def trusted(security: Any) -> AbstractContextManager[object]:
     """Make the certificate of a cluster that of this process, as in Dask's configuration: its address is enough."""
     return dask.config.set({"distributed.comm.tls.ca-file": security.tls_ca_file,
                             "distributed.comm.tls.client.cert": security.tls_client_cert,

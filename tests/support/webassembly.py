@@ -1,7 +1,9 @@
 """FMUs as WebAssembly modules, flown by wasmtime as the master flies FMUs."""
 
 import ctypes
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -22,7 +24,8 @@ class WebAssemblyFmu:
         module = Module.from_file(engine, str(folder / f"{name}.wasm"))
         self.imports = list(module.imports)
         self.store = Store(engine)
-        self.exports = Instance(self.store, module, []).exports(self.store)
+        # Functions and the memory; which is which, a name does not say.
+        self.exports: dict[str, Any] = dict(Instance(self.store, module, []).exports(self.store))
         self.exports["_initialize"](self.store)
         guid = self.description.guid.encode()
         self.component = self.exports["fmi2Instantiate"](
@@ -36,7 +39,8 @@ class WebAssemblyFmu:
 
     def call(self, function: str, *arguments: float) -> int:
         """Call a function of the module."""
-        return self.exports[function](self.store, *arguments)
+        result: int = self.exports[function](self.store, *arguments)
+        return result
 
     def checked(self, function: str, *arguments: float) -> None:
         """Call a function of FMI that must not refuse."""
@@ -54,7 +58,7 @@ class WebAssemblyFmu:
         data = self.exports["memory"].read(self.store, address, address + 2000)
         return bytes(data).split(b"\0")[0].decode()
 
-    def view(self, address: int, count: int, kind: type) -> np.ndarray:
+    def view(self, address: int, count: int, kind: Any) -> np.ndarray:
         """The module's memory as an array, until the memory grows."""
         start = ctypes.addressof(self.exports["memory"].data_ptr(self.store).contents)
         return np.ctypeslib.as_array((kind * count).from_address(start + address))
@@ -77,7 +81,8 @@ class WebAssemblyFmu:
             self.checked("fmi2SetReal", references, 1, values)
 
 
-def flown(folder: Path, plan: RunPlan, drives: dict[str, list[float]], stop_time: float) -> dict[str, np.ndarray]:
+def flown(folder: Path, plan: RunPlan, drives: Mapping[str, Sequence[float] | np.ndarray],
+          stop_time: float) -> dict[str, np.ndarray]:
     """Real outputs, `fmu.variable`, of a run at every communication point until the stop time (s)."""
     fmus = {name: WebAssemblyFmu(folder, str(fmu.model), {key: start.value for key, start in fmu.start.items()})
             for name, fmu in plan.fmus.items()}

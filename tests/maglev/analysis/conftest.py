@@ -15,10 +15,11 @@ MakePD = Callable[..., type]
 @pytest.fixture(scope="session")
 def pd_class(tmp_path_factory: pytest.TempPathFactory) -> MakePD:
     """Function that makes the class with changes of its text."""
-    folder, made = tmp_path_factory.mktemp("pd"), []
+    folder = tmp_path_factory.mktemp("pd")
+    made: list[Path] = []
 
     def make(*changes: tuple[str, str]) -> type:
         made.append(controller(folder, *changes, name=f"pd{len(made)}.py"))
-        found: type = load(Path(made[-1])).definition.arguments[0]
+        found: type = load(made[-1]).definition.arguments[0]
         return found
     return make

@@ -12,7 +12,8 @@ STEP = 0.2e-3
 def system() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """A fast lag, an integrator, and an oscillator of 4.7 rad/s, which two inputs and three outputs see differently."""
     turn = 4.7 * STEP
-    a = block_diag(np.exp(-1000.0 * STEP), 1.0, [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    a = block_diag(np.diag([np.exp(-1000.0 * STEP), 1.0]),
+                   [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     b = np.array([[1.0, 0.2], [STEP, -0.3 * STEP], [0.0, 2.0 * STEP], [STEP, 0.0]])
     c = np.array([[1.0, 2.0, -1.0, 0.0], [0.0, 1.0, 0.0, 3.0], [-0.5, 0.0, 1.0, 1.0]])
     return a, b, c, np.array([[0.5, 0.0], [0.0, 1.0], [0.1, -0.2]])

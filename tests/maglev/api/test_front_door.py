@@ -6,6 +6,7 @@ import sys
 import warnings
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,9 +30,11 @@ def test_public_names() -> None:
 
 
 def test_an_option_that_does_not_exist_is_refused() -> None:
-    for call in (maglev.run, maglev.check, maglev.run_all):
+    calls: list[tuple[Any, Any]] = [(maglev.run, "2dof-smooth-nonlinear"), (maglev.check, ["2dof-smooth-nonlinear"]),
+                                    (maglev.run_all, ["2dof-smooth-nonlinear"])]
+    for call, what in calls:
         with pytest.raises(maglev.ScenarioError, match="nativ: unknown option, nearest is '?native"):
-            call(["2dof-smooth-nonlinear"] if call is not maglev.run else "2dof-smooth-nonlinear", nativ=True)
+            call(what, nativ=True)
 
 
 def test_every_error_has_one_root() -> None:

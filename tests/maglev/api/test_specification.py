@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from command_line import maglev
 from report_runs import Page, judged, recorded, with_columns
@@ -85,7 +86,7 @@ def test_claims_are_met_or_not_whichever_controller_flies(fastest_fmus: Path, tm
 def test_fail_on_claims(fastest_fmus: Path, tmp_path: Path, claims: list[str], settings: list[str], code: int,
                         said: str) -> None:
     path = scenario(tmp_path, *claims, stop="200 ms")
-    arguments = ["run", path, "--fmus", fastest_fmus, "--out", tmp_path / "out",
+    arguments: list[str | Path] = ["run", path, "--fmus", fastest_fmus, "--out", tmp_path / "out",
                  *(word for setting in settings for word in ("--set", setting))]
     assert maglev(*arguments).exit_code == 0
     result = maglev(*arguments, "--fail-on-claims")
@@ -158,8 +159,8 @@ def test_a_crash_early_on_is_drawn_around(tmp_path: Path) -> None:
         run = recorded(plan, stop_time=10.0, **metrics)
         figure = figure_of(run)
         (shown,) = shown_figures([], [run])
-        return (max(line.get_xdata()[-1] for line in figure.axes[0].lines if len(line.get_xdata()) > 2),
-                figure.get_suptitle(), shown.figure.until)
+        times = [np.asarray(line.get_xdata()) for line in figure.axes[0].lines]
+        return (max(each[-1] for each in times if len(each) > 2), figure.get_suptitle(), shown.figure.until)
 
     end, title, until = drawn(stop_contact=0.05, failed=True)
     assert (end, until) == (pytest.approx(0.25), pytest.approx(0.25))

@@ -156,7 +156,7 @@ def checked(interval: float = 0.05, *signals: str) -> RunPlan:
 
 def flown(at_stop: int = 1000, tripped: int = 1000) -> Recording:
     """0.5 s at 0.5 ms, with flags set from these communication points on."""
-    k = np.arange(1001)
+    k = np.arange(1001, dtype=float)
     return Recording(0.0005 * k, {"plant.v.position": 0.02 + 1e-6 * k,
                                   "plant.at_stop": (k >= at_stop).astype(np.int32),
                                   "controller.tripped": (k >= tripped).astype(np.int32)})
@@ -201,7 +201,7 @@ def test_recordings_that_make_no_baseline() -> None:
 
 
 def test_a_baseline_is_small(tmp_path: Path) -> None:
-    time = 0.0005 * np.arange(60_000)
+    time = 0.0005 * np.arange(60_000, dtype=float)
     large = Baseline("large", time, {"a": time / 3.0}, 0.0005, float(time[-1]), {"a": Tolerance(0.0, 0.0)}, 0.0005)
     with pytest.raises(BaselineError, match="expected at most 1000000"):
         write_baseline(tmp_path, large)

@@ -37,7 +37,7 @@ def runs(draw: st.DrawFn) -> tuple[Baseline, Recording]:
     rows = EVERY * SAMPLES
     columns = {name: np.repeat(draw(st.lists(VALUES, min_size=SAMPLES, max_size=SAMPLES)), EVERY) for name in SIGNALS}
     columns["plant.at_stop"] = (columns["plant.at_stop"] > 0.0).astype(np.int32)
-    time = STEP * np.arange(rows)
+    time = STEP * np.arange(rows, dtype=float)
     baseline = Baseline("any", time[::EVERY], {name: values[::EVERY].astype(float) for name, values in columns.items()},
                         STEP, float(time[::EVERY][-1]), SIGNALS, STEP * EVERY)
     return baseline, Recording(time, columns)
@@ -81,7 +81,7 @@ def test_a_value_that_is_not_finite_deviates(run: tuple[Baseline, Recording], sa
 
 
 def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
-    time = STEP * np.arange(3)
+    time = STEP * np.arange(3, dtype=float)
     baseline = Baseline("any", time, {"a": np.ones(3), "b": np.ones(3)}, STEP, float(time[-1]),
                         {"a": Tolerance(1e-3, 0.0), "b": Tolerance(1e-6, 0.0)}, STEP)
     moved = np.array([1.0, 1.01, 1.0])
@@ -92,7 +92,7 @@ def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
 
 
 def test_recordings_that_cannot_be_compared() -> None:
-    time = STEP * np.arange(11)
+    time = STEP * np.arange(11, dtype=float)
     baseline = Baseline("any", time, {"plant.y": time}, STEP, float(time[-1]), {"plant.y": Tolerance(0.0, 0.0)}, STEP)
     for recording, message in (
             (Recording(time, {"plant.x": time, "q": time}), "plant.y was not recorded, .* nearest is 'plant.x'"),

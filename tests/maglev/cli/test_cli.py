@@ -91,7 +91,7 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--plant", "missing.fmu"], "there is no file missing.fmu"),
     (["--fmus", "nowhere"], "`maglev build`")])
 def test_user_errors(fmus: Path, short: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
-    places = [] if "--fmus" in arguments else ["--fmus", fmus]
+    places: list[str | Path] = [] if "--fmus" in arguments else ["--fmus", fmus]
     assert message in error_line(maglev("run", short, *places, "--out", tmp_path, *arguments))
 
 
@@ -209,10 +209,10 @@ def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
     step = estimator.sample_time
     assert len(result) - 1 == len(given) == round(stop_time / step)
     estimator.start()
-    names = [name for name in result.dtype.names if name in ("C1", "C2", "C3", "C4", "C5")]
+    names = [name for name in result.dtype.names or () if name in ("C1", "C2", "C3", "C4", "C5")]
     guesses = [getattr(estimator, name) for name in names]
     for row, estimated in zip(given, result[1:], strict=True):
-        for name in given.dtype.names[1:]:
+        for name in (given.dtype.names or ())[1:]:
             part, _, variable = name.partition(".")
             setattr(getattr(estimator, part), variable, float(row[name]))
         estimator.step(float(row["time"]), step)

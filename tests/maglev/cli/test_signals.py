@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -146,6 +147,11 @@ def test_while_a_foreign_fmu_starts(fmus: Path, tmp_path: Path, delay: float) ->
     assert lines[-1] == "maglev: interrupted" or lines[-1].startswith("maglev: at t = "), lines
 
 
+def kept_more_than(number: int, parts: Path) -> bool:
+    """Whether a study has kept more parts than that."""
+    return len(list(parts.glob("samples-*.parquet"))) > number
+
+
 def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None:
     """Interrupted twice, whenever that is, its results are those, byte for byte, of one that was not.
 
@@ -158,11 +164,11 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
     folders = [tmp_path / name for name in ("whole", "parts")]
     for folder in folders:
         folder.mkdir()
-    arguments = ["study", file, "--fmus", fastest_fmus, "--jobs"]
+    arguments: list[str | Path] = ["study", file, "--fmus", fastest_fmus, "--jobs"]
     parts, before = folders[1] / "results" / "payload.parts", 0
     for (number, code, word), more in zip(CODES, (["2"], ["1", "--resume"]), strict=True):
         command = Command(folders[1], *arguments, *more)
-        command.wait_until(lambda before=before: len(list(parts.glob("samples-*.parquet"))) > before)
+        command.wait_until(partial(kept_more_than, before, parts))
         found, lines = command.ended(number)
         done = 8 * len(list(parts.glob("samples-*.parquet")))
         assert 8 * before < done < 64

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from fmi_export.model_description import model_description
-from maglev.catalogue import definition
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
+from maglev.own_fmus import definition
 
 
 def described(folder: Path, old: str, new: str) -> Path:

@@ -12,7 +12,7 @@ from maglev.cosim.order import Order
 from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
-from pmlsm.rigs import RIG_3DOF
+from pmlsm.rig_3dof import RIG as RIG_3DOF
 
 
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",

@@ -29,7 +29,7 @@ def test_an_fmu_that_asks_for_the_end_ends_the_run(fmi3_fmus: Path, in_c: bool, 
         return status if third else 0
 
     function = Step3(DO_STEP(step))
-    failed = SimpleNamespace(failed=lambda call, found: RuntimeError(f"{call} {found}"))
+    failed: Any = SimpleNamespace(failed=lambda call, found: RuntimeError(f"{call} {found}"))
     time = c_double()
     call: Any = Call(time, 0.0, 0.5, function, (c_void_p(7), time, c_double(0.5), c_int(1)), (failed, "fmi3DoStep"))
     stepper = Stepper([[call]], [fmi3_fmus] if in_c else [])

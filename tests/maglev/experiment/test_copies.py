@@ -79,6 +79,7 @@ def test_an_edit_in_mid_flight_changes_nothing(fmus: Path, law: Path, scenario: 
     assert law.read_text() == text
     assert set(run["controller.motor.i_a_cmd"][1:]) == {0.25}
     assert run["controller.motor.i_b_cmd"][-1] == 0.5
+    assert run.result.provenance is not None
     flown = run.result.provenance.fmus[0]
     assert flown.sha256 == {"law.py": sha256(LAW), "current.py": sha256("CURRENT = 0.25\n"),
                             "late.py": sha256("LATE = 0.5\n")}
@@ -102,8 +103,12 @@ def test_an_fmu_that_is_replaced_in_mid_flight_changes_nothing(fmus: Path, scena
     for each in ("Regulator2DOF.fmu", "Plant2DOF.fmu"):
         shutil.copy(fmus / each, folder)
     before = (folder / model).read_bytes()
-    run = maglev.run(scenario, fmus=folder,
-                     progress=lambda *_: (folder / model).write_bytes((fmus / "PID3DOF.fmu").read_bytes()))
+
+    def replace(_done: int, _all: int) -> None:
+        (folder / model).write_bytes((fmus / "PID3DOF.fmu").read_bytes())
+
+    run = maglev.run(scenario, fmus=folder, progress=replace)
+    assert run.result.provenance is not None
     flown = next(fmu for fmu in run.result.provenance.fmus if fmu.name == name)
     assert (folder / model).read_bytes() != before
     assert (flown.model, flown.sha256) == (model.removesuffix(".fmu"), {model: sha256(before)})

@@ -22,7 +22,7 @@ NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=50)
 
 
 def recording(values: list[float]) -> Recording:
-    time = 0.1 * np.arange(len(values))
+    time = 0.1 * np.arange(len(values), dtype=float)
     return Recording(time, {"plant.y": np.array(values), "plant.at_stop": np.arange(len(values), dtype=np.int32) % 2,
                             'odd,"name"': -time, "held": np.repeat(values, 3)[:len(values)]})
 

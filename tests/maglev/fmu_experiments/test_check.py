@@ -199,7 +199,7 @@ def test_comparison_at_events_between_points_and_in_arrays() -> None:
                       (2.0, 7.0, 3, (1.0, 5.0))],
                      [("time", float), ("line", float), ("count", int), ("both", float, 2)])
     variables = {name: ScalarVariable(name, 0, variability="discrete" if name == "count" else "continuous")
-                 for name in flown.dtype.names[1:]}
+                 for name in (flown.dtype.names or ())[1:]}
 
     def found(time: float, name: str, *values: float) -> object:
         expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])

@@ -13,6 +13,7 @@ from command_line import error_line, maglev
 from fmi_export.experiments.files import MANIFEST
 from maglev.errors import FmuError, ScenarioError
 from maglev.fmu_experiments import pack
+from maglev.fmu_experiments.recording import recorded
 from maglev.own_fmus import built_here
 
 SHORT = """
@@ -38,7 +39,7 @@ interval = "5 ms"
 @pytest.fixture
 def mine(fmus: Path, tmp_path: Path) -> Path:
     """An FMU, and beside it short.toml, a scenario that names it."""
-    copy: Path = shutil.copy(fmus / "Regulator2DOF.fmu", tmp_path / "mine.fmu")
+    copy = Path(shutil.copy(fmus / "Regulator2DOF.fmu", tmp_path / "mine.fmu"))
     loop = Path(__file__).parents[3] / "scenarios" / "loops" / "2dof.toml"
     (tmp_path / "short.toml").write_text(SHORT.format(loop=loop, fmu=copy))
     return copy
@@ -77,10 +78,9 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
     with pytest.raises(ScenarioError, match="stop_time = 0.05 s: the experiment takes 0.0 MB, expected at most"):
         pack.pack_reference(mine, tmp_path / "short.toml", fmus=fmus)
     monkeypatch.undo()
-    honest = pack.recorded
 
     def wrong(*arguments: Any) -> Any:
-        found = honest(*arguments)
+        found = recorded(*arguments)
         return replace(found, results={**found.results, "motor.i_q_cmd": [value + 0.1 for value in
                                                                           found.results["motor.i_q_cmd"]]})
 

@@ -30,7 +30,7 @@ def half(data: Data) -> dict[str, float]:
 def integral_least_squares(data: Data) -> dict[str, float]:
     """Constants by scipy-free least squares on v(t) − v(0) = ∫a dt θ + ∫b dt: no estimator, no filter."""
     r = data.recording
-    found = {}
+    found: dict[str, float] = {}
     for row in regressors(r.rig, r.positions, r.i_d, r.i_q, data.velocity):
         a, b = (np.cumsum(0.5 * (s[1:] + s[:-1]), axis=0) * r.dt for s in (row.a, row.b))
         # Over windows of 0.1 s, so that the integral does not weigh slow motion alone.

@@ -31,7 +31,7 @@ def lift_row(count: int) -> RowData:
 
 
 def run(method: str, row: RowData, guess: np.ndarray, epsilon: float, q0: float) -> np.ndarray:
-    time = DT * np.arange(len(row.b))
+    time = DT * np.arange(len(row.b), dtype=float)
     names = row.row.constants
     result = estimate(method, [row], time, dict(zip(names, guess.tolist(), strict=True)), epsilon, GAMMA, q0)
     assert result.names == names
@@ -113,7 +113,7 @@ def test_fsdi_is_of_second_order() -> None:
 
 def constant_row(a: float, rate: float, count: int) -> RowData:
     row = Row("h", ("C1",), 0.0, lambda f, i_d, i_q: i_q)
-    return RowData(row, np.full((count, 1), a), np.zeros(count), rate * DT * np.arange(count))
+    return RowData(row, np.full((count, 1), a), np.zeros(count), rate * DT * np.arange(count, dtype=float))
 
 
 def test_fsdi_of_a_constant_regressor() -> None:

@@ -91,7 +91,7 @@ def test_the_smaller_root_is_that_of_the_controllers(gap: float) -> None:
     assert found
     assert equilibrium_currents(RIGS["2dof"], np.array([gap]), constants)[0] == pytest.approx(expected, abs=1e-9)
     constants = constants_of("3dof")
-    expected, found = equilibrium_current(MOTOR, *(4 * constants[name] for name in ("C3", "C4", "C5")), gap)
+    expected, found = equilibrium_current(MOTOR, 4 * constants["C3"], 4 * constants["C4"], 4 * constants["C5"], gap)
     assert found
     assert equilibrium_currents(RIGS["3dof"], np.array([gap]), constants)[0] == pytest.approx(expected, abs=1e-9)
 
@@ -180,7 +180,7 @@ def test_thrust_of_an_exact_parabola(axis: tuple[str, str, int], thrust: float, 
 @given(seed=st.integers(0, 2**32 - 1), thrust=st.floats(4.0, 12.0))
 def test_thrust_of_a_parabola_that_encoders_have_measured(seed: int, thrust: float) -> None:
     """Independent errors of an encoder move L by six of the standard deviations of least squares at the very most."""
-    time = 0.5e-3 * np.arange(400)
+    time = 0.5e-3 * np.arange(400, dtype=float)
     i_q, resolution = -0.5, 10e-6
     errors = np.random.default_rng(seed).uniform(-0.5, 0.5, len(time)) * resolution
     found = thrust_of_parabola(RIGS["2dof"], "h", time, -0.05 - 0.5 * thrust * i_q * time**2 + errors, i_q)

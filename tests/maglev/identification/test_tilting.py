@@ -78,7 +78,7 @@ def test_recordings_have_gaps_or_tilts(tmp_path: Path) -> None:
         assert found.rig.name == "5dof"
         assert found.positions == pytest.approx(positions, abs=1e-12)
     # Phase currents are seen at the displacement of the motor, which tilts too.
-    phases = {}
+    phases: dict[str, np.ndarray] = {}
     for k, motor in enumerate(MOTORS):
         turned = [3 / 2 * park_matrix(d).T @ [1.5, -0.5] for d in positions @ RIG.places.along[k]]
         phases |= dict(zip((f"{motor}.i_{phase}" for phase in "abc"), np.array(turned).T, strict=True))

@@ -95,6 +95,6 @@ def test_nothing_at_the_same_place_is_refused() -> None:
 
 
 def test_reason_is_shown_where_it_is_needed() -> None:
-    table = {"metric": "overshoot", "relation": "<", "than": "fast", "over": "mean", "reason": "why"}
+    table: dict[str, Any] = {"metric": "overshoot", "relation": "<", "than": "fast", "over": "mean", "reason": "why"}
     assert judged(**table).note == "why"
     assert judged(**{**table, "relation": ">"}).note == ""

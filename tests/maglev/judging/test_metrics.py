@@ -13,7 +13,7 @@ from maglev.judging.windings import phase_resistances, winding_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import Axis, MetricSettings, Motor, StartValue
 
-TIME = np.arange(0, 10001) * 1e-3
+TIME = np.arange(10001, dtype=float) * 1e-3
 
 
 def plan(**changes):
@@ -85,13 +85,15 @@ def test_a_rotation_has_bands_and_a_limit_of_its_own():
     axes = {"y": Axis(position="y.p", reference="y.r"), "roll": Axis(position="p", reference="r", rotation=True)}
     columns = {"y.r": step_at_1_s(0.0, 1e-3), "y.p": np.where(TIME >= 2.0, 1e-3, 0.0),
                "r": step_at_1_s(0.0, 10e-3), "p": np.where(TIME >= 3.0, 6e-3, 0.0)}
-    settings = MetricSettings(bands=["0.1 mm"], tilt_bands=["5 mrad", "1 mrad"], fail_tilt="3.9 mrad")
+    settings = MetricSettings.model_validate(
+        {"bands": ["0.1 mm"], "tilt_bands": ["5 mrad", "1 mrad"], "fail_tilt": "3.9 mrad"})
     tilted = plan(axes=axes, metrics=settings)
     metrics = evaluate(tilted, TIME, columns)
     assert [dict(step.settling_time) for step in metrics.steps] == [
         {1e-4: pytest.approx(0.999)}, {5e-3: pytest.approx(1.999), 1e-3: math.inf}]
     assert metrics.failed and metrics.lost == (1.0,)
-    assert not evaluate(plan(axes=axes, metrics=MetricSettings(fail_tilt="4.1 mrad")), TIME, columns).failed
+    further = MetricSettings.model_validate({"fail_tilt": "4.1 mrad"})
+    assert not evaluate(plan(axes=axes, metrics=further), TIME, columns).failed
     assert {(each.quantity, each.of, each.unit) for each in measures(tilted, metrics)} >= {
         ("settling time to 5 mrad", "roll", "s"), ("settling time to 0.1 mm", "y", "s"), ("end error", "roll", "rad")}
 
@@ -191,6 +193,7 @@ def test_a_loss_is_that_of_a_warm_winding_and_absent_where_no_resistance_is_know
 
 def test_resistances_are_those_of_the_sample_the_run_or_the_description():
     run = load_plan("3dof-push")
+    assert run.rig is not None
     described = {motor.name: motor.winding.resistance for motor in run.rig.motors}
     assert phase_resistances(run) == described
     run.fmus["plant"].start["alpha.winding.resistance"] = StartValue(4.0, "Ohm", "4 Ohm")

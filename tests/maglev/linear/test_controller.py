@@ -33,7 +33,8 @@ CASES = [*((name, {}) for name in NAMES),
 def rest_of(name: str, parameters: dict[str, float | str]) -> Any:
     """Equilibrium of the plant, whose constants are not the controller's, in the loop; the motors are where it says."""
     rig, place = next(pair for pair in PLACES if pair[0] == name[-4:])
-    biases = {**BIASES[rig], **{key: parameters[key] for key in ("height", "alpha1.z", "beta2.x") if key in parameters}}
+    moved = {key: value for key, value in parameters.items() if key in ("height", "alpha1.z", "beta2.x")}
+    biases: dict[str, float | str] = {**BIASES[rig], **moved}
     return linearise_loop(f"Plant{rig}", name, place, plant_parameters=biases,
                           controller_parameters=parameters).plant.equilibrium
 

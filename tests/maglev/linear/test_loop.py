@@ -39,7 +39,7 @@ def sampled_map(plant: str, controller: Any, stage: Any, loop: Loop, state: np.n
     *((*case, None) for case in CASES), ("Plant3DOF", "PID3DOF", {"y": 25e-3, "z": 4e-3}, FLEXIBLE["Plant3DOF"]),
     ("Plant5DOF", "PID5DOF", {"y": 25e-3, "x": 3e-3}, FLEXIBLE["Plant5DOF"])])
 def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict[str, float | str],
-                                           modes: dict[str, float | str | bool] | None) -> None:
+                                           modes: dict[str, float] | None) -> None:
     """The whole matrix, and the poles: slow ones to 1e-5, those of lag and observers to 1e-4."""
     loop = linearise_loop(plant, controller, at, plant_parameters=modes)
     block, stage = block_of(controller, {}), smooth_stage(plant, True, modes)
@@ -109,7 +109,8 @@ def test_sampled_fast_without_lag_or_observer_the_published_poles() -> None:
     loop = linearise_loop("Plant3DOF", "Regulator3DOF", {"y": "25 mm"}, amplifier=False,
                           plant_parameters={**own, **quiet, "y.ripple.amplitude": 0.0},
                           controller_parameters={"sample_time": "10 us", "observer.time1": 0.0, "observer.time2": 0.0})
-    published = {"y": [-91.3, -4.2 + 6.4j, -4.2 - 6.4j, -2.3 + 2j, -2.3 - 2j], "x": [-5, -6, -7, -8, -9]}
+    published: dict[str, list[complex]] = {"y": [-91.3, -4.2 + 6.4j, -4.2 - 6.4j, -2.3 + 2j, -2.3 - 2j],
+                                           "x": [-5, -6, -7, -8, -9]}
     for axis, poles in published.items():
         places = [k for k, name in enumerate(loop.closed.states)
                   if axis in (name.split(".")[0], name.split(".")[1]) and "observer" not in name]

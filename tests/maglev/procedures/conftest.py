@@ -10,9 +10,9 @@ import pytest
 from motor import MOTOR
 
 from controller_fmu.feedback_linearisation import equilibrium_current
-from maglev.catalogue import definition
 from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
+from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
@@ -70,17 +70,16 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1)
     (signal,) = load_plan(name).signals
     asked = signal.values_at(time)
-    constants = list(CONSTANTS[rig].values())[-3:]
     motors = 1.0 if rig == "2dof" else 4.0
-    held = {gap: equilibrium_current(MOTOR, *(motors * value for value in constants), gap + gap_error)[0]
-            for gap in set(asked.tolist())}
+    c2, c3, c4 = (motors * value for value in list(CONSTANTS[rig].values())[-3:])
+    held = {gap: equilibrium_current(MOTOR, c2, c3, c4, gap + gap_error)[0] for gap in set(asked.tolist())}
     currents = np.array([held[gap] for gap in asked.tolist()])
     moving = (time % 3.0 < 1.95) & (time < time[-1])
     position = asked + gap_error + np.where(moving, 3e-3, 0.0)
     i_d = currents + current_error + np.where(moving, 2.0, 0.0)
     axis = "v" if rig == "2dof" else "y"
-    currents = {f"{motor}.i_d": i_d for motor in RIGS[rig].motor_names}
-    return result_of(name, time, {f"{axis}.encoder": position, **currents})
+    return result_of(name, time, {f"{axis}.encoder": position,
+                                  **{f"{motor}.i_d": i_d for motor in RIGS[rig].motor_names}})
 
 
 def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunResult:

@@ -12,7 +12,7 @@ from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Outcome
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import RIG_2DOF
+from pmlsm.rig_2dof import RIG as RIG_2DOF
 
 Flown = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]

@@ -60,7 +60,7 @@ def test_the_chart_has_the_plant_beside_its_estimates(outcome: Outcome) -> None:
         *estimates, plant = panel.curves
         assert [curve.label for curve in estimates] == [f"forgetting {rate} 1/s" for rate in ("0", "0.2", "1")]
         assert set(plant.y) == {before, after}
-        assert [y for x, y in zip(plant.x, plant.y, strict=True) if x < JUMP] == [before] * plant.y.count(before)
+        assert [y for x, y in zip(plant.x, plant.y, strict=True) if x < JUMP] == [before] * list(plant.y).count(before)
     fast = chart.panels[0].curves[2]
     half = JUMP + log(2.0)
     assert np.interp(half, fast.x, fast.y) == pytest.approx(0.5 * sum(JUMPS["C1"]), abs=0.01)

@@ -30,9 +30,9 @@ def judged(values: tuple[Found, ...] = VALUES, **table: Any) -> ClaimResult:
     return result
 
 
-FORCE = {"value": "cogging_force"}
-DEVIATION = {"value": "estimator_deviation"}
-CONSTANT = {"value": "constant", "relation": "about", "digits": 3}
+FORCE: dict[str, Any] = {"value": "cogging_force"}
+DEVIATION: dict[str, Any] = {"value": "estimator_deviation"}
+CONSTANT: dict[str, Any] = {"value": "constant", "relation": "about", "digits": 3}
 
 
 @pytest.mark.parametrize(("table", "verdict", "measured"), [

@@ -54,7 +54,7 @@ def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str,
     """Completed runs of a rig, by their names without it."""
     data = record(rig, 1.2, DT[rig])
     recording = data.recording
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for k, axis in enumerate(recording.rig.axes):
         columns |= {f"{axis}.encoder": recording.positions[:, k], f"{axis}.position": recording.positions[:, k],
                     f"{axis}.velocity": data.velocity[:, k]}

@@ -17,6 +17,9 @@ def idle() -> Iterator[Idle]:
         yield processes
 
 
+Task = Callable[[Callable[[int, int], None]], int]
+
+
 def square(number: int, progress: Callable[[int, int], None]) -> int:
     """A task."""
     progress(1, 3)
@@ -56,7 +59,8 @@ def own_process(progress: Callable[[int, int], None]) -> int:
 
 
 def test_a_process_does_one_task_after_the_other_until_one_kills_it(idle: Idle) -> None:
-    tasks = {"first": own_process, "second": own_process, "dead": partial(die, 7), "third": own_process}
+    tasks: dict[str, Task] = {"first": own_process, "second": own_process, "dead": partial(die, 7),
+                              "third": own_process}
     results = side_by_side(tasks, 1, lambda *_: -1, lambda *_: None, idle)
     assert results["first"] == results["second"] != results["third"]
     assert results["dead"] == -1
@@ -77,8 +81,12 @@ def wait_for_ever(progress: Callable[[int, int], None]) -> int:
 def test_a_task_that_hangs_is_ended(idle: Idle) -> None:
     """The one after it gets another process."""
     said = []
-    results = side_by_side({"hung": wait_for_ever, "next": partial(square, 3)}, 1,
-                           lambda name, message: said.append((name, message)) or -1, lambda *_: None, idle, 0.5)
+
+    def lost(name: str, message: str) -> int:
+        said.append((name, message))
+        return -1
+
+    results = side_by_side({"hung": wait_for_ever, "next": partial(square, 3)}, 1, lost, lambda *_: None, idle, 0.5)
     assert results == {"hung": -1, "next": 9}
     assert said == [("hung", "has been silent for 0.5 s, expected a step or a result within this time")]
     assert len(idle) == 1

@@ -170,7 +170,7 @@ def picture_of(tab, figure: str):
     return picture
 
 
-def shown_range(tab, figure: str) -> list[float]:
+def shown_range(tab, figure: str) -> list[list[float]]:
     return tab.evaluate("(id) => maglevReport.plots[id].views.map(({ low, high }) => [low, high])", figure)
 
 

@@ -1,10 +1,11 @@
 import re
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 from report_runs import failed, judged, packaged, page_of, recorded
 
-from maglev.judging.verdicts import VERDICTS, ClaimResult
+from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
 from maglev.report.claim_table import linked_source
 from maglev.report.plots.citations import cited_figures
 from maglev.report.plots.data import Frictionless
@@ -107,7 +108,7 @@ def test_a_source_links_to_the_figures_of_the_page_only():
         'Figs. <a href="#figure-4-18">4.18</a>, 5.20 &amp; (4.19)')
 
 
-def blaming(verdict: str, because: str | None = "friction") -> ClaimResult:
+def blaming(verdict: Verdict, because: Literal["friction"] | None = "friction") -> ClaimResult:
     """A claim whose reason blames friction, as it is marked, or has one that is not."""
     claim = RunClaim(text="It settles at once", source="p. 53, Fig. 4.18", metric="overshoot", relation="<", target=0.3,
                      reason="guide friction slows it", because=because)

@@ -71,7 +71,7 @@ def pages(report: Path, wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactor
 @pytest.mark.parametrize(("name", "drawn"), [
     ("report.html", PLOTTED), ("compare.html", PLOTTED), ("study.html", "true"), ("live.html", FLIES),
     (INDEX, "true")], ids=["report", "compare", "study", "live", "index"])
-def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, name: str, drawn: str) -> None:  # type: ignore[no-untyped-def]
+def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, name: str, drawn: str) -> None:
     tab = Tab(browser, pages / name, reduced_motion="reduce" if name == "report.html" else "no-preference")
     wait_until(tab.page, drawn)
     for width in WIDTHS:

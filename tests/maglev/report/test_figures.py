@@ -1,5 +1,5 @@
 import pytest
-from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, without_anything
+from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, with_columns, without_anything
 
 from maglev.report.plots.data import run_data
 from maglev.report.plots.figures import MOVING, Figure, Panel, read_figures, shown_figures
@@ -50,7 +50,8 @@ def test_a_star_means_every_axis_or_motor():
 
 def test_a_panel_without_data_is_left_out():
     result = recorded(packaged("2dof-setpoints"))
-    del result.columns["plant.v.velocity"]
+    result = with_columns(result, {name: column for name, column in result.columns.items()
+                                   if name != "plant.v.velocity"})
     (shown,) = [each for each in shown_figures(FIGURES, [result]) if each.id == "figure-4-18"]
     assert shown.panels == [Panel("position", "v"), Panel("error", "v")]
 
@@ -59,7 +60,7 @@ def test_outputs_of_a_users_own_have_panels_of_their_own():
     """After those of the figure, in both kinds of picture, with their samples within a ten thousandth."""
     result = recorded(packaged("2dof-setpoints"))
     own = 3e4 * result.time ** 2
-    result.columns.update({"controller.estimate": own, "controller.flag": own > 1.0})
+    result = with_columns(result, {**result.columns, "controller.estimate": own, "controller.flag": own > 1.0})
     shown = shown_figures(FIGURES, [result])
     assert {each.panels[-1] for each in shown} == {Panel("own", "controller.estimate")}
     assert {panel.kind for panel in shown[0].panels[:-1]}.isdisjoint({"own"})

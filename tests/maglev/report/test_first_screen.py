@@ -118,8 +118,9 @@ def test_the_first_screen_has_the_message_and_the_moving_stage(browser, report, 
     tab = Tab(browser, report, viewport)
     message, stage = (tab.page.locator(part).first for part in (".message", "#player-views svg"))
     wait_until(tab.page, "document.querySelector('#player-views svg')")
-    assert message.bounding_box()["y"] + message.bounding_box()["height"] < viewport["height"]
-    assert stage.bounding_box()["y"] < viewport["height"]
+    box, below = message.bounding_box(), stage.bounding_box()
+    assert box is not None and box["y"] + box["height"] < viewport["height"]
+    assert below is not None and below["y"] < viewport["height"]
     wait_until(tab.page, "Number(document.querySelector('#player-time').value) > 0.1")
     later = mover(tab.page)
     tab.page.locator("#player-time").fill("0")

@@ -3,6 +3,7 @@
 import csv
 from dataclasses import replace
 from io import StringIO
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,6 +134,11 @@ def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
         assert (tmp_path / name).stat().st_size > 0
 
 
+def points_of(line: Any) -> np.ndarray:
+    """Points of a line that matplotlib draws, shape (n, 2)."""
+    return np.asarray(line.get_xydata())
+
+
 def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     pytest.importorskip("matplotlib")
     panels = figure_of(RUN).axes
@@ -140,8 +146,8 @@ def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
         "gap v (mm)", "|error| of gap v (mm)", "h (mm)", "|error| of h (mm)", "motor commands (A)",
         "motor currents (A)"]
     reference, position = panels[0].get_lines()
-    np.testing.assert_allclose(position.get_ydata() - reference.get_ydata(), -1.0)   # mm
-    assert len(position.get_xdata()) == len(RUN.time)
+    np.testing.assert_allclose(points_of(position)[:, 1] - points_of(reference)[:, 1], -1.0)   # mm
+    assert len(points_of(position)) == len(RUN.time)
 
 
 def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
@@ -152,7 +158,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
     figure = figure_of(replace(result, parameters=parameters))
     levels, instants = {}, []
     for panel in figure.axes:
-        lines = [line.get_xydata() for line in panel.get_lines() if len(line.get_xdata()) == 2]
+        lines = [line for line in map(points_of, panel.get_lines()) if len(line) == 2]
         levels[panel.get_ylabel()] = [line[0, 1] for line in lines if line[0, 1] == line[1, 1] and "|" not in
                                       panel.get_ylabel()]
         instants += [line[0, 0] for line in lines if line[0, 0] == line[1, 0]]
@@ -206,11 +212,12 @@ def test_runs_over_each_other_have_each_limit_once_and_their_own_events():
     wild = replace(result, parameters=parameters)
     figure = overlay("both", {"calm": replace(wild, metrics=None), "wild": wild})
     position = figure.axes[0]
-    assert [text.get_text() for text in position.get_legend().get_texts()] == ["reference", "calm", "wild", "end stops"]
-    assert [line.get_ydata()[0] for line in position.lines if line.get_linestyle() == "-."] == [18.0, 31.0]   # mm
+    legend = position.get_legend()
+    assert legend and [text.get_text() for text in legend.get_texts()] == ["reference", "calm", "wild", "end stops"]
+    assert [points_of(line)[0, 1] for line in position.lines if line.get_linestyle() == "-."] == [18.0, 31.0]   # mm
     for panel in figure.axes:
         event = panel.lines[-1]
-        assert (event.get_xdata()[0], event.get_color()) == (0.125, colour("run-1"))   # s; of the second run
+        assert (points_of(event)[0, 0], event.get_color()) == (0.125, colour("run-1"))   # s; of the second run
     assert figure.get_suptitle() == "both\nwild touched an end stop at 0.125 s (dashed)"
 
 
@@ -220,7 +227,7 @@ def test_a_far_limit_stays_out_whatever_other_marks_widen():
     near, far = low - 0.9 * (high - low), high + 1.2 * (high - low)   # mm
     drawn = replace(RUN, parameters={"plant.v.stop.lower": 1e-3 * near, "plant.v.stop.upper": 1e-3 * far})
     panel = overlay("both", {"one": drawn, "other": drawn}).axes[0]
-    assert [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "-."] == [pytest.approx(near)]
+    assert [points_of(line)[0, 1] for line in panel.lines if line.get_linestyle() == "-."] == [pytest.approx(near)]
 
 
 def test_another_reading_is_shown_and_not_counted():

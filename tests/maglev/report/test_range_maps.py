@@ -102,7 +102,8 @@ def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
     assert all(width for width, _ in looks)
     maps = tab.page.locator("#operating-range .range svg:visible")
     assert maps.count() == 14
-    assert all(box["width"] > 100 and box["height"] > 100 for box in (each.bounding_box() for each in maps.all()))
+    boxes = [each.bounding_box() for each in maps.all()]
+    assert all(box and box["width"] > 100 and box["height"] > 100 for box in boxes)
     tolerances = tab.page.locator("#tolerances .range svg:visible")
     assert tolerances.count() == 4 * 7
     labels = tab.evaluate("""() => [...document.querySelectorAll("#tolerances .range svg")].flatMap((svg) => {

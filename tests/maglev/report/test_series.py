@@ -20,7 +20,7 @@ tolerances = st.sampled_from([0.2e-6, 1e-3, 10e-3])
 
 
 def times(values):
-    return np.arange(len(values)) * INTERVAL
+    return np.arange(len(values), dtype=float) * INTERVAL
 
 
 @given(signals, tolerances, st.sampled_from([40, 400, 4000]))
@@ -52,7 +52,7 @@ def test_what_is_unpacked_is_what_was_packed(values, tolerance, most):
 
 
 def test_a_line_needs_few_rows_and_a_step_keeps_its_edge():
-    time = np.arange(60001) * INTERVAL
+    time = np.arange(60001, dtype=float) * INTERVAL
     assert len(thin(time, 1e-3 * time, 0.2e-6, 4000).rows) < 50
     step = np.where(time < 30.0, 0.02, 0.03)
     rows = thin(time, step, 0.2e-6, 4000).rows
@@ -61,7 +61,7 @@ def test_a_line_needs_few_rows_and_a_step_keeps_its_edge():
 
 
 def test_ten_micrometres_are_seen_in_a_step_of_thirty_millimetres():
-    time = np.arange(26001) * INTERVAL
+    time = np.arange(26001, dtype=float) * INTERVAL
     ring = 10e-6 * np.sin(2.0 * np.pi * 5.0 * time)
     position = np.where(time < 1.0, 0.0, 30e-3) + ring
     found_time, found = unpack(pack(time, {"x": position}, INTERVAL, {"x": 0.2e-6}, 16000))["x"]
@@ -99,7 +99,7 @@ def test_a_row_of_the_worst_noise_takes_five_bytes():
     That is one of errors within ±0.2 m, beyond every stop; all other signals have fewer quanta.
     """
     random = np.random.default_rng(2)
-    time = np.arange(40_000) * INTERVAL
+    time = np.arange(40_000, dtype=float) * INTERVAL
     values = random.uniform(-1.0, 1.0, len(time))
     rows = np.unique(np.concatenate([np.linspace(0, len(time) - 1, FIRST_ROWS).astype(int),
                                      random.choice(len(time), 1000, replace=False)]))

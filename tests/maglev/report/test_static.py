@@ -38,10 +38,10 @@ def test_a_line_is_where_its_values_are():
     shown, = (each for each in shown_figures(read_figures(), [run]) if each.id == "figure-4-18")
     pictures = [parse_svg(text) for text in static_picture(shown).split("\n")]
     assert len(pictures) == len(shown.panels)
-    up = {float(text.text.replace("−", "-")): float(text.get("y")) - 4 for text in pictures[0].findall("text")
-          if text.get("text-anchor") == "end"}
+    up = {float((text.text or "").replace("−", "-")): float(text.get("y", "")) - 4
+          for text in pictures[0].findall("text") if text.get("text-anchor") == "end"}
     (low, low_px), *_, (high, high_px) = sorted(up.items())
-    reference, position = (points(path.get("d")) for path in pictures[0].findall("path") if path.get("style"))
+    reference, position = (points(path.get("d", "")) for path in pictures[0].findall("path") if path.get("style"))
     values = [low + (high - low) * (each[:, 1] - low_px) / (high_px - low_px) for each in (position, reference)]
     per_px = (high - low) / abs(high_px - low_px)
     for found, start in zip(values, (20.0, 21.0), strict=True):
@@ -54,7 +54,7 @@ def test_few_points_keep_the_extremes_and_what_has_no_value_is_left_out():
     values = np.sin(2.0 * np.pi * time)
     values[[100, 200]] = np.nan, np.inf
     picture = parse_svg(panel_picture(PanelPicture("x (mm)", "time (s)", [Line("a & b", "run-0", time, values)])))
-    line, = (points(path.get("d")) for path in picture.findall("path") if path.get("style"))
+    line, = (points(path.get("d", "")) for path in picture.findall("path") if path.get("style"))
     assert 20 < len(line) < 200
     assert line[:, 1].min() == pytest.approx(TOP + HEIGHT * 0.05 / 1.1, abs=1.0)
     assert line[:, 1].max() == pytest.approx(TOP + HEIGHT * 1.05 / 1.1, abs=1.0)
@@ -71,7 +71,7 @@ def test_windows_of_events_are_drawn_in_every_picture():
     assert [each[:2] for each in run_data(run, [], 1000, ())["windows"]] == [("push", 0.1), ("other", 0.4)]
     shown, = (each for each in shown_figures(read_figures(), [run]) if each.id == "figure-4-18")
     picture = parse_svg(static_picture(shown).split("\n")[0])
-    bands = [path.get("d") for path in picture.findall("path") if path.get("class") == "window"]
+    bands = [path.get("d", "") for path in picture.findall("path") if path.get("class") == "window"]
     assert [(band.split(" ")[0], band.split("H")[1].split("v")[0]) for band in bands] == [
         (f"M{LEFT + WIDTH * start:.0f}", f"{LEFT + WIDTH * end:.0f}") for start, end in ((0.2, 0.6), (0.8, 1.0))]
     assert [text.text for text in picture.findall("text") if text.get("class") == "window-name"] == ["push", "other"]

@@ -90,7 +90,8 @@ def test_lines_of_code_are_within_their_length_for_any_number_of_motors(name: st
     assert len(modules) > len(MODULES)
     for path, text in modules.items():
         documentation = {line for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Expr)
-                         and isinstance(node.value, ast.Constant) for line in range(node.lineno, node.end_lineno + 1)}
+                         and isinstance(node.value, ast.Constant)
+                         for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)}
         long = {line: code for line, code in enumerate(text.splitlines(), 1)
                 if len(code) > LONGEST and line not in documentation and not code.lstrip().startswith("#")}
         assert not long, path

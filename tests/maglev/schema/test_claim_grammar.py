@@ -9,13 +9,13 @@ from maglev.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES
 from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
 
 # A claim of each kind about a number with a unit, and how it compares with another place.
-RUN = {"metric": "peak_current", "relation": "<", "target": "2 A"}
+RUN: dict[str, Any] = {"metric": "peak_current", "relation": "<", "target": "2 A"}
 PROCEDURE = {"value": "equilibrium_deviation", "relation": "<", "target": "2 A"}
 BOTH: list[tuple[dict[str, Any], Any]] = [(RUN, "fast"), (PROCEDURE, {"epsilon": 0.01})]
 both_kinds = pytest.mark.parametrize(("base", "than"), BOTH, ids=["run", "procedure"])
 
-OVERSHOOT = {"metric": "overshoot", "relation": "<", "target": "30 %"}
-FORCE = {"value": "cogging_force", "relation": "<", "target": "2 N"}
+OVERSHOOT: dict[str, Any] = {"metric": "overshoot", "relation": "<", "target": "30 %"}
+FORCE: dict[str, Any] = {"value": "cogging_force", "relation": "<", "target": "2 N"}
 
 
 def claim(kind: type[Claim] | None = None, **table: Any) -> Claim:

@@ -5,8 +5,8 @@ from operator import attrgetter
 
 import pytest
 
-from maglev.catalogue import definition
 from maglev.identification.rigs import RIGS
+from maglev.own_fmus import definition
 from maglev.schema.layers import PACKAGED, packaged_files, packaged_runs
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.procedure import ProcedureSettings

@@ -99,7 +99,7 @@ def test_the_linear_loop_without_antiwindup_is_lost_where_it_was_found_to_be() -
 
 
 def test_overshoot_and_settling_of_a_response() -> None:
-    time = np.arange(5) * 0.1
+    time = np.arange(5, dtype=float) * 0.1
     answer = Response(-0.01, time, -np.array([0.0, 0.012, 0.0095, 0.01005, 0.01]), np.zeros(5))
     assert answer.overshoot == pytest.approx(0.2)
     assert answer.settling == pytest.approx(0.3)

@@ -9,7 +9,7 @@ import pytest
 from distributed import Client
 from distributed.security import Security
 from psutil import CONN_LISTEN, Process
-from tiny_study import trusted
+from tiny_study import address_of, trusted
 
 from maglev.errors import ScenarioError
 from maglev.studies.flying import cluster
@@ -24,7 +24,7 @@ def client(slow: None) -> Iterator[Client]:
 def addresses(client: Client) -> list[str]:
     """Of the scheduler, the workers and their nannies."""
     workers = client.scheduler_info()["workers"]
-    return [client.scheduler.address, *workers, *(each["nanny"] for each in workers.values())]
+    return [address_of(client), *workers, *(each["nanny"] for each in workers.values())]
 
 
 def processes(client: Client) -> list[Process]:
@@ -61,12 +61,12 @@ def test_a_stranger_is_refused(client: Client) -> None:
 
 
 def test_who_has_its_certificate_is_let_in(client: Client) -> None:
-    with trusted(client.security), cluster.connected(client.scheduler.address, 1) as other:
+    with trusted(client.security), cluster.connected(address_of(client), 1) as other:
         assert set(other.run(os.getpid)) == set(client.run(os.getpid))
 
 
 def test_without_a_certificate_one_line_says_so(client: Client) -> None:
     with pytest.raises(ScenarioError, match=r"--scheduler tls://.*: cannot be reached .*TLS") as refusal, \
-            cluster.connected(client.scheduler.address, 1):
+            cluster.connected(address_of(client), 1):
         pass
     assert "\n" not in str(refusal.value)

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from distributed import Client
 from faulty_fmus import faulty, faulty_run
-from tiny_study import UNCHANGED, fly_samples, planned, scenario, tiny, trusted
+from tiny_study import UNCHANGED, address_of, fly_samples, planned, scenario, tiny, trusted
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
@@ -36,8 +36,7 @@ def in_this_process(study: PlannedStudy) -> Flown:
 def flown(client: Client, study: PlannedStudy, out: Path, **options: Any) -> bytes:
     """Bytes of the dataset."""
     options = {"resume": False, "watch": lambda _done, _all: None, "say": print, **options}
-    address: str = client.scheduler.address
-    return run_study(study, out, 2, address, **options).read_bytes()
+    return run_study(study, out, 2, address_of(client), **options).read_bytes()
 
 
 def test_a_dead_worker_costs_its_batch(client: Client, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -127,12 +126,12 @@ def test_studies_as_data(client: Client, fastest_fmus: Path, tmp_path: Path) -> 
     import polars
 
     study = maglev.sweep(scenario(tmp_path), {"plant.v.mass": "4:5:3", "reference.h.amplitude": [1, 2]}, out=tmp_path,
-                         fmus=fastest_fmus, scheduler=client.scheduler.address)
+                         fmus=fastest_fmus, scheduler=address_of(client))
     frame = study.to_pandas()
     overshoot = frame["overshoot of v"].tolist()
     assert polars.read_parquet(study.path)["overshoot of v"].to_list() == overshoot
-    read = duckdb.sql(f"select \"overshoot of v\" from '{study.path}' order by sample").fetchall()
-    assert [value for value, in read] == overshoot
+    read = duckdb.sql(f"select \"overshoot of v\" from '{study.path}' order by sample")
+    assert read and [value for value, in read.fetchall()] == overshoot
     grid = study.to_xarray()
     assert grid["overshoot of v"].dims == ("plant.v.mass", "reference.h.amplitude")
     assert grid["overshoot of v"].values.ravel().tolist() == overshoot

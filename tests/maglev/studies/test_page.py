@@ -111,7 +111,7 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known() -> None:
 
 
 @pytest.mark.parametrize(("viewport", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")])
-def test_the_page_in_a_browser(browser, tmp_path: Path, viewport: dict[str, int], scheme: str) -> None:  # type: ignore[no-untyped-def]
+def test_the_page_in_a_browser(browser, tmp_path: Path, viewport, scheme) -> None:
     made, about = broken_at(GRID)
     (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html", viewport)

@@ -1,6 +1,7 @@
 """A user's controller, a Python file, in studies: its FMU is built for the workers, and flies what the file flies."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import error_line
@@ -15,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("one_cluster")
 RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
 
 
-def flown(folder: Path, fmus: Path, path: Path, **options: object) -> maglev.Study:
+def flown(folder: Path, fmus: Path, path: Path, **options: Any) -> maglev.Study:
     return maglev.sweep(flight(folder), RANGES, samples=3, seed=2, controller=path, fmus=fmus, out=folder / "out",
                         say=lambda _: None, jobs=1, **options)
 

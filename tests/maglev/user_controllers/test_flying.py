@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,24 +49,25 @@ def test_a_file_flies_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_con
 def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> None:
     """A class of no file, whose gains are an array outside, and whose output is a number of numpy's."""
     path = controller(tmp_path)
-    namespace: dict[str, type] = {}
+    namespace: dict[str, Any] = {}
     exec(compile(path.read_text(), "<cell>", "exec"), namespace)
+    base: Any = namespace["PD"]
     gains = np.array([[60.0, 0.9]])
 
-    class Closed(namespace["PD"]):   # type: ignore[misc]
+    class Closed(base):   # type: ignore[misc]
         """PD by a matrix."""
 
         def step(self, t: float) -> None:
             self.bandwidth, self.damping = gains[0]
             super().step(t)
-            self.motor_i_a_cmd = np.float64(self.motor_i_a_cmd)
+            self.motor_i_a_cmd: float = np.float64(self.motor_i_a_cmd)
 
     plan = flight(tmp_path)
     of_class = tool.run(plan, controller=Closed, fmus=fastest_fmus)
     of_file = tool.run(plan, controller=path, fmus=fastest_fmus)
     for name, values in columns(of_file).items():
         assert_array_equal(columns(of_class)[name], values, err_msg=name)
-    assert of_class.result.provenance.fmus[0].kind == "Python class"
+    assert of_class.result.provenance and of_class.result.provenance.fmus[0].kind == "Python class"
     with pytest.raises(tool.ControllerError, match="class Closed: .* 3 runs .* expected its file"):
         tool.run_all(["2dof-step-4"], controller=Closed, fmus=fastest_fmus, out=tmp_path)
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,11 +122,12 @@ def test_what_it_prints_is_beside_the_results(fastest_fmus: Path, tmp_path: Path
 
 def test_a_class_flies_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
     """So that a debugger reaches it; the file flies in another, with the same bits."""
-    names: dict[str, type] = {}
+    names: dict[str, Any] = {}
     exec(PD, names)
+    base: Any = names["PD"]
     processes = []
 
-    class Told(names["PD"]):   # type: ignore[misc]
+    class Told(base):   # type: ignore[misc]
         """PD that tells where it is."""
 
         def start(self) -> None:
