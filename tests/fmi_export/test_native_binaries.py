@@ -222,15 +222,36 @@ def test_windows_binary_under_wine(everywhere: Path, tmp_path: Path) -> None:
     value of their output, where the C libraries round sines and powers differently.
     """
     require_command("wine")
-    description = fmpy.read_model_description(str(everywhere / f"{NAME}.fmu"))
-    text = program(description, 500)
-    linux = replayed([replay_built(tmp_path, require_command("gcc")), everywhere / f"binaries/linux64/{NAME}.so"],
-                     description.guid, text)
     prefix = {"WINEPREFIX": str(tmp_path / "prefix"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=",
               "DISPLAY": "", "HOME": str(tmp_path)}
     tool = replay_built(tmp_path, sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu")
-    windows = replayed(["wine", tool, everywhere / f"binaries/win64/{NAME}.dll"], description.guid, text, prefix)
-    largest = np.abs(linux).max(axis=0)
-    difference = np.abs(windows - linux).max(axis=0) / np.where(largest > 0.0, largest, 1.0)
+    agrees_with_this_machine(everywhere, tmp_path, ["wine", tool, everywhere / f"binaries/win64/{NAME}.dll"], prefix)
+
+
+@pytest.mark.thorough
+def test_linux_arm_binary_under_qemu(everywhere: Path, tmp_path: Path) -> None:
+    """Measured with QEMU 7.2 and the C library 2.36."""
+    emulator = require_command("qemu-aarch64-static")
+    system = Path("/usr/aarch64-linux-gnu")
+    if not system.is_dir():
+        pytest.skip("libc6-arm64-cross is not installed")
+    tool = replay_built(tmp_path, sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.17")
+    agrees_with_this_machine(everywhere, tmp_path, [emulator, "-L", system, tool,
+                                                    everywhere / f"binaries/aarch64-linux/{NAME}.so"])
+
+
+def agrees_with_this_machine(everywhere: Path, folder: Path, emulated: list[str | Path],
+                             environment: dict[str, str] | None = None) -> None:
+    """Outputs of the library of another system, run here, and of this one's."""
+    description = fmpy.read_model_description(str(everywhere / f"{NAME}.fmu"))
+    text = program(description, 500)
+    here = folder / "here"
+    here.mkdir()
+    ours = replayed([replay_built(here, require_command("gcc")), everywhere / f"binaries/linux64/{NAME}.so"],
+                    description.guid, text)
+    theirs = replayed(emulated, description.guid, text, environment)
+    largest = np.abs(ours).max(axis=0)
+    difference = np.abs(theirs - ours).max(axis=0) / np.where(largest > 0.0, largest, 1.0)
+    print(np.mean(theirs == ours), difference.max())
     assert difference.max() < 1e-12
-    assert np.mean(windows == linux) > 0.9
+    assert np.mean(theirs == ours) > 0.9

@@ -1,0 +1,50 @@
+"""Numbers that pages repeat: of runs, in texts as `make docs` looks for them, and of descriptions."""
+
+import re
+import runpy
+import tomllib
+from pathlib import Path
+
+from maglev.own_fmus import definition
+from maglev.schema.layers import packaged_runs
+from pmlsm.rigs import RIGS
+
+ROOT = Path(__file__).parents[2]
+TOOL = ROOT / "tools" / "page_numbers.py"
+
+
+def words(page: Path) -> str:
+    """Text of a page, whose lines are broken anywhere."""
+    return " ".join(page.read_text(encoding="utf-8").split())
+
+
+def test_what_stands_for_runs_is_in_the_pages() -> None:
+    """With any numbers: those are compared with runs by `make docs`."""
+    value, runs = runpy.run_path(str(TOOL))["VALUE"], set(packaged_runs())
+    for page, rows in tomllib.loads(TOOL.with_suffix(".toml").read_text(encoding="utf-8")).items():
+        text = words(ROOT / "docs" / page)
+        for template, *specifications in rows:
+            pieces = re.split(r"\{:\.(\d)f\}", template)
+            assert len(specifications) == len(pieces) // 2, template
+            number = [rf"\d+\.\d{{{digits}}}" if digits != "0" else r"\d+" for digits in pieces[1::2]]
+            pattern = zip(map(re.escape, pieces[::2]), [*number, ""], strict=True)
+            assert re.search("".join(map("".join, pattern)), text), f"docs/{page}: {template}"
+            for each in specifications:
+                assert value.fullmatch(each)["run"] in runs, each
+
+
+def test_what_descriptions_have_is_what_pages_say() -> None:
+    two, three = RIGS["2dof"], RIGS["3dof"]
+    one, other = (", ".join(f"{each.stage:g}" for each in rig.constants) for rig in (two, three))
+    assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "identification.md")
+    v, h, y, x, z = (f"{axis.mass:{form}}" for rig, form in ((two, ".3f"), (three, ".1f")) for axis in rig.axes)
+    assert f"on movers of {v} (v), {h} (h), {y} (y), {x} (x) and {z} kg (z)" in words(ROOT / "docs" / "model.md")
+    assert f"{v} kg on v, {h} kg on h; {y} kg on y, {x} kg on x, {z} kg on z;" in words(
+        ROOT / "plant_fmu" / "documentation" / "effects.html")
+    models = [definition(f"Plant{rig.name.upper()}").continuous for rig in RIGS.values()]
+    states = [len(model.states) for model in models if model]
+    assert "{} of the 2-DOF stage, {}, {}.".format(*states) in words(ROOT / "docs" / "kinds.md")
+
+
+def test_the_number_of_all_runs() -> None:
+    assert f"All {len(packaged_runs())} runs against their baselines" in words(ROOT / "docs" / "native.md")

@@ -1,0 +1,57 @@
+"""Hold numbers in the pages to the runs that they are of: `python tools/page_numbers.py`, a part of `make docs`.
+
+Flies the runs that page_numbers.toml names, natively, and exits with 1 where a page has other numbers. `--fmus FOLDER`
+has the native FMUs.
+"""
+
+import argparse
+import re
+import sys
+import tomllib
+from functools import cache
+from pathlib import Path
+from statistics import fmean
+
+import maglev
+from maglev.units import to_unit
+
+ROOT = Path(__file__).parents[1]
+LIST = Path(__file__).with_suffix(".toml")
+VALUE = re.compile(r"(?P<run>\S+?)(?P<jacobi> jacobi)?: (?P<mean>mean of steps, )?(?P<quantity>.+?)"
+                   r"(?: of (?P<of>\w+))? in (?P<unit>\S+)")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fmus", type=Path, default=Path("fmus"), help="folder whose folder native has the FMUs")
+    folder = parser.parse_args().fmus
+    wrong = 0
+    for page, rows in tomllib.loads(LIST.read_text(encoding="utf-8")).items():
+        text = " ".join((ROOT / "docs" / page).read_text(encoding="utf-8").split())
+        for template, *specifications in rows:
+            expected = template.format(*(number(each, folder) for each in specifications))
+            if expected not in text:
+                wrong += 1
+                print(f"docs/{page}: expected {expected!r} by {', '.join(specifications)}")
+    return 1 if wrong else 0
+
+
+def number(specification: str, folder: Path) -> float:
+    """What a run has, in the unit: the largest of all steps and events, or their mean."""
+    found = VALUE.fullmatch(specification)
+    if found is None:
+        sys.exit(f"{LIST.name}: {specification!r}: expected 'RUN: QUANTITY of AXIS in UNIT'")
+    values = [each.value for each in flown(found["run"], bool(found["jacobi"]), folder).measures
+              if (each.quantity, each.of) == (found["quantity"], found["of"] or "")]
+    if not values:
+        sys.exit(f"{LIST.name}: {specification!r}: the run has no such quantity")
+    return to_unit(fmean(values) if found["mean"] else max(values), found["unit"])
+
+
+@cache
+def flown(name: str, jacobi: bool, folder: Path) -> maglev.Run:
+    return maglev.run(name, native=True, fmus=folder, order="jacobi" if jacobi else "sequential")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
