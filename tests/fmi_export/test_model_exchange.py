@@ -23,7 +23,7 @@ from fmpy.fmi2 import (
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
-from maglev.catalogue import definition
+from maglev.own_fmus import definition
 
 START = {"alpha.i_a_cmd": 1.0, "alpha.i_b_cmd": -0.5, "alpha.i_c_cmd": -0.7, "beta.i_a_cmd": 0.9,
          "y.mode.frequency": 90.0, "y.position_start": 0.0222}

@@ -1,4 +1,4 @@
-"""Binaries for every system: what they export and need, and the Windows one run under Wine.
+"""Binaries for every system: what they export and need; those of Windows and of Linux on ARM, run here, emulated.
 
 The one of this machine in every run of the tests, in which C is compiled for the other systems as well. Theirs are
 linked in the thorough tests: zig first makes the C libraries of those systems, Windows's in a minute and a half.
@@ -230,7 +230,7 @@ def test_windows_binary_under_wine(everywhere: Path, tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_linux_arm_binary_under_qemu(everywhere: Path, tmp_path: Path) -> None:
-    """Measured with QEMU 7.2 and the C library 2.36."""
+    """Measured with QEMU 7.2 and the C library 2.36: the same bits."""
     emulator = require_command("qemu-aarch64-static")
     system = Path("/usr/aarch64-linux-gnu")
     if not system.is_dir():
@@ -252,6 +252,5 @@ def agrees_with_this_machine(everywhere: Path, folder: Path, emulated: list[str 
     theirs = replayed(emulated, description.guid, text, environment)
     largest = np.abs(ours).max(axis=0)
     difference = np.abs(theirs - ours).max(axis=0) / np.where(largest > 0.0, largest, 1.0)
-    print(np.mean(theirs == ours), difference.max())
     assert difference.max() < 1e-12
     assert np.mean(theirs == ours) > 0.9
