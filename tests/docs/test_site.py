@@ -99,7 +99,7 @@ def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
 
 
 @pytest.mark.parametrize(("name", "width", "scheme"), [("index", 390, "dark"), ("equations", 390, "light")])
-def test_a_page_can_be_read(browser, site: dict[Path, Page], name: str, width: int, scheme: str) -> None:  # type: ignore[no-untyped-def]
+def test_a_page_can_be_read(browser, site: dict[Path, Page], name: str, width: int, scheme: str) -> None:
     context = browser.new_context(offline=True, viewport={"width": width, "height": 900}, color_scheme=scheme)
     tab = context.new_page()
     tab.goto(next(path for path in site if path.name == f"{name}.html").as_uri())

@@ -1,5 +1,6 @@
 """The report in a tab of a Chromium, and what tests ask it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,7 +25,7 @@ CONTRAST = """(selector) => {
 }"""
 
 
-def violations(page, left_out=(), rules=()) -> list[str]:
+def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] = ()) -> list[str]:
     """What axe-core finds on a page as it is seen now, by its rules of WCAG 2.1, A and AA, and best practices.
 
     Elements by whose like enough is looked at are left out, and rules that ask for what is not ours.

@@ -1,6 +1,7 @@
 """FMUs with clocks in a co-simulation: the same bits as without, and clocks of others."""
 
 from ctypes import POINTER, c_double, c_int, c_size_t, c_uint32, c_void_p, cast
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -57,13 +58,14 @@ class Sums:
         self.values = {3: 0.0, 4: 0.0, 5: 0.0}
         self.period, self.told = 0.5, 0.0
         self.time = 0.0
+        self.now: set[int] = set()
 
     def setClock(self, references: list[int], _active: list[bool]) -> None:
         self.calls.append((round(self.time, 9), *references))
         self.now = set(references)
 
     def enterEventMode(self) -> None:
-        self.now: set[int] = set()
+        self.now = set()
 
     def updateDiscreteStates(self) -> tuple[bool, bool, bool, bool, bool, float]:
         if self.time > 1.0:
@@ -110,17 +112,17 @@ def test_clocks_of_others_tick_in_their_own_time(tmp_path: Path) -> None:
         value = c_double
 
     ticking = Ticking(fmu, tmp_path, ModelDescription(modelVariables=variables), {"Real": Kind},
-                      {"Real": lambda *a: fmu.access(*a, False)}, {"Real": lambda *a: fmu.access(*a, True)}, fmu.step,
+                      {"Real": partial(fmu.access, put=False)}, {"Real": partial(fmu.access, put=True)}, fmu.step,
                       pytest.fail)
     ticking.look()
     ticking.begin(0.0)
     found = []
     for k in range(4):   # steps of 0.4 s, with u = k
         references, row = (c_uint32 * 1)(5), (c_double * 1)(float(k))
-        ticking.setters["Real"](None, references, c_size_t(1), cast(row, c_void_p))
+        ticking.setters["Real"](c_void_p(), references, c_size_t(1), cast(row, c_void_p))
         assert ticking(None, c_double(0.4 * k), c_double(0.4), None) == 0
         row = (c_double * 2)()
-        ticking.getters["Real"](None, (c_uint32 * 2)(3, 4), c_size_t(2), cast(row, c_void_p))
+        ticking.getters["Real"](c_void_p(), (c_uint32 * 2)(3, 4), c_size_t(2), cast(row, c_void_p))
         found.append(tuple(row))
     # The tunable clock changes to 0.2 s at the first event after 1 s, from which it counts.
     assert fmu.calls == [(0.0, 2), (0.1, 1), (0.4, 1), (0.5, 2), (0.7, 1), (1.0, 1, 2), (1.3, 1), (1.5, 2)]

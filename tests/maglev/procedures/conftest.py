@@ -67,7 +67,7 @@ def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -
     For two thirds of the time at each air gap the mover and its current are elsewhere.
     """
     name = f"{rig}-equilibrium-currents"
-    time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1)
+    time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1, dtype=float)
     (signal,) = load_plan(name).signals
     asked = signal.values_at(time)
     motors = 1.0 if rig == "2dof" else 4.0

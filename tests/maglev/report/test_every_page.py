@@ -87,7 +87,7 @@ def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, nam
     assert (problems, found) == ([], [])
 
 
-def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path) -> None:  # type: ignore[no-untyped-def]
+def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path) -> None:
     """By the browser's menu, before anything was scrolled to."""
     tab = Tab(browser, pages / "compare.html")
     tab.evaluate("""() => addEventListener("beforeprint", () => {
@@ -103,7 +103,7 @@ def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path
 
 
 @pytest.fixture
-def phone_live(browser, pages: Path) -> Iterator[Tab]:  # type: ignore[no-untyped-def]
+def phone_live(browser, pages: Path) -> Iterator[Tab]:
     tab = Tab(browser, pages / "live.html", PHONE)
     wait_until(tab.page, FLIES)
     yield tab
@@ -151,7 +151,8 @@ def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
     assert "view=above" in tab.evaluate("location.hash")
     place = "['x', 'y', 'z'].map((axis) => maglevLive.history.last().axes[axis].reference)"
     before, scale = np.array(tab.evaluate(place)), tab.evaluate("maglevLive.views[0].scale")
-    swipe(tab, *tab.evaluate(MOVER), 20.0, -10.0)
+    x, y = tab.evaluate(MOVER)
+    swipe(tab, x, y, 20.0, -10.0)
     wait_until(page, f"{place}[0] !== {before[0]}")
     page.wait_for_timeout(100)
     moved = 1e3 * (np.array(tab.evaluate(place)) - before) * scale   # px
@@ -159,7 +160,7 @@ def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
     assert tab.evaluate("scrollY") == 0
 
 
-def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: Path) -> None:  # type: ignore[no-untyped-def]
+def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: Path) -> None:
     """A law can send its page anything: the page takes no text of it for its own, and no data of another shape."""
     tab = Tab(browser, pages / "live.html")
     wait_until(tab.page, FLIES)
