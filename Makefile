@@ -100,7 +100,8 @@ generate: .venv/.demo
 lint: .venv/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/mypy tools benchmarks docs/site tests
+	$(BIN)/mypy tools benchmarks docs/site
+	$(BIN)/mypy tests
 
 # Its ratios are added to benchmarks/history, for docs/speed.md: on a machine with nothing else to do, to be committed.
 bench: .venv/.test
