@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from maglev.catalogue import build_native
+from maglev.catalogue import HOST, build
 
 LARGEST_SHARE = 0.1   # of the peer's cost
 STEPS = {"Stage2DOF": 250, "Stage3DOF": 250, "Cont-CC-PMSM": 25}   # about as long, so that as much disturbs them
@@ -45,7 +45,7 @@ def main() -> int:
     import maglev.gym  # noqa: F401 - registers
 
     with tempfile.TemporaryDirectory() as folder:
-        build_native(FMUS, Path(folder) / "native", host_only=True)
+        build(FMUS, Path(folder) / "native", HOST)
         envs = {name: gymnasium.make(f"maglev/{name}-v0", reference="hold", fmus=folder)
                 for name in ("Stage2DOF", "Stage3DOF")}
         if find_spec("gym_electric_motor") is None:

@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 from speed_history import PYTHON, STEP, record
 
-from maglev.catalogue import build, build_native
+from maglev.catalogue import HOST, build
 
 # Largest ratios to the loop that each refers to.
 GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 1.2}
@@ -91,9 +91,9 @@ def main() -> int:
         if asked.fmus is None:
             build(fmus, folder / "python")
         if native and asked.fmus is None:
-            build_native([*fmus, *(pair.loop for pair in PAIRS)], folder / "native", host_only=True)
+            build([*fmus, *(pair.loop for pair in PAIRS)], folder / "native", HOST)
         if native and not gate:
-            build_native(fmus, Path(name) / "fmi3", host_only=True, fmi=3)
+            build(fmus, Path(name) / "fmi3", HOST._replace(fmi=3))
         if not native:
             console.print("without native FMUs: the extra `native` is not installed")
         table = Table("stage", "way", "step (µs)", "of the C loop", "of the bare loop", "real time",

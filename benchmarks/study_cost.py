@@ -18,7 +18,7 @@ from rich.table import Table
 from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
-from maglev.catalogue import build_native
+from maglev.catalogue import HOST, build
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.batches import fly_all
 from maglev.studies.flying.cluster import connected
@@ -89,7 +89,7 @@ def main() -> None:
     pair = next(pair for pair in PAIRS if pair.plant == "Plant3DOF")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        build_native([pair.controller, pair.plant], folder / "native", host_only=True)
+        build([pair.controller, pair.plant], folder / "native", HOST)
         study = planned(folder, samples)
         steps = round(study.job.experiment.plan.stop_time / study.job.experiment.step)
         loop = c_loop(pair, steps)

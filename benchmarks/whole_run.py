@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 from speed_history import WHOLE, record
 
-from maglev.catalogue import build_native
+from maglev.catalogue import HOST, build
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.execution import completed, measured
 from maglev.experiment.preparation import Experiment, prepare
@@ -102,7 +102,7 @@ def main() -> int:
         folder = Path(name)
         plan = load_plan(NAME)
         if asked.fmus is None:
-            build_native([fmu.model or "" for fmu in plan.fmus.values()], folder / "native", host_only=True)
+            build([fmu.model or "" for fmu in plan.fmus.values()], folder / "native", HOST)
         measurements = ways(prepare(plan, (asked.fmus or folder) / "native", {}, {}), folder)
         times: dict[str, list[float]] = {way: [] for way in measurements}
         for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 from native_builds import built_once, missing_native_tools, require_native_tools, translates_once
 
-from maglev.catalogue import DEFINITIONS, build, build_native, build_wasm
+from maglev.catalogue import DEFINITIONS, HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
 
 NAMES = tuple(DEFINITIONS)
@@ -115,7 +115,7 @@ def native_fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: py
     """Folder with every FMU as C, for this machine alone."""
     require_native_tools()
     asked: Path | None = request.config.option.fmus
-    return built_once(tmp_path_factory, "native_fmus", lambda folder: build_native(NAMES, folder, host_only=True),
+    return built_once(tmp_path_factory, "native_fmus", lambda folder: build(NAMES, folder, HOST),
                       asked and asked / "native")
 
 
@@ -123,23 +123,23 @@ def native_fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: py
 def fmi3_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with a stage and its controllers as FMI 3.0, for this machine alone: the shell is the same in all FMUs."""
     require_native_tools()
-    return built_once(tmp_path_factory, "fmi3_fmus", lambda folder: build_native(
-        ["Plant3DOF", "Regulator3DOF", "Estimator3DOF"], folder, host_only=True, fmi=3))
+    return built_once(tmp_path_factory, "fmi3_fmus", lambda folder: build(
+        ["Plant3DOF", "Regulator3DOF", "Estimator3DOF"], folder, HOST._replace(fmi=3)))
 
 
 @pytest.fixture(scope="session")
 def clocked_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with a stage and its regulator, which has a clock, as FMI 3.0."""
     require_native_tools()
-    return built_once(tmp_path_factory, "clocked_fmus", lambda folder: build_native(
-        ["Plant3DOF", "Regulator3DOF"], folder, host_only=True, fmi=3, clocked=True))
+    return built_once(tmp_path_factory, "clocked_fmus", lambda folder: build(
+        ["Plant3DOF", "Regulator3DOF"], folder, HOST._replace(fmi=3, clocked=True)))
 
 
 @pytest.fixture(scope="session")
 def wasm_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with plants and controllers as WebAssembly modules."""
     require_native_tools()
-    return built_once(tmp_path_factory, "wasm_fmus", lambda folder: build_wasm(FLOWN_LIVE, folder))
+    return built_once(tmp_path_factory, "wasm_fmus", lambda folder: build(FLOWN_LIVE, folder, WASM))
 
 
 @pytest.fixture(scope="session")

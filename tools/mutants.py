@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maglev.baselines.check import check_run
-from maglev.catalogue import build_native
+from maglev.catalogue import HOST, build
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
@@ -33,8 +33,8 @@ COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_
 BUILD = """
 import sys
 from pathlib import Path
-from maglev.catalogue import build_native
-build_native(sys.argv[2:], Path(sys.argv[1]), host_only=True)
+from maglev.catalogue import HOST, build
+build(sys.argv[2:], Path(sys.argv[1]), HOST)
 """
 
 
@@ -121,7 +121,7 @@ def main() -> int:
         unchanged = Path(temporary) / "unchanged"
         plans = {run: plans_of([run]) for _, mutation in mutations for run in mutation.runs}
         flown = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
-        build_native(flown, unchanged, host_only=True)
+        build(flown, unchanged, HOST)
         failure = noticed([plan for some in plans.values() for plan in some], unchanged)
         if failure:
             print(f"without a mutation: {failure}")

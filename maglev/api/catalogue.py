@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from maglev.catalogue import Watch, build_native, build_wasm, build_written, unwatched
-from maglev.catalogue import build as build_in_python
+from maglev.catalogue import Kind, Watch, build_written, unwatched
+from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError
 from maglev.own_fmus import definition, kind_folder, names_of, systems
@@ -121,21 +121,20 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
         flyable(rig)
     every = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
-    if target == "wasm" and fmi != 2:
-        raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
+    if target == "wasm":
+        folder = Path(fmus) / "wasm"
+        if fmi != 2:
+            raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]
-    if target == "wasm":
-        return [*(build_wasm(chosen or every, Path(fmus) / "wasm", watch) if chosen or not given else []),
-                *(build_written(path, Path(fmus) / "wasm", native, target) for path in files)]
     if source is not None:
         if not native or target != "all" or rig is not None or files or clocked:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
         return take_native(map(str, given or every), Path(source), folder, fmi)
-    written = [build_written(path, folder, native, target, fmi, clocked) for path in files]
+    kind = Kind(native, target, fmi, clocked)
+    written = [build_written(path, folder, kind) for path in files]
     chosen = chosen if given else every
-    ours = (build_native(chosen, folder, target == "host", watch, fmi, clocked) if native else
-            build_in_python(chosen, folder, watch)) if chosen else []
+    ours = build_named(chosen, folder, kind, watch) if chosen else []
     for path, file in zip(written, files, strict=True):
         if needed := () if native else load(file).requires:
             (say or warnings.warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "

@@ -1,11 +1,11 @@
 """The FMUs that this project builds."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
@@ -27,8 +27,23 @@ from maglev.user_controllers.own_modules import PACKAGES
 from maglev.user_controllers.source import is_class
 from maglev_files.whole_file import whole_files
 
-Made = TypeVar("Made")
-Watch = Callable[[int, int], None]   # told how many of how many are done
+Watch = Callable[[int, int], None]               # told how many of how many are done
+Make = Callable[[FmuDefinition, Path], Path]     # builds one into a folder, and gives the path of its file
+
+
+class Kind(NamedTuple):
+    """Kind of FMU: of the importer's Python, or `native`; for "all" platforms or the "host", or "wasm"; FMI 2 or 3.
+
+    Clocked ones of FMI 3.0 sample when a clock of their importer's ticks.
+    """
+
+    native: bool = False
+    target: str = "all"
+    fmi: int = 2
+    clocked: bool = False
+
+
+PYTHON, HOST, WASM = Kind(), Kind(True, "host"), Kind(True, "wasm")
 
 
 @contextmanager
@@ -41,23 +56,10 @@ def build_errors() -> Iterator[None]:
 
 
 @build_errors()
-def build_written(path: Path, folder: Path, native: bool = False, target: str = "all", fmi: int = 2,
-                  clocked: bool = False) -> Path:
+def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
     """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
-    Parameters
-    ----------
-    path : Path
-        Python file, `lqi.py`, or a class in it, `lqi.py:LQI`.
-    folder : Path
-    native : bool
-        A native FMU; otherwise one that runs in the importer's Python.
-    target : "all", "host" or "wasm"
-        What a native one is for; "wasm" makes the module with its description in place of an FMU.
-    fmi : int
-        As of `build_native_fmu`.
-    clocked : bool
-        As of `build_native`.
+    `path` is that of a Python file, `lqi.py`, or names a class in it, `lqi.py:LQI`.
 
     Raises
     ------
@@ -66,63 +68,81 @@ def build_written(path: Path, folder: Path, native: bool = False, target: str = 
     """
     from maglev.cosim.open import read_description  # to list what there is takes no fmpy
 
-    version, licence = project()
-    if native:
+    if kind.native:
         require_zig()
     if not is_class(path):
         read_description("controller", path)   # in another process, which a file may end when it is imported
-    with buildable(path, PACKAGES, native) as found, whole_files(folder) as unfinished:
-        name, packages = found.definition.name, (*PACKAGES, *found.packages)
-        if name in (*places(), *systems()):
-            raise BuildError(f"{path}: class {name} would overwrite an FMU of this project, expected another name")
-        if native:
-            with named_lines(found.files):
-                translation = finished(translated_blocks([found.definition], packages), found.packages)
-            if target == "wasm":
-                return folder / build_webassembly(found.definition, translation, version, packages, unfinished)[0].name
-            build_native_fmu(replace(found.definition, clocked=clocked), translation, version, licence, packages,
-                             unfinished, target == "host", fmi)
-        else:
-            build_fmu(found.definition, FMU, "DEFINITION", version, licence, packages, unfinished)
-    return folder / f"{name}.fmu"
+    with buildable(path, PACKAGES, kind.native) as found, whole_files(folder) as unfinished:
+        own = found.definition
+        if own.name in (*places(), *systems()):
+            raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
+        with named_lines(found.files):
+            make = maker([own], kind, found.packages)
+        return folder / make(own, unfinished).name
+
+
+def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...] = ()) -> Make:
+    """What builds definitions one by one, as FMUs of a kind; all of them are translated here, and once.
+
+    `own` are the modules of a user's class, which is then the only definition.
+
+    Raises
+    ------
+    ExportError
+        As of `translated_blocks` and `build_native_fmu`.
+    """
+    version, licence = project()
+    packages = (*PACKAGES, *own)
+    if kind.native:
+        require_zig()
+        translation = finished(translated_blocks(definitions, packages), own)
+
+    def make(definition: FmuDefinition, folder: Path) -> Path:
+        if kind.target == "wasm":
+            return build_webassembly(definition, translation, version, packages, folder)[0]
+        # Who flies experiments steps FMUs without a clock.
+        extra = {} if own or (kind.clocked and definition.sampled) else experiments_in(definition)
+        if kind.native:
+            return build_native_fmu(replace(definition, clocked=kind.clocked), translation, version, licence, packages, folder, kind.target == "host",
+                                    kind.fmi, extra)
+        place = (FMU, "DEFINITION") if own else places()[definition.name]
+        return build_fmu(definition, *place, version, licence, packages, folder, extra)
+
+    return make
 
 
 def unwatched(_done: int, _number: int) -> None:
     """Nobody looks on."""
 
 
-def counted(made: Iterable[Made], number: int, watch: Watch) -> list[Made]:
-    """List of what is made one by one; `watch` is told how many of how many there are."""
-    found = []
-    for each in made:
-        found.append(each)
-        watch(len(found), number)
-    return found
-
-
 @build_errors()
-def build(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[Path]:
-    """Build FMUs that run in the importer's Python, and systems of them, into a folder; returns their paths.
+def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch = unwatched) -> list[Path]:
+    """Build FMUs, and systems of them, into a folder; returns their paths.
 
-    `watch` is told how many FMUs of how many are built. After an error the folder is as it was.
+    With native ones comes the C loop that steps them on this machine; WebAssembly modules come with their descriptions,
+    and in place of systems. `watch` is told how many FMUs of how many are built. After an error the folder is as it
+    was; errors as of `maker`.
     """
     names = list(names)
-    chosen = [(definition(name), *places()[name]) for name in with_parts(names)]
-    version, licence = project()
-    with whole_files(folder) as unfinished:
-        fmus = counted((build_fmu(*item, version=version, licence=licence, packages=PACKAGES, destination=unfinished,
-                                  extra=experiments_in(item[0])) for item in chosen), len(chosen), watch)
-        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished)]
+    chosen = [definition(name) for name in with_parts(names)]
+    watch(0, len(chosen))   # the translation takes its time
+    make = maker(chosen, kind)
+    made = []
+    # Most of the time goes to the compiler, in processes of its own; Python alone is not faster side by side.
+    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors() if kind.native else 1) as pool:
+        loop = pool.submit(build_step_loop, unfinished) if kind.native and kind.target != "wasm" else None
+        for path in pool.map(lambda each: make(each, unfinished), chosen):
+            made.append(path)
+            watch(len(made), len(chosen))
+        if loop is not None:
+            loop.result()
+        if kind.target != "wasm":
+            made += build_systems([name for name in names if name in systems()], unfinished, unfinished, kind.fmi)
     return [folder / path.name for path in made]
 
 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
-    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario.
-
-    One with a clock has none: who flies them steps FMUs without one.
-    """
-    if definition.sampled and definition.clocked:
-        return {}
+    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario."""
     test, name = smoke_test(definition), f"{definition.name}_validation"
     found = {test.name: (SMOKE_TEST, test.files())}
     recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
@@ -157,57 +177,12 @@ def loop_of(name: str) -> SystemLoop:
                       plan.stop_time)
 
 
-@build_errors()
-def build_native(names: Iterable[str], folder: Path, host_only: bool = False, watch: Watch = unwatched,
-                 fmi: int = 2, clocked: bool = False) -> list[Path]:
-    """Build FMUs that need no Python, and systems of them, into a folder; returns their paths.
-
-    The folder also gets the C loop that steps them on this machine. Clocked ones of FMI 3.0 sample when a clock of
-    their importer's ticks.
-
-    Errors as of `translated_blocks` and `build_native_fmu`, `host_only` and `fmi` as of the latter, `watch` as of
-    `build`; after an error the folder is as it was.
-    """
-    names = list(names)
-    chosen = [replace(definition(name), clocked=clocked) for name in with_parts(names)]
-    version, licence = project()
-    require_zig()
-    watch(0, len(chosen))   # the translation takes its time
-    translation = translated_blocks(chosen, PACKAGES)
-    # Most of the time goes to the compiler, in processes of its own.
-    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
-        loop = pool.submit(build_step_loop, unfinished)
-        fmus = counted(pool.map(lambda each: build_native_fmu(each, translation, version, licence, PACKAGES, unfinished,
-                                                              host_only, fmi, experiments_in(each)), chosen),
-                       len(chosen), watch)
-        loop.result()
-        made = [*fmus, *build_systems([name for name in names if name in systems()], unfinished, unfinished, fmi)]
-    return [folder / path.name for path in made]
-
-
 def build_step_loop(folder: Path) -> None:
     """Compile the loop that steps native FMUs under our master, for this machine."""
     from maglev.cosim.step_loop import LIBRARY, source  # to list what there is takes no fmpy
 
     platform, = host_platform().values()
     (folder / LIBRARY).write_bytes(library({"step_loop.c": source()}, Path(LIBRARY).stem, platform))
-
-
-@build_errors()
-def build_wasm(names: Iterable[str], folder: Path, watch: Watch = unwatched) -> list[Path]:
-    """Build FMUs, and those of systems, as WebAssembly modules with their descriptions; returns the modules' paths.
-
-    Errors and `watch` as of `build_native`; after an error the folder is as it was.
-    """
-    chosen = [definition(name) for name in with_parts(names)]
-    version, _ = project()
-    require_zig()
-    watch(0, len(chosen))
-    translation = translated_blocks(chosen, PACKAGES)
-    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors()) as pool:
-        made = counted(pool.map(lambda each: build_webassembly(each, translation, version, PACKAGES, unfinished),
-                                chosen), len(chosen), watch)
-    return [folder / module.name for module, _ in made]
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path, fmi: int = 2) -> list[Path]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from maglev.catalogue import build_written
+from maglev.catalogue import HOST, Kind, build_written
 from maglev.errors import BuildError, ControllerError
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import is_written
@@ -54,7 +54,7 @@ def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Callabl
     folder.mkdir()
     if native:
         try:
-            return build_written(Path(path), folder, native=True, target="all" if everywhere else "host")
+            return build_written(Path(path), folder, Kind(native=True) if everywhere else HOST)
         except BuildError as error:
             say(f"{path} runs in Python, which takes its time, for it cannot be native: {error}")
     return build_written(Path(path), folder)

@@ -32,7 +32,7 @@ from native_builds import (
 
 from fmi_export.native.compiler import FLAGS
 from fmi_export.native.shells import SHELLS
-from maglev.catalogue import build_native
+from maglev.catalogue import Kind, build
 
 NAME = "Regulator2DOF"
 STEP = 5e-4    # s, its sample time
@@ -60,7 +60,7 @@ def everywhere(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     require_native_tools()
 
     def make(folder: Path) -> None:
-        path, = build_native([NAME], folder)
+        path, = build([NAME], folder, Kind(native=True))
         with zipfile.ZipFile(path) as archive:
             archive.extractall(folder)
 

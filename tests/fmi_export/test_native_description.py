@@ -17,8 +17,8 @@ from fmi_export.definition import ContinuousModel
 from maglev.catalogue import DEFINITIONS
 from maglev.own_fmus import definition
 
-BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import build_native; "
-         "build_native(['PID2DOF'], Path(sys.argv[1]), host_only=True)")
+BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import HOST, build; "
+         "build(['PID2DOF'], Path(sys.argv[1]), HOST)")
 
 # What may differ between the two kinds.
 TOOL = {"guid", "generationTool"}
