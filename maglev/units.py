@@ -7,13 +7,14 @@ between factors, a slash before each that divides, and powers as "m2", "m²", "m
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from decimal import Decimal
 from functools import lru_cache
 from typing import NamedTuple
 
 from fmi_export.units import UnknownUnit, exponents, factors, written
-from maglev.errors import QuantityError, nearest
+from maglev.errors import MaglevError, QuantityError, nearest
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 
@@ -216,6 +217,24 @@ def scaled(number: float, by: float) -> float:
 def parse_quantity(value: object, unit: str | None = None) -> float:
     """Return the SI value of a quantity; see `read_quantity`."""
     return read_quantity(value, unit).value
+
+
+@contextmanager
+def refused_as(error: type[MaglevError], place: str) -> Iterator[None]:
+    """Refuse what is no quantity in a block by an error that begins with its place."""
+    try:
+        yield
+    except QuantityError as wrong:
+        raise error(f"{place}: {wrong}") from None
+
+
+def positive_time(value: object, error: type[MaglevError], place: str) -> float:
+    """A time above 0 (s) as an option has it, also as text without a unit; an error that begins with its place."""
+    with refused_as(error, place):
+        found = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "s")
+    if found <= 0.0:
+        raise error(f"{place}: expected a time above 0 s")
+    return found
 
 
 def to_unit(value: float, unit: str) -> float:

@@ -39,7 +39,8 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "processes", "copies", "processors", "units", "quantities", "panels", "csv_table", "toml_file",
-         "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym", "stability",
+         "pictures", "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym",
+         "stability",
          "schema", "maps", "pages", "live", "judging", "experiment", "analysis", "catalogue",
          "baselines", "fmu_experiments", "procedures", "report", "comparison", "studies", "tuning", "api", "__init__",
          "cli", "__main__")

@@ -14,7 +14,7 @@ from maglev.analysis.participant import Participant
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.errors import LinearModelError, nearest
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
@@ -23,7 +23,7 @@ from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, R
 from maglev.own_fmus import kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import is_written, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.rig import Rig
@@ -248,10 +248,8 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
                    given: Quantity | None) -> float:
     """Sample time of a controller, s."""
     if given is not None:
-        try:
+        with refused_as(LinearModelError, f"{name}: sample time"):
             found = parse_quantity(given, "s")
-        except QuantityError as error:
-            raise LinearModelError(f"{name}: sample time: {error}") from None
     elif setup.ports is not None and setup.ports.step is not None:
         found = setup.ports.step
     elif "sample_time" in setup.start:

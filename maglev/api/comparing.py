@@ -20,7 +20,8 @@ from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.own_fmus import places
-from maglev.report.plots.picture import overlay, require_matplotlib
+from maglev.pictures import require_matplotlib
+from maglev.report.plots.picture import overlay
 from maglev.report.text import held
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

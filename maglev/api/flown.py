@@ -118,7 +118,8 @@ class Run:
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
-        from maglev.report.plots.picture import figure_of, require_matplotlib
+        from maglev.pictures import require_matplotlib
+        from maglev.report.plots.picture import figure_of
 
         require_matplotlib()
         return figure_of(self.result)

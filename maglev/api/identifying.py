@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from maglev.errors import IdentificationError, QuantityError, nearest
+from maglev.errors import IdentificationError, nearest
 from maglev.identification.convergence import write_convergence, write_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
 from maglev.identification.model_file import write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
-from maglev.units import number_or_text, parse_quantity
+from maglev.units import number_or_text, parse_quantity, refused_as
 
 
 def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced", epsilon: float | str = EPSILON,
@@ -49,20 +49,16 @@ def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced
     """
     path = Path(data)
     recording = read_recording(path, rig)
-    try:
+    with refused_as(IdentificationError, f"--epsilon {epsilon}"):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
-    except QuantityError as error:
-        raise IdentificationError(f"--epsilon {epsilon}: {error}") from None
     start = {}
     valid = recording.rig.constants
     for name, value in (guess or {}).items():
         if name not in valid:
             raise IdentificationError(f"--guess {name}={value}: expected one of {', '.join(valid)} and a value, such "
                                       f"as C1=10; nearest is {nearest(name, valid)}")
-        try:
+        with refused_as(IdentificationError, f"--guess {name}={value}"):
             start[name] = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "1")
-        except QuantityError as error:
-            raise IdentificationError(f"--guess {name}={value}: {error}") from None
     try:
         return identified(recording, method, seconds, gamma, start, matched)
     except IdentificationError as error:

@@ -8,7 +8,7 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, read_port_maps
-from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import prepare_all
@@ -16,7 +16,7 @@ from maglev.identification.model_file import model_settings
 from maglev.own_fmus import kind_folder, places
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import Settings, start_values
-from maglev.units import number_or_text, parse_quantity
+from maglev.units import positive_time
 from maglev.user_controllers.source import copy_of, is_written, path_of
 
 Value = float | int | bool | str
@@ -120,12 +120,4 @@ def timeout_of(options: FlightOptions) -> float:
 
 def seconds(name: str, value: float | str | None) -> float | None:
     """An option that is a time (s), a number or text with a unit."""
-    if value is None:
-        return None
-    try:
-        found = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "s")
-    except QuantityError as error:
-        raise ScenarioError(f"--{name} {value}: {error}") from error
-    if found <= 0.0:
-        raise ScenarioError(f"--{name} {value}: expected a time above 0 s")
-    return found
+    return None if value is None else positive_time(value, ScenarioError, f"--{name} {value}")

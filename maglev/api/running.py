@@ -18,6 +18,7 @@ from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
+from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes.side_by_side import Watcher
@@ -25,7 +26,7 @@ from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
-from maglev.report.plots.picture import figure_of, require_matplotlib, write_figure
+from maglev.report.plots.picture import figure_of
 from maglev.report.text import claims_markdown, short_outcome, text_of
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.loading import load_plan

@@ -55,7 +55,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
     """
     # numpy and scipy take their time to load: only who asks waits for them.
     from maglev.analysis.injection.frequency_response import frequency_response as measured
-    from maglev.linear.pictures import require_matplotlib
+    from maglev.pictures import require_matplotlib, write_figure
 
     with one_line_errors(debug):
         if plot:
@@ -73,8 +73,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
         data: dict[str, Any] = {name: each.as_data() for name, each in found.items()}
         for name, each in found.items() if plot else ():
             picture = out / f"{Path(plant).stem}-{Path(controller).stem}-{name}.response.png"
-            out.mkdir(parents=True, exist_ok=True)
-            each.plot().savefig(picture, dpi=110)
+            write_figure(picture, each.plot())
             data[name]["picture"] = str(picture)
             typer.echo(f"picture: {picture}")
         if as_json is not None:

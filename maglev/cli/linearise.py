@@ -9,8 +9,8 @@ import typer
 
 from maglev.cli.options import Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
-from maglev.errors import LinearModelError, QuantityError
-from maglev.units import number_or_text, parse_quantity
+from maglev.errors import LinearModelError
+from maglev.units import number_or_text, positive_time
 
 if TYPE_CHECKING:
     from maglev.linear.loop import Loop
@@ -124,13 +124,7 @@ def is_file(name: str) -> bool:
 
 def seconds(name: str, text: str) -> float:
     """A time above 0, s, as an option has it."""
-    try:
-        found = parse_quantity(number_or_text(text), "s")
-    except QuantityError as error:
-        raise LinearModelError(f"--{name} {text}: {error}") from None
-    if found <= 0.0:
-        raise LinearModelError(f"--{name} {text}: expected a time above 0 s")
-    return found
+    return positive_time(text, LinearModelError, f"--{name} {text}")
 
 
 def show_numerical(names: Sequence[str], at: Mapping[str, "Quantity"], given: Mapping[str, "dict[str, Any]"],
@@ -138,7 +132,7 @@ def show_numerical(names: Sequence[str], at: Mapping[str, "Quantity"], given: Ma
                    options: Mapping[str, Any]) -> None:
     """Print the loop of anybody's plant or controller, write its pictures and its JSON."""
     from maglev.analysis.numerical import linearise_numerically
-    from maglev.linear.pictures import require_matplotlib
+    from maglev.pictures import require_matplotlib
 
     if pictures is not None:
         require_matplotlib()

@@ -48,7 +48,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
     `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --native --step 20mm`
     """
     # numpy and scipy take their time to load: only who asks waits for them.
-    from maglev.linear.pictures import require_matplotlib
+    from maglev.pictures import require_matplotlib, write_figure
     from maglev.stability.analysis import region as found_region
 
     with one_line_errors(debug):
@@ -62,8 +62,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
         typer.echo(str(found), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"
-            out.mkdir(parents=True, exist_ok=True)
-            found.plot().savefig(picture, dpi=110)
+            write_figure(picture, found.plot())
             typer.echo(f"picture: {picture}")
         if as_json is not None:
             write_json(as_json, found.as_data())

@@ -14,7 +14,8 @@ from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
 from maglev.pages.shell import publish
-from maglev.report.plots.picture import overlay, write_figure
+from maglev.pictures import write_figure
+from maglev.report.plots.picture import overlay
 from maglev.report.status import events, run_status
 from maglev.report.text import as_text, heading, held
 from maglev_files.whole_file import write_whole

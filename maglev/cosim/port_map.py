@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import BASE_UNITS
-from maglev.errors import QuantityError, ScenarioError, key_path, nearest, shortened
+from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.toml_file import read_toml
-from maglev.units import Unit, known_unit, measures, parse_quantity, si_unit, unit_of_powers
+from maglev.units import Unit, known_unit, measures, parse_quantity, refused_as, si_unit, unit_of_powers
 
 FMUS = ("controller", "plant")
 
@@ -114,10 +114,8 @@ def read_port_map(place: str, table: dict[str, Any]) -> PortMap:
     """Read one table."""
     step = None
     if "step" in table:
-        try:
+        with refused_as(ScenarioError, f"{place}.step = {shortened(table['step'])}"):
             step = parse_quantity(table["step"], "s")
-        except QuantityError as error:
-            raise ScenarioError(f"{place}.step = {shortened(table['step'])}: {error}") from None
         if not step > 0.0:
             raise ScenarioError(f"{place}.step = {shortened(table['step'])}: expected a step > 0")
     return PortMap(place, {ours: read_port(f"{place}.{key_path([ours])}", value)
@@ -135,11 +133,9 @@ def read_port(key: str, value: object) -> Port:
             raise ScenarioError(f"{key}.{entry} = {shortened(entries[entry])}: unknown key, expected port or unit")
     if "port" not in entries:
         raise ScenarioError(f"{key} = {shortened(value)}: expected the name of a port under the key port")
-    try:
-        if "unit" in entries:
+    if "unit" in entries:
+        with refused_as(ScenarioError, f"{key}.unit = {entries['unit']!r}"):
             si_unit(entries["unit"])
-    except QuantityError as error:
-        raise ScenarioError(f"{key}.unit = {entries['unit']!r}: {error}") from None
     return Port(entries["port"], entries.get("unit"))
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from maglev.identification.identify import Identification
 from maglev.identification.rigs import Array
-from maglev_files.whole_file import whole_file, write_whole
+from maglev.pictures import write_figure
+from maglev_files.whole_file import write_whole
 
 ROWS = 2000   # of the CSV, at most about
 
@@ -62,8 +63,7 @@ def write_png(path: Path, found: Identification) -> None:
     panels[-1].set_ylabel("excitation")
     panels[-1].legend(loc="upper left", fontsize="small", ncols=3)
     panels[-1].set_xlabel("time (s)")
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished, dpi=110, format="png")
+    write_figure(path, figure)
 
 
 def title(found: Identification) -> str:

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
-from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.errors import LinearModelError, nearest
 from maglev.linear.model import Equilibrium
 from maglev.linear.motors.forces import MotorForces
 from maglev.linear.motors.places import Matrix
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 from plant_fmu.attraction import attraction_factor
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
@@ -236,10 +236,8 @@ def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
         if axis not in positions:
             raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected one of "
                                    f"{', '.join(rig.axis_names)}; nearest is {nearest(axis, rig.axis_names)}")
-        try:
+        with refused_as(LinearModelError, f"{name} at {axis}"):
             positions[axis] = parse_quantity(given, rig.axes[rig.axis_names.index(axis)].unit("m"))
-        except QuantityError as error:
-            raise LinearModelError(f"{name} at {axis}: {error}") from None
     vertical = rig.vertical.name
     if vertical not in at:
         raise LinearModelError(f"{name}: no {vertical}, expected the air gap to linearise at, such as "

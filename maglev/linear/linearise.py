@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
-from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.errors import LinearModelError, nearest
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.laws.controller import linear_controller
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
 from maglev.linear.plant import linear_plant
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 
 Currents = Literal["dq", "phases"]
 
@@ -100,7 +100,5 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
 
 def read_hold(name: str, hold: Quantity) -> float:
     """Sample time (s) of a plant whose inputs are held."""
-    try:
+    with refused_as(LinearModelError, f"{name}: hold"):
         return parse_quantity(hold, "s")
-    except QuantityError as error:
-        raise LinearModelError(f"{name}: hold: {error}") from None

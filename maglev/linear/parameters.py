@@ -8,9 +8,9 @@ from operator import attrgetter
 from typing import Any
 
 from fmi_export.definition import FmuDefinition
-from maglev.errors import LinearModelError, QuantityError, nearest
+from maglev.errors import LinearModelError, nearest
 from maglev.rig.modules import definitions
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 
@@ -99,10 +99,8 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:
     """SI value of a quantity."""
-    try:
+    with refused_as(LinearModelError, f"{name}: {key}"):
         return parse_quantity(given, unit or "1")
-    except QuantityError as error:
-        raise LinearModelError(f"{name}: {key}: {error}") from None
 
 
 def prepare(name: str, block: Any) -> None:

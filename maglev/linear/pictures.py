@@ -1,30 +1,21 @@
 """Bode and Nyquist pictures of a loop opened at some of its signals."""
 
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop
 from maglev.linear.margins import frequencies_of
+from maglev.pictures import FAINT, require_matplotlib, write_figure
 
-FAINT = {"color": "0.6", "linewidth": 0.8}
 JUMP = 1.5     # rad, of phase between neighbouring frequencies
 WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1
-
-
-def require_matplotlib() -> None:
-    """Raise LinearModelError if matplotlib, an extra of this project, is not installed."""
-    if find_spec("matplotlib") is None:
-        raise LinearModelError("pictures need matplotlib, expected it to be installed: "
-                               "pip install 'maglev-fmus[report]'")
 
 
 def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     """Write a PNG with gain and phase of the loop opened at each of the signals, and the gain of its sensitivity.
 
-    Errors as of `Loop.opened`, and LinearModelError without matplotlib.
+    Errors as of `Loop.opened`, and MaglevError without matplotlib.
     """
     require_matplotlib()
     from matplotlib.figure import Figure  # an extra: only who plots needs it
@@ -45,8 +36,7 @@ def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     for panel, label in ((gain, "|L|"), (phase, "phase of L (°)"), (sensitivity, "|S| = |1/(1 + L)|")):
         panel.set_ylabel(label)
     sensitivity.set_xlabel("frequency (rad/s)")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    write_figure(path, figure)
 
 
 def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
@@ -74,5 +64,4 @@ def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     panel.plot(-1.0, 0.0, "+", color="0.2")
     panel.set(xlim=(-WIDEST, WIDEST), ylim=(-WIDEST, WIDEST), aspect="equal", xlabel="Re L", ylabel="Im L")
     panel.legend(fontsize="small")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    write_figure(path, figure)

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 
-from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.errors import ScenarioError, nearest
 from maglev.schema.run_plan import RunPlan, StartValue, read_open_value
 from maglev.schema.signals.kinds import Constant, Signal, Sinusoids, Steps
-from maglev.units import measures, number_or_text
+from maglev.units import measures, number_or_text, refused_as
 from pmlsm.rig import ROTATION
 
 REFERENCE = "reference"   # in the place of an FMU's name
@@ -38,10 +38,8 @@ def start_value(name: str, value: float | bool | str, written: str = "") -> Star
         raise ScenarioError(f"{origin}: expected FMU.variable=value, such as plant.y.mass=7.2")
     if text.lower() in ("true", "false"):
         return StartValue(text.lower() == "true", None, text if isinstance(value, str) else text.lower(), origin)
-    try:
+    with refused_as(ScenarioError, origin):
         return read_open_value(number_or_text(text) if isinstance(value, str) else value)._replace(origin=origin)
-    except QuantityError as error:
-        raise ScenarioError(f"{origin}: {error}") from error
 
 
 def with_references(plan: RunPlan, settings: Mapping[str, StartValue]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.errors import QuantityError, StabilityError
+from maglev.errors import StabilityError
 from maglev.linear.model import Matrix
 from maglev.linear.parameters import Quantity
 from maglev.own_fmus import kind_folder
@@ -15,7 +15,7 @@ from maglev.stability.certificate import certify, synthesise
 from maglev.stability.flight import Flights
 from maglev.stability.result import Candidate, Flown, Region
 from maglev.stability.simulation import largest_step, respond
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 
 DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest poles of the thesis's faster gains
 
@@ -122,10 +122,8 @@ def flown(flights: list[Flights], axis: str, gains: Matrix, step: float) -> Flow
 
 def size_of(step: Quantity, unit: str) -> float:
     """Size of a step, m or rad; StabilityError if it is none."""
-    try:
+    with refused_as(StabilityError, "step"):
         found = parse_quantity(step, unit)
-    except QuantityError as error:
-        raise StabilityError(f"step: {error}") from None
     if found <= 0.0:
         raise StabilityError(f"step = {found:g} {unit}, expected one above 0 {unit}")
     return found

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from maglev.linear.model import Matrix
-from maglev.linear.pictures import require_matplotlib
+from maglev.pictures import require_matplotlib
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import Certificate
 from maglev.stability.simulation import Response, comes_back
@@ -23,7 +23,7 @@ def figure_of(loop: AxisLoop, step: float, candidates: Sequence[tuple[str, Certi
               ) -> "Figure":
     """Picture of a loop with a title, a certificate and responses to a step (m) by name for each of its candidates.
 
-    LinearModelError without matplotlib. A panel for each candidate: states off the reference in position and velocity
+    MaglevError without matplotlib. A panel for each candidate: states off the reference in position and velocity
     that come back (filled) and that do not (rings), the certified ellipsoid's section with them (line) and its shadow
     (dashed). Below, the responses.
     """

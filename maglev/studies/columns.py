@@ -8,14 +8,14 @@ from math import inf, isnan
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.errors import ScenarioError, nearest
 from maglev.judging.measures import measures
 from maglev.judging.metrics import Metrics, evaluate
 from maglev.judging.windings import phase_resistances
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
-from maglev.units import read_quantity, si_unit
+from maglev.units import read_quantity, refused_as, si_unit
 
 # Of every flight; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
 EVENTS = ("failed", "trip time", "stop contact time", "lost set-points")
@@ -98,10 +98,8 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
 
 def meant(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
     """Names that a name means; ScenarioError with the nearest if there is none."""
-    try:
+    with refused_as(ScenarioError, f"{origin}: {asked!r}"):
         name = BAND.sub(lambda found: as_named(found[0]), asked)
-    except QuantityError as error:
-        raise ScenarioError(f"{origin}: {asked!r}: {error}") from None
     if name in known:
         return [name]
     found = [each for each in known if each.startswith(f"{name} of ") and AT_STEP not in each]
@@ -118,10 +116,8 @@ def as_named(band: str) -> str:
 
 def limit_value(written: object, unit: str, key: str) -> float:
     """Value of a limit in SI."""
-    try:
+    with refused_as(ScenarioError, key):
         return read_quantity(written, unit).value
-    except QuantityError as error:
-        raise ScenarioError(f"{key}: {error}") from None
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:

@@ -20,11 +20,11 @@ from maglev.analysis.injection.response import FrequencyResponse
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
 from maglev.cosim.other_process.run import TIMEOUT
-from maglev.errors import LinearModelError, QuantityError
+from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import Complex, Matrix
 from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
-from maglev.units import parse_quantity
+from maglev.units import parse_quantity, refused_as
 
 AMPLITUDE = 100e-6   # m or rad, peak of what is added
 LINES = 48
@@ -139,10 +139,8 @@ def measured_at(rest: Rest, name: str, peak: float, grid: Grid, plan: Plan, loop
 def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     """Peak of what is added to a signal, m or rad."""
     axis = next((each for each in pair.rig.axes if each.name == name.rpartition(".")[0]), None)
-    try:
+    with refused_as(LinearModelError, "amplitude"):
         found = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
-    except QuantityError as error:
-        raise LinearModelError(f"amplitude: {error}") from None
     if not 0.0 < found < 1.0:
         raise LinearModelError(f"amplitude = {found:g}, expected one above 0 and below 1 m or rad")
     return found

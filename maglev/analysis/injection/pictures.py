@@ -6,7 +6,7 @@ import numpy as np
 
 from maglev.linear.margins import frequencies_of
 from maglev.linear.model import Complex, LinearModel, Matrix
-from maglev.linear.pictures import FAINT, require_matplotlib
+from maglev.pictures import FAINT, require_matplotlib
 
 FLOWN = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
 LINEAR = {"linewidth": 1.0, "color": "0.45"}
@@ -16,7 +16,7 @@ def response_figure(title: str, lines: Matrix, loop: Complex, error: Matrix, coh
                     opened: LinearModel | None) -> Any:
     """Figure with gain, phase, sensitivity and coherence of a loop at lines (rad/s); opened is the linear one.
 
-    LinearModelError without matplotlib.
+    MaglevError without matplotlib.
     """
     require_matplotlib()
     from matplotlib.figure import Figure

@@ -13,9 +13,7 @@ import numpy as np
 
 from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, by_column, ended, whole_steps
 from maglev.cosim.order import Order
-from maglev.cosim.other_process.flight import fly
-from maglev.cosim.other_process.helper import other_process
-from maglev.cosim.other_process.reports import (
+from maglev.cosim.other_process.flight import (
     COUNTER,
     ENDING,
     STARTING,
@@ -26,7 +24,9 @@ from maglev.cosim.other_process.reports import (
     Stage,
     Stepped,
     Wired,
+    fly,
 )
+from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.wiring import Drives
 from maglev.errors import FmuError
 from maglev.processes.beside import Beside, Gone, Said

@@ -2,41 +2,25 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from maglev.cosim.master import Recording
-from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.pages.shell import colour
 from maglev.panels import PANELS
+from maglev.pictures import FAINT
 from maglev.report.plots.figures import own_outputs, shown_commands
 from maglev.report.plots.limits import limits
 from maglev.report.plots.static import COLOURS, current_colour
 from maglev.report.status import events, shown_until
-from maglev_files.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
-FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}
-
-
-def require_matplotlib() -> None:
-    """Raise ScenarioError if matplotlib, an extra of this project, is not installed."""
-    if find_spec("matplotlib") is None:
-        raise ScenarioError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
-
-
-def write_figure(path: Path, figure: "Figure") -> None:
-    """Write a figure as PNG."""
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished, dpi=110, format="png")
 
 
 def figure_of(run: RunResult) -> "Figure":

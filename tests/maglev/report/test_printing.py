@@ -15,10 +15,11 @@ from rich.text import Text
 from maglev.cli.terminal import report_console
 from maglev.judging.metrics import StepResponse
 from maglev.pages.shell import colour
+from maglev.pictures import write_figure
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
-from maglev.report.plots.picture import figure_of, overlay, write_figure
+from maglev.report.plots.picture import figure_of, overlay
 from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
 
 RUN = recorded(packaged("2dof-setpoints"))
