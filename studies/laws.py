@@ -1,7 +1,7 @@
 """Laws that maps are flown of, and what the studies of such maps share: their command line, flights, and origin."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -57,3 +57,9 @@ def origin_of(paths: Iterable[Path]) -> Origin:
     commits = sorted({each["commit"] for each in found} - {None})
     return Origin(", ".join(sorted({each["version"] for each in found})), ", ".join(commits) or None,
                   {fmu["model"]: fmu["guid"] for each in found for fmu in each["fmus"]})
+
+
+def markdown_table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of texts, the heading first, as a table in Markdown; all but the first two columns are numbers."""
+    head, *others = (f"| {' | '.join(row)} |" for row in rows)
+    return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *others])

@@ -12,7 +12,7 @@ from maglev.baselines.outcome import CheckResult, UpdateResult
 from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
 from maglev.experiment.selection import needed, select
-from maglev.processors import processors
+from maglev.processes import processors
 from maglev.schema.layers import PACKAGED
 
 Result = TypeVar("Result", CheckResult, UpdateResult)

@@ -21,8 +21,8 @@ from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
+from maglev.processes import processors
 from maglev.processes.side_by_side import Watcher
-from maglev.processors import processors
 from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless

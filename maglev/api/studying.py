@@ -12,7 +12,7 @@ from maglev.api.options import FlightOptions, Value, experiments_of, seconds
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.errors import MaglevError, ScenarioError, UnknownName
 from maglev.experiment.preparation import Experiment
-from maglev.processors import processors
+from maglev.processes import processors
 from maglev.schema.loading import load_plan
 from maglev.schema.settings import start_values
 

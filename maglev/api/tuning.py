@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from maglev.api.options import FlightOptions
 from maglev.api.running import Say, Watch, unwatched, warn
 from maglev.api.studying import made_ready, require_study
-from maglev.processors import processors
+from maglev.processes import processors
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from maglev.own_fmus import DEFINITIONS as DEFINITIONS
 from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
 from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
-from maglev.processors import processors
+from maglev.processes import processors
 from maglev.schema.layers import PACKAGED
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.own_modules import PACKAGES

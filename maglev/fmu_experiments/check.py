@@ -33,8 +33,8 @@ from maglev.fmu_experiments.tables import (
     start_values,
     times,
 )
+from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Watcher
-from maglev.processors import processors
 
 
 class Expected(NamedTuple):

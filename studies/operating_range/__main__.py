@@ -10,11 +10,11 @@ flown again.
 
 import argparse
 
-from maglev.maps.operating_range import FILE, RigMaps, read_maps
+from maglev.maps.operating_range import FILE, RigMaps, read_maps, shares_table
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import RIGS
-from studies.laws import NAMES, Fly, map_laws, origin_of
-from studies.operating_range.maps import read_map, shares_text, write_maps, write_pictures
+from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of
+from studies.operating_range.maps import read_map, write_maps, write_pictures
 
 
 def study_of(rig: str, law: str) -> StudyFile:
@@ -31,7 +31,7 @@ def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespa
     flown = {law: fly(study_of(rig, law)) for law in laws}
     maps = {NAMES.get(law, law): read_map(path) for law, path in flown.items()}
     write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
-    print(f"\n{rig}\n\n{shares_text(maps)}", flush=True)
+    print(f"\n{rig}\n\n{markdown_table(shares_table(maps))}", flush=True)
     return RigMaps(maps, origin_of(flown.values()))
 
 

@@ -23,7 +23,6 @@ from maglev.maps.operating_range import (
     Map,
     RigMaps,
     seen,
-    shares_table,
 )
 from maglev_files.whole_file import write_whole
 
@@ -80,12 +79,6 @@ def read_map(path: Path) -> Map:
                                                                                "constants"))
     found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
     return Map(initial, target, steps, constants, found, what)
-
-
-def shares_text(laws: Mapping[str, Map]) -> str:
-    """Shares of all laws as a table in Markdown."""
-    head, *rows = (f"| {' | '.join(row)} |" for row in shares_table(laws))
-    return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *rows])
 
 
 def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:

@@ -11,13 +11,13 @@ again.
 import argparse
 from pathlib import Path
 
-from maglev.maps.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, read_tolerances
+from maglev.maps.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, limits_table, read_tolerances
 from maglev.schema.layers import PACKAGED
 from maglev.studies.schema import StudyFile, read_study
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
-from studies.laws import NAMES, Fly, map_laws, origin_of
-from studies.tolerances.maps import read_outcomes, table, write_found
+from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of
+from studies.tolerances.maps import read_outcomes, write_found
 from studies.tolerances.pictures import write_picture
 
 SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
@@ -65,7 +65,7 @@ def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namesp
     origin = origin_of(paths)
     found = RigMaps(SIZES, maps, origin.version, origin.commit)
     write_picture(options.docs / f"tolerances-{name}.png", rig.title, found)
-    print(f"\n{name}\n\n{table(found)}", flush=True)
+    print(f"\n{name}\n\n{markdown_table(limits_table(found))}", flush=True)
     return found
 
 

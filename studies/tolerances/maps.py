@@ -20,7 +20,6 @@ from maglev.maps.tolerances import (
     Question,
     RigMaps,
     Worse,
-    limits_table,
 )
 from maglev_files.whole_file import write_whole
 
@@ -68,12 +67,6 @@ def place(values: NDArray[np.float64], side: Worse) -> NDArray[np.int64]:
     """Where values of a column (SI) lie along a side."""
     factor = {"ms": 1e3, "um": 1e6, "%": 1e2, "V": 1.0}[side.unit]
     return np.asarray(np.argmin(np.abs(factor * values[:, None] - np.array(side.values)), axis=1))
-
-
-def table(rig: RigMaps) -> str:
-    """Up to where each law holds, in Markdown."""
-    head, *rows = (f"| {' | '.join(row)} |" for row in limits_table(rig))
-    return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *rows])
 
 
 def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:

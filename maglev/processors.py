@@ -1,8 +1,0 @@
-"""How many processes can run at a time."""
-
-import os
-
-
-def processors() -> int:
-    """Number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
