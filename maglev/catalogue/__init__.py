@@ -100,10 +100,10 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
     def make(definition: FmuDefinition, folder: Path) -> Path:
         if kind.target == "wasm":
             return build_webassembly(definition, translation, version, packages, folder)[0]
-        # Who flies experiments steps FMUs without a clock.
-        extra = {} if own or (kind.clocked and definition.sampled) else experiments_in(definition)
+        definition = replace(definition, clocked=kind.clocked)
+        extra = {} if own else experiments_in(definition)
         if kind.native:
-            return build_native_fmu(replace(definition, clocked=kind.clocked), translation, version, licence, packages, folder, kind.target == "host",
+            return build_native_fmu(definition, translation, version, licence, packages, folder, kind.target == "host",
                                     kind.fmi, extra)
         place = (FMU, "DEFINITION") if own else places()[definition.name]
         return build_fmu(definition, *place, version, licence, packages, folder, extra)
@@ -142,7 +142,12 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch 
 
 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
-    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario."""
+    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario.
+
+    One with a clock has none: who flies them steps FMUs without one.
+    """
+    if definition.sampled and definition.clocked:
+        return {}
     test, name = smoke_test(definition), f"{definition.name}_validation"
     found = {test.name: (SMOKE_TEST, test.files())}
     recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
