@@ -164,6 +164,7 @@ def test_ticks_that_are_refused(by_clock: Instance) -> None:
         "0.0002 s")
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("kind", "name", "events", "reason"), [
     ("clocked_fmus", NAME, False, "eventModeUsed = false, expected true: this FMU has a clock"),
     ("clocked_fmus", "Plant3DOF", True, "this FMU has no event mode")])

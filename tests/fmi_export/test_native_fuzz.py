@@ -58,6 +58,7 @@ def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     assert count == 3000 and refusals > 10000
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
 def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
     """`c/fuzz_events.c`: any order of calls; no sample is passed over."""

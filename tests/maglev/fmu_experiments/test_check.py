@@ -30,6 +30,7 @@ def test_every_fmu_repeats_what_it_carries(fastest_fmus: Path) -> None:
     assert len(results) > 60
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmus", "native_fmus", "fmi3_fmus"])
 def test_every_kind_repeats_the_same(kind: str, request: pytest.FixtureRequest) -> None:
     folder: Path = request.getfixturevalue(kind)
