@@ -141,8 +141,10 @@ enum Status enter_event(struct Instance *instance, const char *call);
 
 /* End an instant; `next` is the time of the next event (s), infinite if the importer knows it or there is none. */
 enum Status take_event(struct Instance *instance, const char *call, bool *states_changed, double *next);
-enum Status leave_event(struct Instance *instance, const char *call);   /* in model exchange */
-enum Status enter_steps(struct Instance *instance, const char *call);   /* in co-simulation */
+
+/* Leave event mode, of model exchange and of co-simulation. */
+enum Status leave_event(struct Instance *instance, const char *call);
+enum Status enter_steps(struct Instance *instance, const char *call);
 
 /* Take the sample that falls on the event, with the inputs as they are. */
 enum Status take_sample(struct Instance *instance);
