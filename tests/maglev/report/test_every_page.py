@@ -76,6 +76,7 @@ def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, nam
     wait_until(tab.page, drawn)
     for width in WIDTHS:
         tab.page.set_viewport_size({"width": width, "height": 900})
+        tab.page.wait_for_timeout(200)   # what is drawn is drawn anew
         assert tab.evaluate(LOOK) == {"wide": 0, "covered": False, "cut": [], "over": []}, width
     for scheme in ("light", "dark"):
         tab.page.emulate_media(color_scheme=scheme)
