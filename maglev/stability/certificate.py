@@ -16,7 +16,7 @@ from maglev.stability.axis_loop import AxisLoop
 
 # The optimum itself lies on the border of what the inequalities allow, where rounding decides: shares of its step with
 # which a certificate is asked for that has room to spare.
-SHARES = (0.998, 0.995, 0.99, 0.97, 0.9)
+SHARES = (0.998, 0.995, 0.99, 0.97, 0.9, 0.8, 0.7)
 TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4)   # of the solver, the next where it gives up: what it gives is verified
 LARGEST_STEP = 0.25     # m, twice the way between the stops of any axis: what lies beyond is not looked for
 LEAST_DECREASE = 1e-6   # 1/s, of V/V: much more than rounding errors make
