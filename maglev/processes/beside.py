@@ -28,8 +28,7 @@ from maglev.processes.interrupts import held_interrupts, interrupts_blocked, ter
 
 PATIENCE = 10.0   # s, for a process that is asked to end
 POLL = 0.05       # s, between two looks at a process
-PROGRAM = ("import sys; sys.path[:] = {path!r}; sys.argv[:] = {argv!r}; "
-           "from maglev.processes.beside import serve; serve({folder!r})")
+PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.processes.beside import serve; serve({folder!r})"
 
 Send = Callable[[object], None]   # what a task calls with its reports
 Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
@@ -73,11 +72,12 @@ class Beside:
         self.folder = folder
         self.inbox: Inbox = inbox or SimpleQueue()
         self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
-        program = PROGRAM.format(path=sys.path, argv=sys.argv, folder=None if folder is None else str(folder))
+        program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder))
         with interrupts_blocked():
             self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
                                             stdout=subprocess.PIPE)
         Thread(target=self.receive, daemon=True).start()
+        self.send(sys.argv)   # not in the program: an argument has a largest length
 
     def receive(self) -> None:
         """Pass on what the process sends, and at last that it has ended."""
@@ -90,9 +90,13 @@ class Beside:
 
     def ask(self, task: Task | None) -> None:
         """Have a task done in the folder of this process; None asks it to end as processes do."""
+        self.send(pickle.dumps(task and (os.getcwd(), task)))
+
+    def send(self, frame: object) -> None:
+        """Send what the process reads."""
         assert self.process.stdin is not None
         try:
-            pickle.dump(pickle.dumps(task and (os.getcwd(), task)), self.process.stdin)
+            pickle.dump(frame, self.process.stdin)
             self.process.stdin.flush()
         except OSError:   # it has ended
             self.inbox.put((self, None))
@@ -163,6 +167,7 @@ def serve(folder: str | None) -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)   # what is printed here is no result
     sys.stdout = sys.stderr
+    sys.argv[:] = pickle.load(given)
     tasks: SimpleQueue[bytes] = SimpleQueue()
 
     def receive() -> None:
