@@ -185,7 +185,7 @@ def rig_data(rig: Rig) -> dict[str, Any]:
             "places": places(rig),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal},
             "shown": {axis.name: {"name": place.words(axis.name, axis is rig.vertical),
-                                  **place.data(axis.name, axis.unit("m"))} for axis in rig.axes},
+                                  **place.reading(axis.unit("m"))} for axis in rig.axes},
             "strips": list(strips(rig))}
 
 

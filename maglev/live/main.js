@@ -240,10 +240,9 @@ function readings(now) {
   at("time").textContent = `${row.time.toFixed(2)} s`;
   at("pace").textContent = page.playing ? `${page.frame.pace.toFixed(page.frame.pace < 1 ? 2 : 1)}× real time` : "paused";
   for (const axis of page.run.axes) {
-    const { position, reference } = row.axes[axis];
-    const { scale, digits, unit } = page.run.rig.shown[axis];
-    page.panel.references[axis]?.(scale * reference);
-    at(`reading-${axis}`).textContent = `${numberText(scale * position, digits)} ${unit}`;
+    const shown = page.run.rig.shown[axis];
+    page.panel.references[axis]?.(shown.scale * row.axes[axis].reference);
+    at(`reading-${axis}`).textContent = reading(shown, row.axes[axis].position);
   }
 }
 

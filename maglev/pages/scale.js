@@ -13,6 +13,9 @@ function numberText(value, digits) {
   return value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−");
 }
 
+/** A value (SI) in the unit and with the digits that the table of panels has for it. */
+const reading = ({ scale, digits, unit }, value) => `${numberText(scale * value, digits)} ${unit}`;
+
 /** Number with so many significant digits, and no more zeros than needed. */
 function shortNumber(value, digits = 5) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");

@@ -17,7 +17,7 @@ from maglev.pages.shell import publish, scales, tokens
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, range_maps, tolerance_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
-from maglev.report.plots.data import NOTHING, Frictionless, figure_data, runs_data
+from maglev.report.plots.data import NOTHING, Frictionless, figure_data, readings, runs_data
 from maglev.report.plots.figures import (
     MOVING,
     Shown,
@@ -72,7 +72,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     ranges, tolerances = range_maps.range_section(rigs), tolerance_maps.tolerance_section(rigs)
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": [name for name in MOVING if any(has_motion(result, name) for result in results)]}
+            "moving": {name: readings(run.plan) for name in MOVING for run in results if has_motion(run, name)}}
     return Template(read("page.html")).substitute(
         style=tokens() + read("style.css"),
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),

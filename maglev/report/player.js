@@ -14,7 +14,7 @@
   }
 
   /** Views, readings and a function that shows a time (s) of a decoded run. */
-  function show(name, views, readings) {
+  function show(name, views, list) {
     const run = report.runs[name];
     const signals = ready[name];
     const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
@@ -23,26 +23,22 @@
     const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical && !run.axes[axis].rotation);
     const driving = (axis) => Object.keys(run.motors).filter((name) => run.drives[name] === axis);
     const motorOf = (axis, k) => run.motors[driving(axis)[0]] ?? motors[k];
-    const fixed = (value) => value.toFixed(2).replace(/^-0\.00$/, "0.00");
     const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
     const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
       .map((signal) => (signals[signal]?.values ?? []).reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
     views.replaceChildren();
-    readings.replaceChildren();
+    list.replaceChildren();
     const others = (axis) => horizontal.filter((other) => other !== axis).join(", ");
     const draw = horizontal.map((axis) => stageView(views,
       `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}${driving(axis).length > 1
         ? `, coils of ${driving(axis)[0]}` : ""}`, run.sheet));
-    const texts = new Map();
-    const reading = (label) => {
-      const row = element("div", {}, readings);
+    const printed = (label) => {
+      const row = element("div", {}, list);
       element("dt", {}, row, label);
-      texts.set(label, element("dd", {}, row));
+      return element("dd", {}, row);
     };
-    const short = (signal) => signal.split(".").slice(-2).join(" ").replace("_cmd", "");
-    const currents = motors.flatMap((motor) => [...motor.commands, ...motor.currents]);
-    const axisLabel = (axis) => (axis === vertical ? `gap ${axis}` : axis);
-    ["time", ...Object.keys(run.axes).map(axisLabel), ...currents.map(short)].forEach(reading);
+    const clock = printed("time");
+    const values = report.moving[name].map((shown) => ({ shown, place: printed(shown.name) }));
     return (time) => {
       const mm = (axis, what) => 1e3 * at(run.axes[axis][what], time);
       const placed = (axis, what) => ({ along: mm(axis, what), gap: mm(vertical, what),
@@ -50,11 +46,8 @@
       horizontal.forEach((axis, k) => draw[k]({ position: placed(axis, "position"), reference: placed(axis, "reference"),
         currents: (motorOf(axis, k)?.currents ?? []).map((signal) => at(signal, time)), peak,
       }));
-      texts.get("time").textContent = `${time.toFixed(2)} s`;
-      for (const axis of Object.keys(run.axes)) {
-        texts.get(axisLabel(axis)).textContent = `${fixed(mm(axis, "position"))} ${run.axes[axis].rotation ? "mrad" : "mm"}`;
-      }
-      for (const signal of currents) texts.get(short(signal)).textContent = `${fixed(at(signal, time))} A`;
+      clock.textContent = `${time.toFixed(2)} s`;
+      for (const { shown, place } of values) place.textContent = reading(shown, at(shown.signal, time));
     };
   }
 
@@ -62,7 +55,7 @@
     const views = element("div", { class: "views", id: "player-views" }, player);
     const controls = element("div", { class: "controls" }, player);
     const choice = labelled("Run", "select", { id: "player-run" }, controls);
-    for (const name of report.moving) element("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
+    for (const name of Object.keys(report.moving)) element("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
     const transport = element("div", { class: "controls" }, player);
     const button = element("button", { type: "button", id: "player-play" }, transport, "Play");
     const slider = labelled("Time", "input",
@@ -131,7 +124,7 @@
     new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(views);
   }
 
-  if (report.moving.length) {
+  if (Object.keys(report.moving).length) {
     build();
   } else {
     element("p", {}, player, "None of the main runs was recorded.");

@@ -24,6 +24,7 @@ from maglev.report.plots.limits import limits
 from maglev.report.plots.marks import figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
+from maglev.schema.run_plan import RunPlan
 from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal
@@ -88,6 +89,17 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
         "windows": plan.windows,
         **packed,
     }
+
+
+def readings(plan: RunPlan) -> list[dict[str, Any]]:
+    """What the moving picture of a run prints below it: signals with their names, units and digits."""
+    place = PANELS["position"]
+    return [*({"signal": axis.position, "name": place.words(name, axis.vertical), **place.reading(axis.unit)}
+              for name, axis in plan.axes.items()),
+            *({"signal": signal, "name": " ".join(signal.split(".")[-2:]).replace("_cmd", ""), **PANELS[kind].reading()}
+              for motor in plan.motors.values()
+              for kind, signals in (("commands", shown_commands(motor)), ("currents", motor.currents))
+              for signal in signals)]
 
 
 def figure_data(shown: Shown | ShownChart, judgements: Judgements,

@@ -36,8 +36,8 @@ def test_scrubbing_shows_the_values_at_that_time(desktop):
     along, gap = mover(desktop.page)
     desktop.page.locator("#player-time").fill("0.25")
     assert reading(desktop.page, "time") == "0.25 s"
-    assert reading(desktop.page, "gap y") == f"{20.0 + 1e3 * SPEED * 0.25:.2f} mm"
-    assert reading(desktop.page, "alpha i_d") == "1.00 A"
+    assert reading(desktop.page, "gap y") == f"{20.0 + 1e3 * SPEED * 0.25:.4f} mm"
+    assert reading(desktop.page, "alpha i_d") == "1.000 A"
     later_along, later_gap = mover(desktop.page)
     assert later_along > along
     assert later_gap > gap   # a larger gap is lower in the picture
@@ -53,7 +53,7 @@ def test_a_mover_that_tilts_turns_as_the_gaps_at_its_ends_say(desktop):
         return Math.atan2(b, a) / (VIEW.up / VIEW.along);
     })""")
     assert slopes == pytest.approx([20e-3, -20e-3], rel=1e-2)   # of 20 mrad each
-    assert [reading(desktop.page, tilt) for tilt in ("roll", "pitch")] == ["20.00 mrad"] * 2
+    assert [reading(desktop.page, tilt) for tilt in ("roll", "pitch")] == ["20.0000 mrad"] * 2
 
 
 def test_the_mover_hangs_below_the_stator_by_the_gap(desktop):
