@@ -87,9 +87,11 @@ function described(xml) {
   return { name: root.getAttribute("modelName"), guid: root.getAttribute("guid"), variables };
 }
 
-/** Take in the files of a controller: its module and its description, as `maglev build` writes them. */
+/** Take in the files of a controller: its module and its description, as `maglev build` writes them; or a page with a stage. */
 async function takeFiles(files) {
   try {
+    const other = [...files].find(({ name }) => name.endsWith(".html"));
+    if (other) { await takePage(other); return; }
     const [module, description] = [".wasm", ".xml"].map((ending) => [...files].find(({ name }) => name.endsWith(ending)));
     if (!module || !description) {
       throw new Error(`${[...files].map(({ name }) => name).join(", ")}: expected the pair NAME.wasm and NAME.xml that maglev build `
@@ -97,7 +99,7 @@ async function takeFiles(files) {
     }
     const about = described(await description.text());
     if (about.variables.some(({ name, causality }) => causality === "output" && name.endsWith(".encoder"))) {
-      throw new Error(`${about.name} is a stage, expected a controller of the one that flies: maglev live FILE.toml writes a page of a stage of yours`);
+      throw new Error(`${about.name} is a stage, expected a controller of the one that flies: of a stage of yours drop the page that maglev live FILE.toml writes`);
     }
     own.asked = { packed: "", script: false, label: about.name, name: about.name };
     tryOwn({ model: `own:${about.name}`, bytes: new Uint8Array(await module.arrayBuffer()), about });

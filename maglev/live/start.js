@@ -1,19 +1,46 @@
 "use strict";
 // What the page carries, unpacked: descriptions and runs as JSON, modules as bytes; then everything begins.
 
-/** Bytes of an element that holds gzip in base64. */
-async function unpacked(id) {
-  const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (character) => character.charCodeAt(0));
+/** Bytes of an element of a page that holds gzip in base64. */
+async function unpacked(from, id) {
+  const packed = Uint8Array.from(atob(from.getElementById(id).textContent), (character) => character.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
+/** What a page carries. */
+async function contentOf(from) {
+  const content = JSON.parse(new TextDecoder().decode(await unpacked(from, "data")));
+  for (const run of Object.values(content.runs)) run.rig = content.rigs[run.rig];
+  const names = Object.keys(content.fmus);
+  const bytes = await Promise.all(names.map((name) => unpacked(from, `fmu-${name}`)));
+  content.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
+  return content;
+}
+
+/** Text of the scripts of a page: pages with the same one carry what is of one shape. */
+const programOf = (from) => [...from.querySelectorAll("script:not([id]), #worker")].map(({ textContent }) => textContent).join();
+
+/** Fly what another page of the kind carries, in place of what this one does, until it is loaded again. */
+async function takePage(file) {
+  const from = new DOMParser().parseFromString(await file.text(), "text/html");
+  if (programOf(from) !== programOf(document)) {
+    throw new Error(`${file.name}: expected a page of maglev live, of the version of this one: ${at("version").textContent}`);
+  }
+  live = await contentOf(from);
+  listRuns();
+  // What the reader has brought was for the stage of before.
+  Object.assign(own, { packed: "", present: false, waiting: false, heard: performance.now(), after: () => {
+    openState(readFragment("").state);
+    play(true);
+    say(`What ${file.name} carries flies here until this page is loaded again.`);
+  } });
+  startWorker();
+  loadWorker();
+}
+
 async function startPage() {
-  live = JSON.parse(new TextDecoder().decode(await unpacked("data")));
-  for (const run of Object.values(live.runs)) run.rig = live.rigs[run.rig];
-  const names = Object.keys(live.fmus);
-  const bytes = await Promise.all(names.map((name) => unpacked(`fmu-${name}`)));
-  live.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
+  live = await contentOf(document);
   buildPanel();
   buildOwn();
   requestAnimationFrame(draw);

@@ -161,6 +161,27 @@ def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
     assert tab.evaluate("scrollY") == 0
 
 
+def test_a_page_of_another_stage_that_is_dropped_takes_the_place_of_what_flies(browser, pages: Path, wasm_fmus: Path,
+                                                                               tmp_path: Path) -> None:
+    other = tmp_path / "live-mine.html"
+    other.write_text(live_page(wasm_fmus, [packaged("2dof-setpoints")]), encoding="utf-8")
+    tab = Tab(browser, pages / "live.html")
+    wait_until(tab.page, FLIES)
+    tab.page.set_input_files("#own-files", pages / "compare.html")
+    wait_until(tab.page, "document.getElementById('status').textContent.startsWith('compare.html: expected a page')")
+    assert tab.evaluate("maglevLive.run.plant") == "Plant3DOF"
+    tab.page.set_input_files("#own-files", other)
+    wait_until(tab.page, "maglevLive.run.plant === 'Plant2DOF' && maglevLive.history?.count > 250")
+    assert tab.evaluate("[...document.querySelectorAll('#run option')].map(({ value }) => value)") == ["2dof-setpoints"]
+    assert tab.evaluate("[...document.querySelectorAll('#readings dt')].map((axis) => axis.textContent)") == ["v", "h"]
+    axis = tab.evaluate("maglevLive.history.last().axes.v")
+    assert axis["position"] == pytest.approx(axis["reference"], abs=1e-3) and axis["reference"] > 5e-3
+    assert "live-mine.html" in tab.page.inner_text("#status") and "run=2dof-setpoints" in tab.evaluate("location.hash")
+    problems = tab.problems + tab.evaluate("maglevLive.problems")
+    tab.context.close()
+    assert problems == []
+
+
 def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: Path) -> None:
     """A law can send its page anything: the page takes no text of it for its own, and no data of another shape."""
     tab = Tab(browser, pages / "live.html")
