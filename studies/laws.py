@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import maglev
-from maglev.maps.operating_range import Origin
+from maglev.maps.rows import Origin
 from maglev.studies.dataset import metadata_of
 from maglev.studies.schema import StudyFile
 

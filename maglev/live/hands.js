@@ -227,23 +227,8 @@ function buildSwitches() {
   });
 }
 
-/** The runs that there are, by stage; the panel is made anew for the one that flies next. */
-function listRuns() {
-  shownRun = "";
-  at("run").replaceChildren();
-  for (const rig of Object.values(live.rigs).reverse()) {
-    const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
-    const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
-    for (const [name, { title }] of runs) {
-      const short = title.replace(`${rig.title}: `, "");
-      make("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
-    }
-  }
-}
-
 function buildPanel() {
   buildSwitches();
-  listRuns();
   for (const speed of SPEEDS) make("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {
     controller: choices(at("controllers"), "controller", "Controller", swap),

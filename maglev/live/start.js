@@ -18,6 +18,20 @@ async function contentOf(from) {
   return content;
 }
 
+/** The runs that there are, by stage; the panel is made anew for the one that flies next. */
+function listRuns() {
+  shownRun = "";
+  at("run").replaceChildren();
+  for (const rig of Object.values(live.rigs).reverse()) {
+    const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
+    const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
+    for (const [name, { title }] of runs) {
+      const short = title.replace(`${rig.title}: `, "");
+      make("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
+    }
+  }
+}
+
 /** Text of the scripts of a page: pages with the same one carry what is of one shape. */
 const programOf = (from) => [...from.querySelectorAll("script:not([id]), #worker")].map(({ textContent }) => textContent).join();
 
@@ -41,6 +55,7 @@ async function takePage(file) {
 
 async function startPage() {
   live = await contentOf(document);
+  listRuns();
   buildPanel();
   buildOwn();
   requestAnimationFrame(draw);

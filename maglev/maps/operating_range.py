@@ -4,13 +4,14 @@ Studies find them; those of the rigs come with the package, as data that `studie
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.maps.rows import Origin, Outcomes, Row, Side, cells_of, seen
 from maglev.schema.layers import PACKAGED
 
 SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
@@ -46,7 +47,7 @@ class Map:
     target: NDArray[np.float64]
     steps: NDArray[np.float64]
     constants: NDArray[np.float64]
-    outcomes: NDArray[np.int64]
+    outcomes: Outcomes
     what: str = "horizontal step"
 
     def size(self, step: float) -> str:
@@ -54,7 +55,7 @@ class Map:
         return f"{1e3 * step:g} {STEPS[self.what]}"
 
     @property
-    def nominal(self) -> NDArray[np.int64]:
+    def nominal(self) -> Outcomes:
         """Outcomes with the constants as they are, shape (n, m, k)."""
         return np.asarray(self.outcomes[..., np.argmin(np.abs(self.constants - 1.0))])
 
@@ -70,40 +71,48 @@ class Map:
 
 
 @dataclass(frozen=True)
-class Origin:
-    """What maps rest on: version and commit that flew them, the FMUs' GUIDs by model."""
-
-    version: str
-    commit: str | None
-    guids: Mapping[str, str]
-
-
-@dataclass(frozen=True)
 class RigMaps:
     """Maps of a rig by law, on one grid, and what they rest on."""
 
     laws: Mapping[str, Map]
     origin: Origin
 
+    @property
+    def about(self) -> str:
+        """What the maps are of."""
+        *others, last = (f"{value:g}" for value in next(iter(self.laws.values())).constants)
+        factors = f"{', '.join(others)} and {last}" if others else last
+        return f"""\
+Moves from rest at one air gap to another, alone and with a step of something else: which of them
+each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference, a tilt within as
+many mrad, and no stop was touched.
+Each was flown with all force constants of the plant times {factors}, of which the controller does not know.
+The maps show the constants as they are; a dot is on what settles with these only."""
+
+    def rows(self) -> list[Row]:
+        """Of each step beside the gap, with dots on what other constants do not let settle."""
+        first = next(iter(self.laws.values()))
+        down, along = (Side(f"{name} gap, mm", [f"{1e3 * gap:g}" for gap in gaps])
+                       for name, gaps in (("initial", first.initial), ("target", first.target)))
+        return [Row(f"{first.what} {first.size(step)}".capitalize() if step else f"No {first.what}", down, along,
+                    {law: found.nominal[..., k] for law, found in self.laws.items()},
+                    {law: found.fragile[..., k] for law, found in self.laws.items()})
+                for k, step in enumerate(first.steps)]
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
+        occurring = seen(found.nominal for found in self.laws.values())
+        rows = [("law", next(iter(self.laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring),
+                 SETTLED_ALWAYS)]
+        return rows + [(law, found.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
+                        f"{100 * always:.0f} %")
+                       for law, found in self.laws.items() for step, nominal, always in shares(found)]
+
 
 def shares(found: Map) -> list[tuple[float, list[float], float]]:
     """Of each step beside the gap (m or rad): the map's share of every outcome, nominal, and what always settles."""
     return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
              float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.steps)]
-
-
-def seen(laws: Iterable[Map]) -> list[int]:
-    """Outcomes that occur in maps with the constants as they are."""
-    return sorted({int(outcome) for found in laws for outcome in np.unique(found.nominal)})
-
-
-def shares_table(laws: Mapping[str, Map]) -> list[tuple[str, ...]]:
-    """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
-    occurring = seen(laws.values())
-    rows = [("law", next(iter(laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring), SETTLED_ALWAYS)]
-    rows += [(law, found.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
-              f"{100 * always:.0f} %") for law, found in laws.items() for step, nominal, always in shares(found)]
-    return rows
 
 
 def read_maps(path: Path = FILE) -> dict[str, RigMaps]:
@@ -115,8 +124,7 @@ def read_maps(path: Path = FILE) -> dict[str, RigMaps]:
 
 def map_of(data: Mapping[str, list[float]], texts: list[list[list[str]]]) -> Map:
     """Map of a law from its texts and the grid of its rig."""
-    digits = np.array([[[[int(digit) for digit in row] for row in rows] for rows in of_step] for of_step in texts])
     what = next(name for name in STEPS if name in data)
     initial, target, steps, constants = (np.array(data[name]) for name in ("initial gap", "target gap", what,
                                                                            "constants"))
-    return Map(initial, target, steps, constants, digits.transpose(2, 3, 0, 1), what)
+    return Map(initial, target, steps, constants, cells_of(texts).transpose(2, 3, 0, 1), what)

@@ -4,13 +4,13 @@ Studies find them; those of the rigs come with the package, as data that `studie
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.maps.rows import Origin, Outcomes, Row, Side, cells_of
 from maglev.schema.layers import PACKAGED
 
 HOLDS, ASTRAY, STOPPED, TRIPPED = range(4)
@@ -40,8 +40,18 @@ class Worse:
 
     def text(self, value: float) -> str:
         """A value as a table has it."""
-        unit = self.unit.replace("um", "µm")
-        return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {unit}"
+        return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {self.printed_unit}"
+
+    @property
+    def printed_unit(self) -> str:
+        """The unit as pages have it."""
+        return self.unit.replace("um", "µm")
+
+    @property
+    def side(self) -> Side:
+        """As a map has it."""
+        return Side(f"{self.name}, {self.printed_unit}",
+                    ["∞" if self.text(value) == "no limit" else f"{value:g}" for value in self.values])
 
 
 @dataclass(frozen=True)
@@ -63,48 +73,52 @@ QUESTIONS = (
              Worse("lost samples", "%", (0, 20, 40, 60, 80, 90, 95, 98, 99), "measurement.{}.lost"),
              Worse("bus voltage", "V", (0, 48, 24, 18, 12, 9, 6, 4), VOLTAGE)))
 
-Outcomes = NDArray[np.int64]   # of `OUTCOMES`, shape (steps, down, along)
-
 
 @dataclass(frozen=True)
 class RigMaps:
-    """Maps of a rig by question and law, of steps of the gap by sizes (mm), with version and commit that flew them."""
+    """Maps of a rig by question and law, shape (steps, down, along), of steps of the gap by sizes (mm)."""
 
     sizes: tuple[float, ...]
     maps: Mapping[str, Mapping[str, Outcomes]]
-    version: str
-    commit: str | None
+    origin: Origin
+
+    @property
+    def about(self) -> str:
+        """What the maps are of."""
+        return """\
+Two things get worse at a time: measurements come late and are noisy; samples are lost and the bus has little
+voltage. Every law makes a step of the air gap with them, together with one of the horizontal axes or the tilts. A
+flight holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
+column of a map are without the one or the other."""
+
+    def rows(self) -> list[Row]:
+        """Of each question and each step of the gap."""
+        return [Row(f"{question.down.name.capitalize()} and {question.along.name}, step of {size:g} mm",
+                    question.down.side, question.along.side,
+                    {law: found[k] for law, found in self.maps[question.name].items()})
+                for question in QUESTIONS if question.name in self.maps for k, size in enumerate(self.sizes)]
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
+        sides = [(question.name, side, harmless) for question in QUESTIONS if question.name in self.maps
+                 for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
+        rows = [("law", "step of the gap", *(side.name for _, side, _ in sides))]
+        for law in next(iter(self.maps.values())):
+            for k, size in enumerate(self.sizes):
+                rows.append((law, f"{size:g} mm", *(last_that_holds(self.maps[name][law][k][harmless], side)
+                                                    for name, side, harmless in sides)))
+        return rows
 
 
-def last_that_holds(found: NDArray[np.int64], side: Worse) -> str:
+def last_that_holds(found: Outcomes, side: Worse) -> str:
     """The worst value of a side up to which every flight holds, of those flown; `found` has the outcomes along it."""
     held = int(np.argmax(np.append(found != HOLDS, True)))
     return "—" if not held else side.text(side.values[held - 1]) + (" and worse" if held == len(found) else "")
-
-
-def limits_table(rig: RigMaps) -> list[tuple[str, ...]]:
-    """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
-    sides = [(question, side) for question in QUESTIONS if question.name in rig.maps
-             for side in (question.down, question.along)]
-    rows = [("law", "step of the gap", *(side.name for _, side in sides))]
-    for law in next(iter(rig.maps.values())):
-        for k, size in enumerate(rig.sizes):
-            rows.append((law, f"{size:g} mm", *(last_that_holds(
-                rig.maps[question.name][law][k][:, 0] if side is question.down else rig.maps[question.name][law][k][0],
-                side) for question, side in sides)))
-    return rows
-
-
-def seen(rigs: Iterable[RigMaps]) -> list[int]:
-    """Outcomes that occur in maps."""
-    return sorted({int(outcome) for rig in rigs for laws in rig.maps.values() for found in laws.values()
-                   for outcome in np.unique(found)})
 
 
 def read_tolerances(path: Path = FILE) -> dict[str, RigMaps]:
     """Maps by rig as `write_found` of `studies/tolerances` wrote them; without a path those of the package."""
     rigs = json.loads(path.read_text(encoding="utf-8"))["rigs"]
     return {name: RigMaps(tuple(rig["steps of the gap, mm"]), {
-        question: {law: np.array([[[int(digit) for digit in row] for row in of_step] for of_step in texts])
-                   for law, texts in laws.items()} for question, laws in rig["maps"].items()},
-        rig["version"], rig["commit"]) for name, rig in rigs.items()}
+        question: {law: cells_of(texts) for law, texts in laws.items()} for question, laws in rig["maps"].items()},
+        Origin(rig["version"], rig["commit"])) for name, rig in rigs.items()}

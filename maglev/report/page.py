@@ -15,7 +15,7 @@ from maglev.live.content import flies_live
 from maglev.live.link import has_live_page, live_address
 from maglev.pages.shell import publish, scales, tokens
 from maglev.procedures.outcome import Outcome
-from maglev.report import claim_table, findings, range_maps, tolerance_maps
+from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
 from maglev.report.plots.data import NOTHING, Frictionless, figure_data, readings, runs_data
 from maglev.report.plots.figures import (
@@ -69,7 +69,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
     rigs = {rig_name(result.plan.name, result.plan) for result in results}
-    ranges, tolerances = range_maps.range_section(rigs), tolerance_maps.tolerance_section(rigs)
+    maps = {kind: outcome_maps.section(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": {name: readings(run.plan) for name in MOVING for run in results if has_motion(run, name)}}
@@ -87,8 +87,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         findings=section,
         figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id]) for each in shown)
         or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
-        ranges_link=(range_maps.LINK if ranges else "") + (tolerance_maps.LINK if tolerances else ""),
-        ranges=ranges + tolerances,
+        ranges_link="".join(kind.link for kind, text in maps.items() if text),
+        ranges="".join(maps.values()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),

@@ -10,7 +10,7 @@ flown again.
 
 import argparse
 
-from maglev.maps.operating_range import FILE, RigMaps, read_maps, shares_table
+from maglev.maps.operating_range import FILE, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of
@@ -29,10 +29,10 @@ def study_of(rig: str, law: str) -> StudyFile:
 def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
     """Fly, draw, print."""
     flown = {law: fly(study_of(rig, law)) for law in laws}
-    maps = {NAMES.get(law, law): read_map(path) for law, path in flown.items()}
-    write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps)
-    print(f"\n{rig}\n\n{markdown_table(shares_table(maps))}", flush=True)
-    return RigMaps(maps, origin_of(flown.values()))
+    maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in flown.items()}, origin_of(flown.values()))
+    write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.laws)
+    print(f"\n{rig}\n\n{markdown_table(maps.table())}", flush=True)
+    return maps
 
 
 if __name__ == "__main__":

@@ -22,8 +22,8 @@ from maglev.maps.operating_range import (
     TRIPPED,
     Map,
     RigMaps,
-    seen,
 )
+from maglev.maps.rows import Outcomes, seen, texts_of
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
 
 
-def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> NDArray[np.int64]:
+def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> Outcomes:
     """Outcome of each sample.
 
     Parameters
@@ -98,7 +98,8 @@ def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
         grid[-1][column].set_xlabel("target gap, mm")
     for row, step in enumerate(first.steps):
         grid[row][0].set_ylabel(f"{first.what} {first.size(step)}\ninitial gap, mm")
-    handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome]) for outcome in seen(laws.values())]
+    handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome])
+                              for outcome in seen(found.nominal for found in laws.values())]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False,
                   title=f"·  {SETTLED_NOMINAL}")
     figure.savefig(path, dpi=110)
@@ -132,9 +133,7 @@ def rig_data(maps: RigMaps) -> dict[str, object]:
     return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
             "initial gap": lengths(first.initial), "target gap": lengths(first.target),
             first.what: lengths(first.steps), "constants": first.constants.tolist(),
-            "laws": {law: [[["".join(map(str, row)) for row in found.outcomes[:, :, step, factor].tolist()]
-                            for factor in range(len(found.constants))] for step in range(len(found.steps))]
-                     for law, found in maps.laws.items()}}
+            "laws": {law: texts_of(found.outcomes.transpose(2, 3, 0, 1)) for law, found in maps.laws.items()}}
 
 
 def lengths(values: NDArray[np.float64]) -> list[float]:

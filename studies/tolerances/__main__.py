@@ -11,7 +11,8 @@ again.
 import argparse
 from pathlib import Path
 
-from maglev.maps.tolerances import FILE, QUESTIONS, Outcomes, Question, RigMaps, limits_table, read_tolerances
+from maglev.maps.rows import Outcomes
+from maglev.maps.tolerances import FILE, QUESTIONS, Question, RigMaps, read_tolerances
 from maglev.schema.layers import PACKAGED
 from maglev.studies.schema import StudyFile, read_study
 from pmlsm.rig import Rig
@@ -62,10 +63,9 @@ def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namesp
         for law in laws:
             paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
             maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
-    origin = origin_of(paths)
-    found = RigMaps(SIZES, maps, origin.version, origin.commit)
+    found = RigMaps(SIZES, maps, origin_of(paths))
     write_picture(options.docs / f"tolerances-{name}.png", rig.title, found)
-    print(f"\n{name}\n\n{markdown_table(limits_table(found))}", flush=True)
+    print(f"\n{name}\n\n{markdown_table(found.table())}", flush=True)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError
+from maglev.maps.rows import Outcomes, texts_of
 from maglev.maps.tolerances import (
     ASTRAY,
     HOLDS,
@@ -16,7 +17,6 @@ from maglev.maps.tolerances import (
     QUESTIONS,
     STOPPED,
     TRIPPED,
-    Outcomes,
     Question,
     RigMaps,
     Worse,
@@ -71,10 +71,9 @@ def place(values: NDArray[np.float64], side: Worse) -> NDArray[np.int64]:
 
 def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
     """Write maps as JSON: a text of digits, indices of "outcomes", for each value down a map."""
-    data = {name: {"version": rig.version, "commit": rig.commit, "steps of the gap, mm": rig.sizes, "maps": {
-        question: {law: [["".join(map(str, row)) for row in of_step] for of_step in found.tolist()]
-                   for law, found in laws.items()} for question, laws in rig.maps.items()}}
-            for name, rig in rigs.items()}
+    data = {name: {"version": rig.origin.version, "commit": rig.origin.commit, "steps of the gap, mm": rig.sizes,
+                   "maps": {question: {law: texts_of(found) for law, found in laws.items()}
+                            for question, laws in rig.maps.items()}} for name, rig in rigs.items()}
     sides = {question.name: {side: {"name": worse.name, "unit": worse.unit, "values": worse.values}
                              for side, worse in (("down", question.down), ("along", question.along))}
              for question in QUESTIONS}

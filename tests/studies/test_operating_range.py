@@ -20,8 +20,8 @@ from maglev.maps.operating_range import (
     RigMaps,
     read_maps,
     shares,
-    shares_table,
 )
+from maglev.maps.rows import Origin
 from maglev.schema.loading import load_plan
 from maglev.studies.design import values_of
 from maglev.studies.planning import plan_study
@@ -51,7 +51,7 @@ def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) ->
     found = Map(np.array([0.01, 0.02]), np.array([0.01, 0.02]), np.array([0.0]), np.array([1.0, 1.05]), ends)
     (step, nominal, always), = shares(found)
     assert (step, nominal[SETTLED], nominal[STOPPED], nominal[TRIPPED], always) == (0.0, 0.5, 0.5, 0.0, 0.25)
-    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(shares_table({"nonlinear": found}))
+    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(RigMaps({"nonlinear": found}, Origin("0.0", None)).table())
     write_pictures(tmp_path / "maps.png", "maps", {"nonlinear": found, "PID": found})
     assert (tmp_path / "maps.png").read_bytes().startswith(b"\x89PNG")
 
@@ -88,7 +88,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
 def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
     """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
     maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
-    assert markdown_table(shares_table(maps.laws)) in (DOCS / "operating_range.md").read_text(encoding="utf-8")
+    assert markdown_table(maps.table()) in (DOCS / "operating_range.md").read_text(encoding="utf-8")
     for found in maps.laws.values():
         for axis, varied in zip((found.initial, found.target, found.steps, found.constants), study.vary,
                                 strict=True):

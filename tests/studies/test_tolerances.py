@@ -14,7 +14,6 @@ from maglev.maps.tolerances import (
     STOPPED,
     TRIPPED,
     last_that_holds,
-    limits_table,
     read_tolerances,
 )
 from pmlsm.rigs import RIGS
@@ -67,5 +66,5 @@ def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
                 assert found.shape == (len(rig.sizes), len(question.down.values), len(question.along.values))
                 assert {*np.unique(found)} <= {*range(len(OUTCOMES))}
                 assert np.array_equal(found, again[name].maps[question.name][law])
-        assert markdown_table(limits_table(rig)) in page
+        assert markdown_table(rig.table()) in page
         assert (DOCS / f"tolerances-{name}.png").is_file() and f"](tolerances-{name}.png)" in page

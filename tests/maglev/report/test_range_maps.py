@@ -9,11 +9,11 @@ import pytest
 from report_runs import packaged, page_of, recorded
 from report_tab import Tab
 
-from maglev.maps.operating_range import OUTCOMES, Map, Origin, RigMaps, read_maps, shares
+from maglev.maps.operating_range import OUTCOMES, Map, RigMaps, read_maps, shares
+from maglev.maps.rows import Origin
 from maglev.maps.tolerances import QUESTIONS, read_tolerances
+from maglev.report.outcome_maps import RANGE, TOLERANCES, section
 from maglev.report.page import write_report
-from maglev.report.range_maps import range_section
-from maglev.report.tolerance_maps import LOOKS, tolerance_section
 
 STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
@@ -29,9 +29,9 @@ def drawn(path: str, shape: tuple[int, int]) -> np.ndarray:
     return count
 
 
-def pictures(section: str, stage: str) -> list[ElementTree.Element]:
+def pictures(text: str, stage: str) -> list[ElementTree.Element]:
     """Maps of a stage in the order of the page; the section is also well-formed XML."""
-    article, = [each for each in ElementTree.fromstring(section).iter("article") if each.get("data-rig") == stage]
+    article, = [each for each in ElementTree.fromstring(text).iter("article") if each.get("data-rig") == stage]
     return [svg for svg in article.iter("svg") if svg.get("role") == "img"]
 
 
@@ -49,7 +49,7 @@ def test_every_cell_is_drawn_as_the_data_have_it(stage: str) -> None:
     maps = rigs[stage]
     flown = [(law, found, step) for step in range(len(next(iter(maps.laws.values())).steps))
              for law, found in maps.laws.items()]
-    for (law, found, step), svg in zip(flown, pictures(range_section([stage], rigs), stage), strict=True):
+    for (law, found, step), svg in zip(flown, pictures(section(RANGE, [stage], rigs), stage), strict=True):
         nominal = found.nominal[::-1, :, step]   # the largest initial gap is on top
         paths = {path.get("class"): drawn(path.get("d") or "", nominal.shape) for path in svg.iter("path")}
         dots = paths.pop("dot", np.zeros(nominal.shape, dtype=int))
@@ -70,19 +70,20 @@ def test_every_cell_of_a_map_of_tolerances_is_drawn_as_the_data_have_it(stage: s
     maps = read_tolerances()[stage]
     flown = [(law, question, found[step]) for question in QUESTIONS for step in range(len(maps.sizes))
              for law, found in maps.maps[question.name].items()]
-    for (law, question, found), svg in zip(flown, pictures(tolerance_section([stage]), stage), strict=True):
+    for (law, question, found), svg in zip(flown, pictures(section(TOLERANCES, [stage]), stage), strict=True):
         paths = {path.get("class"): drawn(path.get("d") or "", found.shape) for path in svg.iter("path")}
-        assert paths.keys() == {LOOKS[outcome] for outcome in np.unique(found)}
+        assert paths.keys() == {TOLERANCES.looks[outcome] for outcome in np.unique(found)}
         for outcome in np.unique(found):   # the harmless row is the lowest
-            assert paths[LOOKS[outcome]][::-1].tolist() == (found == outcome).astype(int).tolist()
-        assert (svg.findtext("title") or "").startswith(f"{law}. {question.down.name} and {question.along.name}")
+            assert paths[TOLERANCES.looks[outcome]][::-1].tolist() == (found == outcome).astype(int).tolist()
+        assert (svg.findtext("title") or "").startswith(
+            f"{law}. {question.down.name.capitalize()} and {question.along.name}")
         texts = [text.text for text in svg.iter("text")]
         assert texts[1:len(question.along.values)] == [f"{value:g}" for value in question.along.values[1:]]
 
 
 def test_the_legend_tells_every_outcome_that_occurs() -> None:
-    section = range_section(["4dof"], {"4dof": of_every_outcome()})
-    legend, = [each for each in ElementTree.fromstring(section).iter("ul") if each.get("class") == "range-legend"]
+    text = section(RANGE, ["4dof"], {"4dof": of_every_outcome()})
+    legend, = [each for each in ElementTree.fromstring(text).iter("ul") if each.get("class") == "range-legend"]
     assert ["".join(item.itertext()).strip() for item in legend] == [
         *OUTCOMES, "settles only with the constants as they are"]
 
@@ -127,23 +128,23 @@ def test_a_report_shows_the_stages_that_it_has_runs_of() -> None:
 
 
 def test_the_section_is_absent_without_data_of_the_stage() -> None:
-    assert range_section(["3dof"], {"2dof": read_maps()["2dof"]}) == ""
-    assert range_section([""]) == tolerance_section([""]) == ""
+    assert section(RANGE, ["3dof"], {"2dof": read_maps()["2dof"]}) == ""
+    assert section(RANGE, [""]) == section(TOLERANCES, [""]) == ""
     page = page_of([])
     assert not {"operating-range", "tolerances"} & {*page.attributes("id")}
     assert "#operating-range" not in page.attributes("href")
 
 
 def test_the_maps_say_what_they_rest_on() -> None:
-    section = " ".join(range_section(STAGES).split())
+    text = " ".join(section(RANGE, STAGES).split())
     for maps in read_maps().values():
         commit = f" ({maps.origin.commit})" if maps.origin.commit else ""   # they may be flown from a tree without git
-        assert f"Maglev FMUs {maps.origin.version}{commit}" in section
-    assert "not of this report's runs" in section
-    assert "<code>python -m studies.operating_range</code>" in section
-    assert "times 0.95, 1 and 1.05," in section
+        assert f"Maglev FMUs {maps.origin.version}{commit}" in text
+    assert "not of this report's runs" in text
+    assert "<code>python -m studies.operating_range</code>" in text
+    assert "times 0.95, 1 and 1.05," in text
 
 
 def test_the_maps_take_few_bytes() -> None:
-    assert len(range_section(STAGES).encode()) < LARGEST
-    assert len(tolerance_section(STAGES).encode()) < 2 * LARGEST
+    assert len(section(RANGE, STAGES).encode()) < LARGEST
+    assert len(section(TOLERANCES, STAGES).encode()) < 2 * LARGEST
