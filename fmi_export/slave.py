@@ -15,7 +15,10 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from fmi_export.definition import FmuDefinition, Variable
 
-CONTINUITY = 1.0e-3   # of a communication step, by which the master's clock may miss the end of the one before
+# By how much the master's clock may miss the end of the step before: see fmi_export/native/c/instance.c.
+CONTINUITY = 1.0e-3     # of a communication step
+LARGEST_MISS = 1.0e-5   # s
+ROUNDING = 1.0e-14      # of the time
 
 # Phases of an instance (FMI 2.0.5, figure 11), in the words of a refusal.
 INSTANTIATED = "before fmi2EnterInitializationMode"
@@ -155,12 +158,16 @@ class BlockSlave(Fmi2Slave):
             self.check_ranges()
         if not 0.0 < step_size < inf:
             raise self.refused(f"communication step = {step_size} s, expected a positive, finite step")
-        tolerance = CONTINUITY * step_size + 1e-12 * abs(self.next_time or 0.0)
+        end = current_time + step_size
+        if not -inf < end < inf:
+            raise self.refused(f"communication point = {current_time} s, expected a finite time")
+        rounding = ROUNDING * abs(self.next_time or 0.0)
+        tolerance = min(CONTINUITY * step_size, LARGEST_MISS) + rounding
         if self.next_time is not None and not abs(current_time - self.next_time) <= tolerance:
             raise self.refused(f"communication point = {current_time} s, expected {self.next_time} s, "
                           "where the step before ended")
-        end = current_time + step_size
-        if end > self.stop_time + tolerance:   # FMI 2.0.4, fmi2SetupExperiment: an error
+        # FMI 2.0.4, fmi2SetupExperiment: an error. The clock of a master that adds up its steps may have drifted.
+        if end > self.stop_time + CONTINUITY * step_size + rounding:
             raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
         try:
             status = self.block.step(current_time, step_size)

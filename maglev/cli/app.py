@@ -139,7 +139,7 @@ def list_all(rig: RigFile = None, fmus: Fmus = Path("fmus"), debug: Debug = Fals
         table = Table("FMU", "built", "what it is")
         for entry in all_fmus(rig):
             kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
-                     "FMI 3.0": entry.file(fmus / "fmi3")}
+                     "FMI 3.0": entry.file(fmus / "fmi3"), "clocked": entry.file(fmus / "clocked")}
             built = ", ".join(kind for kind, file in kinds.items() if file.is_file())
             table.add_row(entry.name, built or "no", entry.description)
         console.print(table)

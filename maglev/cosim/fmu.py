@@ -121,13 +121,14 @@ def of_own_stage(name: str) -> str:
 
 def other_kind(path: Path) -> str:
     """Say of a missing FMU of which other kind there is one."""
-    folders = {"": "without --native", "native": "with --native", "fmi3": "with --native --fmi 3"}
+    folders = {"": "without --native", "native": "with --native", "fmi3": "with --native --fmi 3",
+               "clocked": "with --fmus {folder}"}
     own = path.parent.name if path.parent.name in folders else ""
     root = path.parent.parent if own else path.parent
     for folder, option in folders.items():
         other = root / folder / path.name
         if folder != own and other.is_file():
-            return f", but {other}, which flies {option}"
+            return f", but {other}, which flies {option.format(folder=other.parent)}"
     return ""
 
 

@@ -1,67 +1,26 @@
 """Event mode of FMI 3.0 of what samples: with time events, and with a clock; fmpy is the importer."""
 
-import ctypes
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
+from event_mode import SAMPLE, Instance, unpacked
 from fmpy.fmi3 import FMU3Slave
 from fmpy_validation import validate_fmu
 
-SAMPLE = 2e-4   # s
 NAME = "Regulator3DOF"
-
-
-class Instance:
-    """A regulator under event mode, and what it says."""
-
-    def __init__(self, folder: Path, unpacked: Path, early: bool = True):
-        path = folder / f"{NAME}.fmu"
-        description = fmpy.read_model_description(str(path))
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
-        self.said: list[str] = []
-        self.fmu = FMU3Slave(guid=description.guid, unzipDirectory=fmpy.extract(str(path), str(unpacked)),
-                             modelIdentifier=NAME, instanceName="one")
-        self.fmu.instantiate(eventModeUsed=True, earlyReturnAllowed=early,
-                             logMessage=lambda *message: self.said.append(message[-1].decode()))
-
-    def begin(self) -> "Instance":
-        self.fmu.enterInitializationMode(stopTime=1.0)
-        self.fmu.exitInitializationMode()
-        return self
-
-    def measure(self, gap: float) -> None:
-        self.fmu.setFloat64([self.references["y.measured"]], [gap])
-
-    def command(self) -> float:
-        return float(self.fmu.getFloat64([self.references["alpha.i_d_cmd"]])[0])
-
-    def tick(self) -> None:
-        self.fmu.setClock([self.references["clock"]], [True])
-
-    def interval(self) -> tuple[float, int]:
-        value, qualifier = (ctypes.c_double * 1)(), (ctypes.c_int * 1)()
-        self.fmu.getIntervalDecimal((ctypes.c_uint32 * 1)(self.references["clock"]), value, qualifier)
-        return value[0], qualifier[0]
-
-    def refusal(self, call: Callable[[], object]) -> str:
-        with pytest.raises(FMICallException):
-            call()
-        return self.said[-1]
 
 
 @pytest.fixture
 def by_time(fmi3_fmus: Path, tmp_path: Path) -> Instance:
-    return Instance(fmi3_fmus, tmp_path).begin()
+    return Instance(unpacked(fmi3_fmus / f"{NAME}.fmu", tmp_path)).begin()
 
 
 @pytest.fixture
 def by_clock(clocked_fmus: Path, tmp_path: Path) -> Instance:
-    return Instance(clocked_fmus, tmp_path)
+    return Instance(unpacked(clocked_fmus / f"{NAME}.fmu", tmp_path))
 
 
 @pytest.mark.parametrize("interval", [SAMPLE, 3.3 * SAMPLE, 20 * SAMPLE])
@@ -104,8 +63,22 @@ def test_a_sample_is_announced_and_ends_a_step_early(by_time: Instance) -> None:
     assert fmu.doStep(2.0 * SAMPLE, SAMPLE) == (True, False, True, 2.0 * SAMPLE), "the event was passed over"
 
 
+def test_samples_of_a_time_as_computers_count_it(fmi3_fmus: Path, tmp_path: Path) -> None:
+    """From 1.7e9 s on, which doubles resolve to 0.24 µs: the events are at the samples, and not beside them."""
+    one, start = Instance(unpacked(fmi3_fmus / f"{NAME}.fmu", tmp_path)), 1.7e9
+    one.begin(start)
+    for k in range(20):
+        _, _, _, _, defined, due = one.fmu.updateDiscreteStates()
+        assert defined and due == start + (k + 1) * SAMPLE
+        one.fmu.enterStepMode()
+        half = start + (k + 0.5) * SAMPLE
+        assert one.fmu.doStep(start + k * SAMPLE, half - (start + k * SAMPLE)) == (False, False, False, half)
+        assert one.fmu.doStep(half, 5 * SAMPLE) == (True, False, True, due)
+        one.fmu.enterEventMode()
+
+
 def test_without_early_return_no_sample_is_passed_over(fmi3_fmus: Path, tmp_path: Path) -> None:
-    one = Instance(fmi3_fmus, tmp_path, early=False).begin()
+    one = Instance(unpacked(fmi3_fmus / f"{NAME}.fmu", tmp_path), early=False).begin()
     said = one.refusal(one.fmu.enterStepMode)
     assert said.startswith("fmi3EnterStepMode at t = 0.0 s, where a sample is taken, expected that to be ended before")
     one.fmu.updateDiscreteStates()

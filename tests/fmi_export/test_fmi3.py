@@ -3,8 +3,6 @@
 import ctypes
 import re
 import zipfile
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from pathlib import Path
 
 import fmpy
@@ -153,44 +151,6 @@ def started(folder: Path, name: str) -> Fmu:
     fmu = Fmu(name, path, read_description(name, path))
     fmu.initialise({}, 0.0, 1.0)
     return fmu
-
-
-def positions(fmu: Fmu) -> list[float]:
-    """All that a plant gives in doubles."""
-    references = [v.valueReference for v in fmu.description.modelVariables if v.causality == "output"
-                  and v.type == "Real"]
-    return list(fmu.instance.getFloat64(references))
-
-
-def test_a_state_goes_through_bytes(fmi3_fmus: Path) -> None:
-    with started(fmi3_fmus, "Plant3DOF") as fmu, started(fmi3_fmus, "Plant3DOF") as other:
-        fmu.instance.doStep(0.0, STEP)
-        state = fmu.instance.getFMUState()
-        data = fmu.instance.serializeFMUState(state)
-        assert fmu.instance.doStep(STEP, STEP) == (False, False, False, 2 * STEP)
-        later = positions(fmu)
-        other.instance.setFMUState(other.instance.deserializeFMUState(data))
-        other.instance.doStep(STEP, STEP)
-        assert positions(other) == later
-        time = other.variable("time").valueReference
-        assert list(other.instance.getFloat64([time])) == [2 * STEP]
-        with pytest.raises(FMICallException):
-            fmu.instance.deserializeFMUState(data[:-1] + bytes([data[-1] ^ 1]))
-        assert "that this FMU has written" in fmu.said()
-
-
-def test_50_instances_in_four_threads(fmi3_fmus: Path) -> None:
-    """Each does what one does alone; ctypes lets them run at the same time."""
-    def run(fmu: Fmu) -> list[float]:
-        for k in range(40):
-            fmu.instance.doStep(k * STEP, STEP)
-        return positions(fmu)
-
-    with started(fmi3_fmus, "Plant3DOF") as alone, ExitStack() as stack, ThreadPoolExecutor(4) as pool:
-        fmus = [stack.enter_context(started(fmi3_fmus, "Plant3DOF")) for _ in range(50)]
-        expected = run(alone)
-        assert any(expected)
-        assert list(pool.map(run, fmus)) == [expected] * 50
 
 
 @pytest.mark.parametrize(("call", "reason"), [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from fmu_access import bits, outputs, put, read, refusal, step
+from fmu_access import another, bits, outputs, put, read, refusal, step
 
 import fmi_export.native.compiler
 import fmi_export.native.translation
@@ -156,14 +156,20 @@ def test_instances_in_threads(load_native: Load, name: str, size: float) -> None
     results: list[list[list[dict[str, float]]]] = []
     for parallel in (False, True):
         rows: list[list[dict[str, float]]] = [[], []]
-        threads = [threading.Thread(target=run, args=(started(load_native, name), sign, kept))
-                   for sign, kept in zip((1.0, -1.0), rows, strict=True)]
+        one = load_native(name)
+        both = one, another(one)
+        assert both[0].instance.dll._handle == both[1].instance.dll._handle
+        for fmu in both:
+            fmu.initialise({}, 0.0, 10.0)
+        threads = [threading.Thread(target=run, args=(fmu, sign, kept))
+                   for fmu, sign, kept in zip(both, (1.0, -1.0), rows, strict=True)]
         for thread in threads:
             thread.start()
             if not parallel:
                 thread.join()
         for thread in threads:
             thread.join()
+        both[1].instance.freeInstance()
         results.append(rows)
     assert [len(rows) for rows in results[1]] == [400, 400]
     assert [bits(rows) for rows in results[0]] == [bits(rows) for rows in results[1]]

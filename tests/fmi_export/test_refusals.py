@@ -1,7 +1,9 @@
 """Bad input: the logged message names the variable, its value and what was expected."""
 
+import ctypes
 import math
 from collections.abc import Callable
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -74,11 +76,46 @@ def test_step_that_divides_the_sample_time(load: Load, size: float) -> None:
     step(started(load, "Regulator3DOF"), 0, 5, size)
 
 
-def test_time_that_jumps(load: Load) -> None:
-    component = started(load, "Plant3DOF")
-    component.instance.doStep(0.0, 2e-4)
-    text = refusal(component, lambda: component.instance.doStep(0.5, 2e-4))
-    assert "communication point = 0.5 s, expected 0.0002 s" in text
+@pytest.mark.parametrize(("start", "size", "missed"), [
+    (0.0, 2e-4, 0.5), (0.0, 2e-4, 3e-7), (0.0, 1000.0, 0.5), (0.0, 1000.0, -1.1e-5), (0.0, 2e-4, math.nan),
+    (1.7e9, 2e-4, 4e-4)])
+def test_time_that_jumps(load: Load, start: float, size: float, missed: float) -> None:
+    """However long the next step, and however large the time."""
+    component = load("Plant3DOF")
+    component.initialise({}, start, math.inf)
+    component.instance.doStep(start, 2e-4)
+    text = refusal(component, lambda: component.instance.doStep(start + 2e-4 + missed, size))
+    assert f"communication point = {start + 2e-4 + missed} s, expected " in text
+    assert missed != missed or f"expected {start + 2e-4} s, where the step before ended" in text
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("name", ["Plant3DOF", "Regulator3DOF"])
+def test_clocks_of_importers(load: Load, name: str, start: float) -> None:
+    """Times that are multiplied, added up, of whole nanoseconds, or in single precision since the start."""
+    size = 2e-4
+    count = 25
+    multiplied = [start + k * size for k in range(count)]
+    added = list(accumulate([size] * (count - 1), initial=start))
+    whole = [round(1e9 * each) * 1e-9 for each in multiplied]
+    single = [start + ctypes.c_float(k * size).value for k in range(count)]
+    for times in (multiplied, added, whole, single):
+        component = load(name)
+        component.initialise({}, start, start + 1.0)
+        for time in times:
+            component.instance.doStep(time, size)
+
+
+@pytest.mark.parametrize(("time", "allowed"), [(3.0, True), (-1e9, True), (math.nan, False), (math.inf, False)])
+def test_first_step_where_no_start_time_is_said(load: Load, time: float, allowed: bool) -> None:
+    """FMI 2.0.5 leaves fmi2SetupExperiment to the importer."""
+    component = load("Plant3DOF")
+    component.instance.enterInitializationMode()
+    component.instance.exitInitializationMode()
+    if allowed:
+        component.instance.doStep(time, 2e-4)
+    said = refusal(component, lambda: component.instance.doStep(time, 2e-4))
+    assert f"communication point = {time} s, expected {time + 2e-4 if allowed else 'a finite time'}" in said
 
 
 @pytest.mark.parametrize(("name", "start", "expected"), [

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -10,6 +11,14 @@ from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ScalarVariable
 
 from maglev.cosim.fmu import Fmu
+
+
+def another(fmu: Fmu) -> Fmu:
+    """A further instance of the same library, where each `Fmu` has a copy of its own; for who asks to free."""
+    found = copy(fmu)
+    found.key = fmu.key + b"+"
+    found.instance = fmu.fmi.instantiated(fmu.description, fmu.folder, found.key, found.take_message)
+    return found
 
 
 def variables(fmu: Fmu, causality: str) -> list[ScalarVariable]:

@@ -27,7 +27,7 @@ static double due(const struct Instance *instance)
 /* s */
 static double tolerance(const struct Instance *instance)
 {
-    return PUNCTUALITY * interval(instance) + 1e-12 * fabs(instance->state->progress.next_time);
+    return PUNCTUALITY * interval(instance) + clock_rounding(instance);
 }
 
 bool sample_due(const struct Instance *instance)

@@ -6,8 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Share of a communication step by which the importer's clock may miss the end of the one before. */
+/* By how much the importer's clock may miss the end of the step before: a share of a communication step, but no more than
+ * so many seconds, and beside them a share of the time, of some ten times its rounding. */
 #define CONTINUITY 1.0e-3
+#define LARGEST_MISS 1.0e-5
+#define CLOCK_ROUNDING 1.0e-14
 
 /* One of the importer's functions alone is no use: memory has to go back to where it came from. */
 static bool manages_memory(const struct Importer *importer)
@@ -239,6 +242,11 @@ enum Status refresh(struct Instance *instance)
     return DONE;
 }
 
+double clock_rounding(const struct Instance *instance)
+{
+    return CLOCK_ROUNDING * fabs(instance->state->progress.next_time);
+}
+
 enum Status take_step(struct Instance *instance, const char *call, double time, double size)
 {
     char text[NUMBER_LENGTH], expected[NUMBER_LENGTH];
@@ -255,13 +263,18 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
         refuse(instance, "communication step = %s s, expected a positive, finite step", number(size, text));
         return fail(instance);
     }
-    double tolerance = CONTINUITY * size + 1e-12 * fabs(progress->next_time);
+    if (!isfinite(end)) {
+        refuse(instance, "communication point = %s s, expected a finite time", number(time, text));
+        return fail(instance);
+    }
+    double tolerance = fmin(CONTINUITY * size, LARGEST_MISS) + clock_rounding(instance);
     if (progress->timed && !(fabs(time - progress->next_time) <= tolerance)) {
         refuse(instance, "communication point = %s s, expected %s s, where the step before ended",
                number(time, text), number(progress->next_time, expected));
         return fail(instance);
     }
-    if (end > progress->stop_time + tolerance) {   /* FMI 2.0.4, fmi2SetupExperiment: an error */
+    /* FMI 2.0.4, fmi2SetupExperiment: an error. The clock of an importer that adds up its steps may have drifted. */
+    if (end > progress->stop_time + CONTINUITY * size + clock_rounding(instance)) {
         refuse(instance, "communication step to %s s, expected none beyond the stop time, %s s", number(end, text),
                number(progress->stop_time, expected));
         return fail(instance);

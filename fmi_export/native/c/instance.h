@@ -99,6 +99,9 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
 enum Status end_run(struct Instance *instance, const char *call);
 enum Status begin_anew(struct Instance *instance);
 
+/* By how much rounding may put the importer's clock aside, s. */
+double clock_rounding(const struct Instance *instance);
+
 /* Memory by the importer's functions, or the C library's if it gives none; zeroed. */
 void *allocate(const struct Importer *importer, size_t size);
 void release(const struct Importer *importer, void *memory);

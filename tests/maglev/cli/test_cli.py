@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import subprocess
 import sys
 from importlib.metadata import version
@@ -164,9 +165,12 @@ def test_build_and_list(tmp_path: Path) -> None:
     result = maglev("build", "Plant2DOF", "--fmus", tmp_path)
     assert result.exit_code == 0
     assert (tmp_path / "Plant2DOF.fmu").is_file()
+    (tmp_path / "clocked").mkdir()
+    (tmp_path / "clocked" / "Regulator3DOF.fmu").touch()
     listed = maglev("list", "--fmus", tmp_path)
     assert listed.exit_code == 0
-    assert "Regulator3DOF" in listed.output
+    for name, built in (("Plant2DOF", "Python"), ("Regulator3DOF", "clocked"), ("Plant3DOF", "no")):
+        assert re.search(rf"│ {name} +│ {built} +│", listed.output)
     assert "3dof-setpoints-improved" in listed.output
 
 

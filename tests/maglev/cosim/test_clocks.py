@@ -1,16 +1,25 @@
 """FMUs with clocks in a co-simulation: the same bits as without, and clocks of others."""
 
+import re
+import subprocess
+import zipfile
 from ctypes import POINTER, c_double, c_int, c_size_t, c_uint32, c_void_p, cast
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement, parse, tostring
 
+import fmpy
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from example_builds import EXAMPLES, require_compiler, script
 from fmpy.model_description import ModelDescription, ModelVariable
+from native_builds import FMI_HEADERS
 
 from maglev.cosim.master import FmuSetup, Master
+from maglev.cosim.port_map import read_port_maps
 from maglev.cosim.versions.clocks import Ticking
 
 SAMPLE = 2e-4   # s
@@ -36,6 +45,62 @@ def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmu
     expected = flown(native_fmus)
     assert expected[0] == expected[1] and len(set(expected[0].values())) > 20
     assert flown(clocked_fmus) == expected
+
+
+PD = EXAMPLES / "pd_controller_c"
+
+
+def built_with_a_clock(folder: Path) -> Path:
+    """An FMU of `clocked_pd.c`; its model description is that of the example as FMI 3.0, and a clock."""
+    root = Element("fmiModelDescription", fmiVersion="3.0", modelName="ClockedPD", instantiationToken="clocked pd")
+    SubElement(root, "CoSimulation", modelIdentifier="clocked_pd", hasEventMode="true",
+               canHandleVariableCommunicationStepSize="true")
+    variables, structure = SubElement(root, "ModelVariables"), SubElement(root, "ModelStructure")
+    for variable in parse(PD / "modelDescription.xml").iter("ScalarVariable"):
+        start = variable.find("Real").attrib   # type: ignore[union-attr]
+        of_clock = {} if variable.get("causality") == "parameter" else {"variability": "discrete", "clocks": "10"}
+        SubElement(variables, "Float64", variable.attrib | start | of_clock)
+        if variable.get("causality") == "output":
+            SubElement(structure, "Output", valueReference=variable.attrib["valueReference"])
+    SubElement(variables, "Float64", name="time", valueReference="9", causality="independent",
+               variability="continuous")
+    SubElement(variables, "Clock", name="tick", valueReference="10", causality="input", variability="discrete",
+               intervalVariability="constant", intervalDecimal="0.5e-3")
+    library = folder / f"clocked_pd{fmpy.sharedLibraryExtension}"
+    source = Path(__file__).with_name("clocked_pd.c")
+    header = Path(FMI_HEADERS[1], "fmi3Functions.h").read_text()
+    absent = set(re.findall(r"^FMI3_Export +fmi3\w+TYPE +(fmi3\w+);", header, re.MULTILINE)) - set(
+        re.findall(r"\bfmi3\w+", source.read_text()))
+    (folder / "absent.c").write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(absent)))
+    subprocess.run([*require_compiler(), "-O2", "-shared", "-fPIC", *FMI_HEADERS, "-I", PD, source,
+                    folder / "absent.c", "-o", library, "-lm"], check=True)
+    with zipfile.ZipFile(folder / "clocked_pd.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", tostring(root, encoding="utf-8", xml_declaration=True))
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    return folder / "clocked_pd.fmu"
+
+
+def test_a_clocked_controller_of_another_tool(native_fmus: Path, tmp_path: Path) -> None:
+    """It computes what the same law does in steps: with a tick at each step, and with one at every fourth."""
+    own = 0.5e-3   # s, interval of its clock
+    stepped, clocked = script(PD / "build.py").build(tmp_path), built_with_a_clock(tmp_path)
+    ports = read_port_maps(PD / "ports.toml")["controller"]
+
+    def flown(controller: Path, step: float) -> dict[str, Any]:
+        time = np.arange(round(0.1 / step) + 1) * step
+        setups = [FmuSetup("controller", controller, {}, replace(ports, step=own) if controller is stepped else ports),
+                  FmuSetup("plant", native_fmus / "Plant2DOF.fmu", {"v.position_start": 0.0201})]
+        wires = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "vh"),
+                 *((f"controller.motor.i_{phase}_cmd", f"plant.motor.i_{phase}_cmd") for phase in "abc")]
+        drives = {"controller.v.reference": np.where(time < 0.02, 0.02, 0.0205)}
+        with Master(setups, wires, step) as master:
+            return dict(master.run(0.1, drives).columns)
+
+    for step in (own, own / 4):
+        expected, found = flown(stepped, step), flown(clocked, step)
+        assert np.ptp(expected["plant.v.position"]) > 3e-4
+        assert {name: column.tobytes() for name, column in expected.items()} == {
+            name: column.tobytes() for name, column in found.items()}
 
 
 def test_a_build_says_what_clocks_need(tmp_path: Path) -> None:
