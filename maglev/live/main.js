@@ -6,7 +6,7 @@ const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 // The orbit is from where the picture in space is seen, in degrees.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { yaw: -30, pitch: 20 }, story: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
+  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { yaw: -30, pitch: 20 }, story: null, fell: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -172,8 +172,9 @@ function touched(time) {
 }
 
 function frame(message) {
+  if (!page.history) return;   // it is of the flight before
   page.frame = message;
-  page.history?.add(message.rows);
+  page.history.add(message.rows);
   page.ghost?.add(message.ghostRows);
   page.dirty = true;
   followStory(message.time);
@@ -185,8 +186,8 @@ function frame(message) {
     at("flags").dataset.now = now.join();
     at("flags").replaceChildren(...now.map((name) => make("span", { class: `flag ${name}` }, null, EVENTS[name])));
     at("lift").hidden = !now.includes("stop");
-    if (now.includes("stop") && !before.includes("stop")) say(touched(message.time), true);
-    if (!now.includes("stop") && before.includes("stop")) say("");
+    if (now.includes("stop") && !before.includes("stop")) say(page.fell = touched(message.time), true);
+    if (!now.includes("stop") && at("status").textContent === page.fell) say("");
   }
   if (message.ghostFlags?.stop && !page.ghostDown && !page.story) say(GHOST_DOWN, true);
   if (!message.ghostFlags?.stop && page.ghostDown && at("status").textContent === GHOST_DOWN) say("");

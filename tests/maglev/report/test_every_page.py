@@ -82,6 +82,7 @@ def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, nam
         tab.page.emulate_media(color_scheme=scheme)
         seen = tab.evaluate(CONTRAST, "h1")
         assert seen["ratio"] >= 7 and (seen["paper"] < 0.1) == (scheme == "dark")
+    tab.page.wait_for_timeout(200)   # buttons change their colour smoothly
     found = violations(tab.page, MANY)   # of a phone in the dark
     problems = tab.problems + tab.evaluate("window.maglevReport?.errors ?? window.maglevLive?.problems ?? []")
     tab.context.close()
@@ -198,4 +199,10 @@ def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: P
         assert said(message) == "", message
     assert said("{ type: 'not done', text: 'Your browser is out of date' }") == "law: Your browser is out of date"
     assert said("{ type: 'not done', text: 'Plant3DOF: no' }") == "Plant3DOF: no"
+    # What is still on its way from the flight before an experiment is none of it.
+    assert tab.evaluate("""(() => {
+        tellStory("weak");
+        worker.onmessage({ data: { type: "frame", rows: new Float32Array(page.width), ghostRows: new Float32Array(0),
+            flags: { stop: true }, ghostFlags: null, pace: 1, time: 9 } });
+        return page.history; })()""") is None
     tab.context.close()
