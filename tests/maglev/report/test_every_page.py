@@ -172,11 +172,11 @@ def test_a_page_of_another_stage_that_is_dropped_takes_the_place_of_what_flies(b
     wait_until(tab.page, "document.getElementById('status').textContent.startsWith('compare.html: expected a page')")
     assert tab.evaluate("maglevLive.run.plant") == "Plant3DOF"
     tab.page.set_input_files("#own-files", other)
-    wait_until(tab.page, "maglevLive.run.plant === 'Plant2DOF' && maglevLive.history?.count > 250")
+    wait_until(tab.page, "maglevLive.run.plant === 'Plant2DOF' && maglevLive.history?.count > 0")
     assert tab.evaluate("[...document.querySelectorAll('#run option')].map(({ value }) => value)") == ["2dof-setpoints"]
     assert tab.evaluate("[...document.querySelectorAll('#readings dt')].map((axis) => axis.textContent)") == ["v", "h"]
-    axis = tab.evaluate("maglevLive.history.last().axes.v")
-    assert axis["position"] == pytest.approx(axis["reference"], abs=1e-3) and axis["reference"] > 5e-3
+    wait_until(tab.page, "(({ position, reference }) => reference > 5e-3 && Math.abs(position - reference) < 1e-3)"
+               "(maglevLive.history.last().axes.v)")   # how many frames come before it settles is the machine's
     assert "live-mine.html" in tab.page.inner_text("#status") and "run=2dof-setpoints" in tab.evaluate("location.hash")
     problems = tab.problems + tab.evaluate("maglevLive.problems")
     tab.context.close()
