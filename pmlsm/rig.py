@@ -64,62 +64,30 @@ class Stop:
 
 @dataclass(frozen=True)
 class AxisDesign:
-    """Design of the controllers of an axis.
+    """Design of the controllers of an axis."""
 
-    Attributes
-    ----------
-    gains : tuple of five float
-        k1 to k5 of (4.16), SI.
-    antiwindup_gain : float
-        Each of the three gains of (5.13), SI.
-    pid : tuple of three float
-        Poles of the PID (rad/s): the real one, then real and imaginary part of the pair.
-    bandwidth : float
-        Of the controller that a user begins with, rad/s.
-    prefilter : float
-        Corner of the PID's pre-filter of the reference, rad/s; 0 = off.
-    """
-
-    gains: tuple[float, ...]
-    pid: tuple[float, ...]
-    bandwidth: float = quantity("rad/s", 1e-3, 1e6)
-    antiwindup_gain: float = quantity("1", -1e3, 1e3, 0.0)
-    prefilter: float = quantity("rad/s", 0.0, 1e4, 0.0)
+    gains: tuple[float, ...]                                 # k1 to k5 of (4.16), SI
+    pid: tuple[float, ...]   # poles of the PID, rad/s: the real one, then real and imaginary part of the pair
+    bandwidth: float = quantity("rad/s", 1e-3, 1e6)          # of the controller that a user begins with
+    antiwindup_gain: float = quantity("1", -1e3, 1e3, 0.0)   # each of the three gains of (5.13), SI
+    prefilter: float = quantity("rad/s", 0.0, 1e4, 0.0)      # corner of the PID's, of the reference; 0 = off
 
 
 @dataclass(frozen=True)
 class RigAxis:
-    """Axis of motion.
-
-    Attributes
-    ----------
-    name : str
-    meaning : str
-        What its position is.
-    stop : Stop
-        None where the stops are at the motors.
-    design : AxisDesign
-    mass : float
-        Nominal mass that moves along it, kg; the constants are accelerations at it. Of a rotation the inertia, kg m².
-    start : float
-        Initial position, m; of the air gap also where the linear laws are designed.
-    rotation : bool
-        Whether it is a small tilt of the platform: all its quantities are in rad instead of m, N m instead of N.
-    bias : float
-        Constant acceleration, m/s².
-    friction : Friction
-    ripple : Ripple
-    mode : Mode
-    """
+    """Axis of motion."""
 
     name: str
-    meaning: str
+    meaning: str                                     # what its position is
     design: AxisDesign
+    # Nominal mass that moves along it; the constants are accelerations at it. Of a rotation the inertia, kg m².
     mass: float = quantity("kg", 1e-3, 1e6)
+    # Initial position; of the air gap also where the linear laws are designed.
     start: float = quantity("m", -10.0, 10.0)
-    stop: Stop | None = None
+    stop: Stop | None = None                         # None where the stops are at the motors
+    # Whether it is a small tilt of the platform: all its quantities are in rad instead of m, N m instead of N.
     rotation: bool = False
-    bias: float = quantity("m/s2", -1e3, 1e3, 0.0)
+    bias: float = quantity("m/s2", -1e3, 1e3, 0.0)   # constant acceleration
     friction: Friction = Friction()
     ripple: Ripple = Ripple()
     mode: Mode = Mode()
@@ -178,43 +146,24 @@ class Constants:
 
 @dataclass(frozen=True)
 class RigConstant:
-    """Constant as the FMUs have it.
+    """Constant as the FMUs have it."""
 
-    Attributes
-    ----------
-    name : str
-        C1, C2, …
-    axis : str
-        In whose row it stands.
-    unit, meaning : str
-    stage, model, guess, weight : float
-        Of the stage, of the controllers' model of it, and of the estimator: first guess and diagonal of Q0.
-    """
-
-    name: str
-    axis: str
+    name: str      # C1, C2, …
+    axis: str      # in whose row it stands
     unit: str
     meaning: str
-    stage: float
-    model: float
-    guess: float
-    weight: float
+    stage: float   # of the stage
+    model: float   # of the controllers' model of it
+    guess: float   # the estimator's first
+    weight: float  # and its diagonal element of Q0
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Gain schedule (Table 5.4).
+    """Gain schedule (Table 5.4)."""
 
-    Attributes
-    ----------
-    bounds : tuple of three float
-        Air gaps between the regions, the largest first, m.
-    setpoints : tuple of four float
-        Air gaps of the linearisations, the largest first, m.
-    """
-
-    bounds: tuple[float, ...]
-    setpoints: tuple[float, ...]
+    bounds: tuple[float, ...]      # air gaps between the regions, the largest first, m; three
+    setpoints: tuple[float, ...]   # air gaps of the linearisations, the largest first, m; four
 
 
 @dataclass(frozen=True)
@@ -227,85 +176,40 @@ class Estimator:
 
 @dataclass(frozen=True)
 class Design:
-    """What the controllers of a rig have beside the gains of each axis.
+    """What the controllers of a rig have beside the gains of each axis."""
 
-    Attributes
-    ----------
-    current_limit, pid_current_limit : float
-        Of the regulators and of the PID, A; 0 = none.
-    antiwindup : bool
-        Of the regulators.
-    schedule : Schedule or None
-    """
-
-    current_limit: float = quantity("A", 0.0, 1000.0)
-    pid_current_limit: float = quantity("A", 0.0, 1000.0)
-    antiwindup: bool = False
+    current_limit: float = quantity("A", 0.0, 1000.0)       # of the regulators; 0 = none
+    pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID
+    antiwindup: bool = False                                # of the regulators
     schedule: Schedule | None = None
 
 
 @dataclass(frozen=True)
 class Rig:
-    """A rig, as a file of the folder `rigs` describes it.
+    """A rig, as a file of the folder `rigs` describes it."""
 
-    Attributes
-    ----------
-    name : str
-        As in the names of experiments; its FMUs have it behind theirs, see `suffix`.
-    title, text : str
-        Such as "3-DOF stage", and what carries and drives it.
-    equation : str
-        Number of its equations of motion on the page, in parentheses; empty if it is on none.
-    experiment : str
-        Whose loop a file of controller and plant has, in which no start value differs from those of the FMUs; empty if
-        there is none.
-    axes : tuple of RigAxis
-        The air gap first.
-    motors : tuple of RigMotor
-    sharing : float
-        Motors that share each current.
-    stage, model : Constants
-        True ones, and those that the controllers take for them.
-    estimator : Estimator
-    design : Design
-    sample_time : float
-        Of its controllers, s.
-    longest_step : float
-        Of an integration, s.
-    resolution : float
-        Of the encoders, m.
-    modulation : float
-        k of the attraction along the slots.
-    height : float
-        Of the magnets' faces against the centre of mass, downwards, m; counts where the platform tilts.
-    motor_stop : Stop or None
-        Stops at the motors, on their air gaps, where the platform tilts; otherwise the axes have stops.
-    geometry : mapping of str to float
-        What differs from `pmlsm.motor_geometry`, by path.
-    sources : mapping of str to str
-        Where values come from, by the beginning of their path.
-    """
-
-    name: str
-    title: str
-    text: str
-    axes: tuple[RigAxis, ...]
+    name: str                   # as in the names of experiments; its FMUs have it behind theirs, see `suffix`
+    title: str                  # such as "3-DOF stage"
+    text: str                   # what carries and drives it
+    axes: tuple[RigAxis, ...]   # the air gap first
     motors: tuple[RigMotor, ...]
-    stage: Constants
-    model: Constants
+    stage: Constants            # the true ones
+    model: Constants            # those that the controllers take for them
     estimator: Estimator
     design: Design
-    sample_time: float = quantity("s", 1e-6, 1.0)
-    longest_step: float = quantity("s", 1e-6, 1e-2)
-    sharing: float = quantity("1", 1.0, 100.0, 1.0)
-    resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)
-    modulation: float = quantity("1", 0.0, 1.0, 0.0)
+    sample_time: float = quantity("s", 1e-6, 1.0)              # of its controllers
+    longest_step: float = quantity("s", 1e-6, 1e-2)            # of an integration
+    sharing: float = quantity("1", 1.0, 100.0, 1.0)            # motors that share each current
+    resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)       # of the encoders
+    modulation: float = quantity("1", 0.0, 1.0, 0.0)           # k of the attraction along the slots
+    # Of the magnets' faces against the centre of mass, downwards; counts where the platform tilts.
     height: float = quantity("m", -1.0, 1.0, 0.0)
-    motor_stop: Stop | None = None
-    equation: str = ""
+    motor_stop: Stop | None = None   # on the motors' air gaps, where the platform tilts; otherwise the axes have stops
+    equation: str = ""               # number of its equations of motion on the page, in parentheses; empty if on none
+    # Whose loop a file of controller and plant has, with the start values of the FMUs; empty if there is none.
     experiment: str = ""
-    geometry: Mapping[str, float] = field(default_factory=dict)
-    sources: Mapping[str, str] = field(default_factory=dict)
+    geometry: Mapping[str, float] = field(default_factory=dict)   # what differs from `pmlsm.motor_geometry`, by path
+    sources: Mapping[str, str] = field(default_factory=dict)      # where values come from, by the beginning of a path
 
     @property
     def suffix(self) -> str:

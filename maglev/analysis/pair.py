@@ -42,35 +42,18 @@ Rows = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pair:
-    """A plant and a controller with what connects them.
-
-    Attributes
-    ----------
-    rig : Rig
-    plant, controller : FmuSetup
-    plant_name, controller_name : str
-    step : float
-        Sample time, s.
-    positions : dict of str to float
-        Where it is to rest, m or rad.
-    signals : dict of str to str
-        Outputs of the plant by the inputs of the controller that they go to.
-    commands : tuple of str
-        Outputs of the controller, which the plant has as inputs.
-    references : dict of str to float
-        Other inputs of the controller, with their values.
-    """
+    """A plant and a controller with what connects them."""
 
     rig: Rig
     plant: FmuSetup
     controller: FmuSetup
     plant_name: str
     controller_name: str
-    step: float
-    positions: dict[str, float]
-    signals: dict[str, str]
-    commands: tuple[str, ...]
-    references: dict[str, float]
+    step: float                    # sample time, s
+    positions: dict[str, float]    # where it is to rest, m or rad
+    signals: dict[str, str]        # outputs of the plant by the inputs of the controller that they go to
+    commands: tuple[str, ...]      # outputs of the controller, which the plant has as inputs
+    references: dict[str, float]   # other inputs of the controller, with their values
 
     @property
     def name(self) -> str:
@@ -113,28 +96,15 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """A pair that has come to rest; both its parts are marked there.
-
-    Attributes
-    ----------
-    pair : Pair
-    controller, plant : Participant
-        The inputs of the controller are the signals, then the references.
-    measured, commanded : ndarray
-        Last values of the signals (m or rad) and of the commands (A).
-    equilibrium : Equilibrium
-        Where it rests, with the currents that are commanded there.
-    moving : float
-        How far what is measured still moved in the last half second, m or rad.
-    """
+    """A pair that has come to rest; both its parts are marked there."""
 
     pair: Pair
-    controller: Participant
+    controller: Participant    # its inputs are the signals, then the references
     plant: Participant
-    measured: Rows
-    commanded: Rows
-    equilibrium: Equilibrium
-    moving: float
+    measured: Rows             # last values of the signals, m or rad
+    commanded: Rows            # and of the commands, A
+    equilibrium: Equilibrium   # where it rests, with the currents that are commanded there
+    moving: float              # how far what is measured still moved in the last half second, m or rad
 
 
 def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,

@@ -103,21 +103,11 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
 
 @dataclass(frozen=True)
 class Samples:
-    """What an estimator sees of one row between its samples.
+    """What an estimator sees of one row between its samples."""
 
-    Attributes
-    ----------
-    a : ndarray, shape (n − 1, p)
-        Regressor.
-    c : ndarray, shape (n − 1,)
-        velocity' − b, m/s².
-    dt : float
-        s.
-    """
-
-    a: Array
-    c: Array
-    dt: float
+    a: Array    # regressor, shape (n − 1, p)
+    c: Array    # velocity' − b, m/s², shape (n − 1,)
+    dt: float   # s
 
 
 def largest_squares(a: Array) -> Array:

@@ -30,23 +30,12 @@ normals = cast(Callable[..., tuple[Array, Array, Array]], normal_terms)
 
 @dataclass(frozen=True)
 class Row:
-    """Velocity row of one axis.
-
-    Attributes
-    ----------
-    axis : str
-    constants : tuple of str
-        Names of the p constants that it carries.
-    offset : float
-        b, m/s².
-    columns : callable
-        A at n samples, shape (n, p).
-    """
+    """Velocity row of one axis."""
 
     axis: str
-    constants: tuple[str, ...]
-    offset: float
-    columns: Columns
+    constants: tuple[str, ...]   # names of the p constants that it carries
+    offset: float                # b, m/s²
+    columns: Columns             # A at n samples, shape (n, p)
 
 
 @dataclass(frozen=True)
@@ -94,22 +83,12 @@ class Rig:
 
 @dataclass(frozen=True)
 class RowData:
-    """One row at n samples: velocity' = a θ + b.
-
-    Attributes
-    ----------
-    row : Row
-    a : ndarray, shape (n, p)
-    b : ndarray, shape (n,)
-        m/s².
-    velocity : ndarray, shape (n,)
-        m/s, measured or observed.
-    """
+    """One row at n samples: velocity' = a θ + b."""
 
     row: Row
-    a: Array
-    b: Array
-    velocity: Array
+    a: Array          # shape (n, p)
+    b: Array          # m/s², shape (n,)
+    velocity: Array   # m/s, measured or observed, shape (n,)
 
 
 def columns(normal: Array, thrust: Array, sharing: float) -> Columns:

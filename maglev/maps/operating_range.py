@@ -29,26 +29,14 @@ TOOL = "python -m studies.operating_range"
 
 @dataclass(frozen=True)
 class Map:
-    """Outcomes of one law.
+    """Outcomes of one law."""
 
-    Attributes
-    ----------
-    initial, target, steps : ndarray
-        The gaps at the start and at the end, m, shapes (n,) and (m,), and what else steps, m or rad, shape (k,).
-    constants : ndarray, shape (p,)
-        Factors on the plant's constants.
-    outcomes : ndarray of int, shape (n, m, k, p)
-        Indices of `OUTCOMES`.
-    what : str
-        What else steps, of `STEPS`.
-    """
-
-    initial: NDArray[np.float64]
-    target: NDArray[np.float64]
-    steps: NDArray[np.float64]
-    constants: NDArray[np.float64]
-    outcomes: Outcomes
-    what: str = "horizontal step"
+    initial: NDArray[np.float64]     # gaps at the start, m, shape (n,)
+    target: NDArray[np.float64]      # gaps at the end, m, shape (m,)
+    steps: NDArray[np.float64]       # what else steps, m or rad, shape (k,)
+    constants: NDArray[np.float64]   # factors on the plant's constants, shape (p,)
+    outcomes: Outcomes               # indices of `OUTCOMES`, shape (n, m, k, p)
+    what: str = "horizontal step"    # what else steps, of `STEPS`
 
     def size(self, step: float) -> str:
         """A step of what else steps as text, such as "20 mm"."""

@@ -19,23 +19,13 @@ class Side(NamedTuple):
 
 @dataclass(frozen=True)
 class Row:
-    """Maps of every law that are drawn beside each other.
+    """Maps of every law that are drawn beside each other."""
 
-    Attributes
-    ----------
-    heading : str
-        What was asked of the laws.
-    down, along : Side
-    cells : mapping of str to ndarray of int, shape (down, along)
-        Outcomes by law.
-    dots : mapping of str to ndarray of bool, shape (down, along)
-        By law, cells that are marked.
-    """
-
-    heading: str
+    heading: str                    # what was asked of the laws
     down: Side
     along: Side
-    cells: Mapping[str, Outcomes]
+    cells: Mapping[str, Outcomes]   # outcomes by law, shape (down, along)
+    # Cells that are marked, by law, shape (down, along)
     dots: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
 

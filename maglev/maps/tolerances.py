@@ -22,21 +22,12 @@ TOOL = "python -m studies.tolerances"
 
 @dataclass(frozen=True)
 class Worse:
-    """What gets worse along a side of a map, from what it is without.
-
-    Attributes
-    ----------
-    name, unit : str
-    values : tuple of float
-        In the unit, the harmless one first.
-    sets : str
-        The parameter that it is; {} stands for each encoder.
-    """
+    """What gets worse along a side of a map, from what it is without."""
 
     name: str
     unit: str
-    values: tuple[float, ...]
-    sets: str
+    values: tuple[float, ...]   # in the unit, the harmless one first
+    sets: str                   # the parameter that it is; {} stands for each encoder
 
     def text(self, value: float) -> str:
         """A value as a table has it."""

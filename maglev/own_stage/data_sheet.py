@@ -23,63 +23,35 @@ def optional(unit: str, low: float, high: float) -> Any:
 
 @dataclass(frozen=True)
 class Winding:
-    """Windings and magnets of a motor, for the formulas of the thesis.
+    """Windings and magnets of a motor, for the formulas of the thesis."""
 
-    Attributes
-    ----------
-    turns, pole_pairs, magnets : float
-        W, p, pm: turns of a phase, pole pairs of the stator, magnets on the mover.
-    magnet_width, length : float
-        τp along the motion and LA across it, m.
-    coercivity : float
-        Hc, A/m.
-    factor : float
-        Winding factor kw1.
-    """
-
-    turns: float = quantity("1", 1.0, 1e6)
-    pole_pairs: float = quantity("1", 0.5, 1e3)
-    magnets: float = quantity("1", 1.0, 1e3)
-    magnet_width: float = quantity("m", 1e-4, 1.0)
-    length: float = quantity("m", 1e-4, 10.0)
-    coercivity: float = quantity("A/m", 1e3, 1e7)
-    factor: float = quantity("1", 0.1, 1.0, 1.0)
+    turns: float = quantity("1", 1.0, 1e6)           # W, of a phase
+    pole_pairs: float = quantity("1", 0.5, 1e3)      # p, of the stator
+    magnets: float = quantity("1", 1.0, 1e3)         # pm, on the mover
+    magnet_width: float = quantity("m", 1e-4, 1.0)   # τp, along the motion
+    length: float = quantity("m", 1e-4, 10.0)        # LA, across it
+    coercivity: float = quantity("A/m", 1e3, 1e7)    # Hc
+    factor: float = quantity("1", 0.1, 1.0, 1.0)     # winding factor kw1
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """Numbers of one motor as its maker prints them.
+    """Numbers of one motor as its maker prints them."""
 
-    Attributes
-    ----------
-    currents : str
-        "rms" or "peak": how its currents are meant, those per ampere included; i_d and i_q are peaks.
-    force_constant, at : float
-        Thrust per current, N/A, and the air gap of it, m; where the mover starts if not given.
-    attraction, attraction_gap : float
-        Attraction without current, N, at an air gap, m.
-    direct_constant, iron_attraction : float
-        Normal force per direct current, N/A, and attraction per current squared, N/A², at the gap `at`.
-    peak, continuous : float
-        Currents of its amplifiers, A.
-    resistance, inductance : float
-        Of a phase, ohm and H: half of what is measured from one phase to another.
-    winding : Winding
-        For the formulas, where something above is missing.
-    """
-
+    # "rms" or "peak": how its currents are meant, those per ampere included; i_d and i_q are peaks.
     currents: str
-    force_constant: float | None = optional("N/A", 1e-6, 1e6)
-    at: float | None = optional("m", 1e-4, 0.1)
-    attraction: float | None = optional("N", 1e-3, 1e7)
-    attraction_gap: float | None = optional("m", 1e-4, 0.1)
-    direct_constant: float | None = optional("N/A", 1e-6, 1e6)
-    iron_attraction: float | None = optional("1", 1e-9, 1e6)
-    peak: float | None = optional("A", 1e-3, 700.0)
-    continuous: float | None = optional("A", 0.0, 700.0)
+    force_constant: float | None = optional("N/A", 1e-6, 1e6)   # thrust per current
+    at: float | None = optional("m", 1e-4, 0.1)                 # air gap of it; where the mover starts if not given
+    attraction: float | None = optional("N", 1e-3, 1e7)         # without current
+    attraction_gap: float | None = optional("m", 1e-4, 0.1)     # air gap of it
+    direct_constant: float | None = optional("N/A", 1e-6, 1e6)  # normal force per direct current, at the gap `at`
+    iron_attraction: float | None = optional("1", 1e-9, 1e6)    # N/A², attraction per current squared, there
+    peak: float | None = optional("A", 1e-3, 700.0)             # current of its amplifiers
+    continuous: float | None = optional("A", 0.0, 700.0)        # current of its amplifiers
+    # Of a phase: half of what is measured from one phase to another.
     resistance: float | None = optional("Ohm", 1e-3, 1e4)
     inductance: float | None = optional("H", 1e-6, 10.0)
-    winding: Winding | None = None
+    winding: Winding | None = None                              # for the formulas, where something above is missing
 
     @property
     def amplitude(self) -> float:
@@ -89,26 +61,15 @@ class Catalogue:
 
 @dataclass(frozen=True)
 class Field:
-    """Field of the magnets over the air gap: exponential, table, or coefficients of the polynomial.
+    """Field of the magnets over the air gap: exponential, table, or coefficients of the polynomial."""
 
-    Attributes
-    ----------
-    lower, upper : float
-        Air gaps within which it holds, m.
-    B0, decay : float
-        B = B0 exp(−g/decay), T and m.
-    gaps, B : tuple of float
-        Table: T at air gaps, m.
-    coefficients : tuple of float
-        Of s⁰, s¹ … with s = (g − centre)/scale, T; centre and scale are the middle and half of the range.
-    """
-
-    lower: float = quantity("m", 1e-4, 0.1)
-    upper: float = quantity("m", 1e-4, 0.1)
-    B0: float | None = optional("T", 1e-3, 10.0)
+    lower: float = quantity("m", 1e-4, 0.1)          # smallest air gap at which it holds
+    upper: float = quantity("m", 1e-4, 0.1)          # largest
+    B0: float | None = optional("T", 1e-3, 10.0)     # of B = B0 exp(−g/decay)
     decay: float | None = optional("m", 1e-4, 1.0)
-    gaps: tuple[float, ...] = ()
-    B: tuple[float, ...] = ()
+    gaps: tuple[float, ...] = ()                     # m, of a table
+    B: tuple[float, ...] = ()                        # T at these
+    # T, of s⁰, s¹ … with s = (g − centre)/scale; centre and scale are the middle and half of the range.
     coefficients: tuple[float, ...] = ()
 
 

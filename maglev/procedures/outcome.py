@@ -1,7 +1,7 @@
 """What a procedure finds: values at places, a table of constants, curves, and what a reader should know."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,27 +13,14 @@ Values = Sequence[float] | NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Found:
-    """One value and where it was found; None where that does not apply.
+    """One value and where it was found; None where that does not apply."""
 
-    Attributes
-    ----------
-    name : str
-        See `maglev.quantities.PROCEDURE_VALUES`.
-    value : float
-        SI.
-    constant, axis : str or None
-    epsilon : float or None
-        s.
-    gap : float or None
-        Air gap, m.
-    """
-
-    name: str
-    value: float
+    name: str                      # see `maglev.quantities.PROCEDURE_VALUES`
+    value: float                   # SI
     constant: str | None = None
     axis: str | None = None
-    epsilon: float | None = None
-    gap: float | None = None
+    epsilon: float | None = None   # s
+    gap: float | None = None       # air gap, m
 
 
 @dataclass(frozen=True)
@@ -80,23 +67,11 @@ class ValueTable:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything that a procedure finds.
-
-    Attributes
-    ----------
-    settings : ProcedureSettings
-    runs : tuple of str
-        Names of the runs that it rests on.
-    values : tuple of Found
-    tables : tuple of ValueTable
-    charts : tuple of Chart
-    notes : tuple of str
-        What a reader should know, such as a constant that cannot be identified; one sentence each.
-    """
+    """Everything that a procedure finds."""
 
     settings: ProcedureSettings
-    runs: tuple[str, ...]
+    runs: tuple[str, ...]           # names of those that it rests on
     values: tuple[Found, ...] = ()
     tables: tuple[ValueTable, ...] = ()
     charts: tuple[Chart, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()     # what a reader should know, such as a constant that cannot be identified

@@ -23,23 +23,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Layout:
-    """Columns of the dataset: names and units of what varies and of what it sets, the metrics, and all about them.
-
-    Attributes
-    ----------
-    job : Job
-    varied : mapping of str to str
-        Units of what varies, by name.
-    limited : bool
-        Whether the study has limits.
-    about : mapping
-        What stands in the metadata.
-    """
+    """Columns of the dataset: names and units of what varies and of what it sets, the metrics, and all about them."""
 
     job: Job
-    varied: Mapping[str, str]
-    limited: bool
-    about: Mapping[str, Any]
+    varied: Mapping[str, str]   # units of what varies, by name
+    limited: bool               # whether the study has limits
+    about: Mapping[str, Any]    # what stands in the metadata
 
     @property
     def settings(self) -> list[int]:

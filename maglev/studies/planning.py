@@ -33,29 +33,16 @@ LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's c
 
 @dataclass(frozen=True)
 class PlannedStudy:
-    """A study that can be flown.
-
-    Attributes
-    ----------
-    study : StudyFile
-    job : Job
-    layout : Layout
-    design, values : ndarray, shape (samples, number that vary), (samples, targets)
-    batches : list of Batch
-    times : ndarray, shape (rows,)
-        s, of the trajectories that are kept.
-    units : dict of str to str
-        Of the outputs.
-    """
+    """A study that can be flown."""
 
     study: StudyFile
     job: Job
     layout: Layout
-    design: Array
-    values: Array
+    design: Array           # shape (samples, number that vary)
+    values: Array           # of the targets, shape (samples, targets)
     batches: list[Batch]
-    times: Array
-    units: dict[str, str]
+    times: Array            # s, of the trajectories that are kept, shape (rows,)
+    units: dict[str, str]   # of the outputs
 
 
 def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,

@@ -17,31 +17,15 @@ from maglev.units import measures
 
 @dataclass(frozen=True)
 class Target:
-    """One start value `fmu.variable`, or reference, that a study sets.
-
-    Attributes
-    ----------
-    name : str
-    column : int
-        Of the design, whose value it takes.
-    mode : str
-        "value", "factor" of the nominal value, or "offset" to it.
-    nominal : float
-        SI, of the scenario.
-    unit : str
-        SI; empty text where the FMU gives none.
-    boolean : bool
-    low, high : float
-        Its range.
-    """
+    """One start value `fmu.variable`, or reference, that a study sets."""
 
     name: str
-    column: int
-    mode: Mode
-    nominal: float
-    unit: str
+    column: int      # of the design, whose value it takes
+    mode: Mode       # "value", "factor" of the nominal value, or "offset" to it
+    nominal: float   # SI, of the scenario
+    unit: str        # SI; empty text where the FMU gives none
     boolean: bool
-    low: float
+    low: float       # end of its range
     high: float
 
     def values(self, column: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,24 +17,14 @@ LARGEST_EXCESS = 1.0   # that one metric of one flight counts
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of flights.
+    """Cost of flights."""
 
-    Attributes
-    ----------
-    columns : tuple of Column
-        What is measured, with the limits on it; the first is `failed`, which every tuning limits.
-    minimised : tuple of int
-        Numbers of columns.
-    times_before : mapping of int to float
-        By number of a column: how many times what it is with the scenario's own values it may be.
-    over : str
-        "worst" or "mean" of the plants.
-    """
-
+    # What is measured, with the limits on it; the first is `failed`, which every tuning limits.
     columns: tuple[Column, ...]
-    minimised: tuple[int, ...]
+    minimised: tuple[int, ...]          # numbers of columns
+    # By number of a column: how many times what it is with the scenario's own values it may be.
     times_before: Mapping[int, float]
-    over: str
+    over: str                           # "worst" or "mean" of the plants
 
     def excess(self, flown: Array, before: Array) -> Array:
         """How far flights are beyond the limits, 0 if within all, shape (candidates, plants).

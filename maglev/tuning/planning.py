@@ -24,28 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PlannedTuning:
-    """A tuning that can be searched.
-
-    Attributes
-    ----------
-    tuning : TuneFile
-    job : Job
-        Its targets are what varies of the plants, then what is searched.
-    unknowns : Unknowns
-    cost : Cost
-    nominal : ndarray, shape (number searched,)
-        Values that the scenario itself has of what is searched.
-    plants, fresh : ndarray, shape (plants, number that the plants vary)
-    native : bool
-    """
+    """A tuning that can be searched."""
 
     tuning: TuneFile
-    job: Job
+    job: Job         # its targets are what varies of the plants, then what is searched
     unknowns: Unknowns
     cost: Cost
-    nominal: Array
-    plants: Array
-    fresh: Array
+    nominal: Array   # values that the scenario itself has of what is searched, shape (number searched,)
+    plants: Array    # shape (plants, number that the plants vary)
+    fresh: Array     # likewise, those that were not searched with
     native: bool
 
     def values(self, candidates: Array, plants: Array) -> Array:

@@ -26,33 +26,17 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """What a search found."""
 
-    Attributes
-    ----------
-    parameters : dict of str to float
-        By `fmu.variable`, SI, rounded as they were flown.
-    numbers : tuple of float
-        What was searched: of poles the rates and dampings.
-    cost_before, cost : float
-        With the scenario's own values, and found.
-    before, after : ndarray, shape (plants, columns)
-        Metrics on the plants that were searched with.
-    fresh_before, fresh_after : ndarray, shape (fresh plants, columns)
-        On plants that were not.
-    flights : int
-        That were flown.
-    """
-
-    parameters: dict[str, float]
-    numbers: tuple[float, ...]
-    cost_before: float
+    parameters: dict[str, float]   # by `fmu.variable`, SI, rounded as they were flown
+    numbers: tuple[float, ...]     # what was searched: of poles the rates and dampings
+    cost_before: float             # with the scenario's own values
     cost: float
-    before: Array
+    before: Array                  # metrics on the plants that were searched with, shape (plants, columns)
     after: Array
-    fresh_before: Array
+    fresh_before: Array            # on plants that were not, shape (fresh plants, columns)
     fresh_after: Array
-    flights: int
+    flights: int                   # number that were flown
 
 
 class Search:

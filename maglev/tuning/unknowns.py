@@ -48,19 +48,11 @@ class PlainParameters:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """All that a search looks for.
+    """All that a search looks for."""
 
-    Attributes
-    ----------
-    parts : tuple
-        What makes parameters of numbers.
-    lows, highs : tuple of tuple of float
-        Ranges of the numbers of each part.
-    """
-
-    parts: tuple[PlacedPoles | PlainParameters, ...]
-    lows: tuple[tuple[float, ...], ...]
-    highs: tuple[tuple[float, ...], ...]
+    parts: tuple[PlacedPoles | PlainParameters, ...]   # what makes parameters of numbers
+    lows: tuple[tuple[float, ...], ...]                # lower ends of the ranges of the numbers of each part
+    highs: tuple[tuple[float, ...], ...]               # upper ends
 
     @property
     def names(self) -> list[str]:

@@ -15,27 +15,17 @@ PROFILE = (-2.0, -1.0, 1.0, 2.0)           # places of a profile, in deviations 
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit has found, n parameters u that are normal with mean 0 and standard deviation 1 beforehand.
+    """What a fit has found, n parameters u that are normal with mean 0 and standard deviation 1 beforehand."""
 
-    Attributes
-    ----------
-    u : ndarray, shape (n,)
-    deviations : ndarray, shape (n,)
-        Standard deviations of u afterwards, by the curvature at the minimum. Near 1 the evidence says nothing.
-    correlations : ndarray, shape (n, n)
-    cost, cost_before : float
-        Half the sum of squares at u and at 0: residuals of the evidence, and u.
-    profiles : ndarray, shape (n, 4)
-        Rise of the cost where one parameter is held at `PROFILE` deviations and the others move along; without the
-        share of u, so that what the prior holds and the evidence does not shows as a rise near or below 0. Where the
-        costs of all is quadratic and the evidence strong, 2, 0.5, 0.5, 2. NaN where u would leave its range.
-    """
-
-    u: Array
+    u: Array              # shape (n,)
+    # Standard deviations of u afterwards, by the curvature at the minimum, (n,). Near 1 the evidence says nothing.
     deviations: Array
-    correlations: Array
-    cost: float
-    cost_before: float
+    correlations: Array   # shape (n, n)
+    cost: float           # half the sum of squares at u: residuals of the evidence, and u
+    cost_before: float    # the same at 0
+    # Rise of the cost where one parameter is held at `PROFILE` deviations and the others move along; without the share
+    # of u, so that what the prior holds and the evidence does not shows as a rise near or below 0. Where the costs of
+    # all is quadratic and the evidence strong, 2, 0.5, 0.5, 2. NaN where u would leave its range. Shape (n, 4).
     profiles: Array
 
 

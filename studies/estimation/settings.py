@@ -17,29 +17,16 @@ Defaults = Mapping[str, float]   # by `model.variable`, SI
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number that is estimated, by a u that is normal with mean 0 and standard deviation 1 beforehand.
-
-    Attributes
-    ----------
-    name, unit : str
-    variables : tuple of str
-        `model.variable`, those whose default it is.
-    scale : "log" or "linear"
-    assumed, spread : float
-        "log": value = assumed exp(spread u); "linear": value = assumed + spread u.
-    least : float
-        Smallest value.
-    follows : (str, float) or None
-        A variable `model.variable` that is this value times a factor, where a scenario gives it at all.
-    """
+    """One number that is estimated, by a u that is normal with mean 0 and standard deviation 1 beforehand."""
 
     name: str
-    variables: tuple[str, ...]
+    variables: tuple[str, ...]   # `model.variable`, those whose default it is
     unit: str
-    scale: str
+    scale: str                   # "log": value = assumed exp(spread u); "linear": value = assumed + spread u
     assumed: float
     spread: float
-    least: float = -math.inf
+    least: float = -math.inf     # smallest value
+    # A variable `model.variable` that is this value times a factor, where a scenario gives it at all.
     follows: tuple[str, float] | None = None
 
     def value(self, u: float) -> float:
@@ -80,23 +67,12 @@ class Rig:
 
 @dataclass(frozen=True)
 class Scale:
-    """One scale of Coulomb friction on all axes.
-
-    Attributes
-    ----------
-    candidates : tuple of float
-    assumed : dict of str to float
-        What is scaled, SI by `model.variable`.
-    follows : dict of str to float
-        What is scaled along where a scenario gives it at all.
-    ripple : dict of str to float
-        What is tried beside the scale that is chosen.
-    """
+    """One scale of Coulomb friction on all axes."""
 
     candidates: tuple[float, ...]
-    assumed: Defaults
-    follows: Defaults
-    ripple: Defaults
+    assumed: Defaults   # what is scaled, SI by `model.variable`
+    follows: Defaults   # what is scaled along where a scenario gives it at all
+    ripple: Defaults    # what is tried beside the scale that is chosen
 
 
 def times(scale: float, values: Defaults) -> dict[str, float]:

@@ -12,26 +12,15 @@ Rows = NDArray[np.float64]
 
 CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
 CLIPPINGS = 40
-SHAPE = 0.0
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Lines of a multisine.
+    """Lines of a multisine."""
 
-    Attributes
-    ----------
-    samples : int
-        Of a period.
-    harmonics : tuple of int
-        Numbers of the lines: periods of each in a period.
-    step : float
-        Sample time, s.
-    """
-
-    samples: int
-    harmonics: tuple[int, ...]
-    step: float
+    samples: int                 # of a period
+    harmonics: tuple[int, ...]   # numbers of the lines: periods of each in a period
+    step: float                  # sample time, s
 
     @property
     def period(self) -> float:

@@ -17,20 +17,13 @@ class AxisLaw:
     """One sample of one axis: x[k+1] = A x[k] + B u[k], w[k] = C x[k] + D u[k], with u = (r, ṙ, y).
 
     w is what the law asks for: an acceleration of an output regulator, a current of a PID.
-
-    Attributes
-    ----------
-    states : dict of str to str
-        Names of the n states in the block of the axis, with their units.
-    A, B, C, D : ndarray
-        Shapes (n, n), (n, 3), (1, n), (1, 3).
     """
 
-    states: dict[str, str]
-    A: Matrix
-    B: Matrix
-    C: Matrix
-    D: Matrix
+    states: dict[str, str]   # names of the n states in the block of the axis, with their units
+    A: Matrix                # shape (n, n)
+    B: Matrix                # shape (n, 3)
+    C: Matrix                # shape (1, n)
+    D: Matrix                # shape (1, 3)
 
 
 def observer(filters: Any, sample_time: float) -> tuple[Matrix, Matrix]:

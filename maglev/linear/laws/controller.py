@@ -20,22 +20,13 @@ from pmlsm.rig import Rig
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What a controller takes from its k inputs.
+    """What a controller takes from its k inputs."""
 
-    Attributes
-    ----------
-    inputs : dict of str to str
-        Names and units.
-    references, rates, measured : ndarray, shape (axes, k)
-        Of the axes, the tilts and the gap at the centre by least squares from the gaps at the motors.
-    gaps : ndarray, shape (motors, k)
-    """
-
-    inputs: dict[str, str]
-    references: Matrix
-    rates: Matrix
-    measured: Matrix
-    gaps: Matrix
+    inputs: dict[str, str]   # names and units
+    references: Matrix       # shape (axes, k)
+    rates: Matrix            # shape (axes, k)
+    measured: Matrix         # shape (axes, k); tilts and the gap at the centre are fitted to the gaps at the motors
+    gaps: Matrix             # shape (motors, k)
 
     @classmethod
     def of(cls, rig: Rig, places: MotorPlaces) -> "Seen":

@@ -21,55 +21,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Job:
-    """What every batch of a study has in common.
+    """What every batch of a study has in common."""
 
-    Attributes
-    ----------
-    key : str
-        Of the study: SHA-256 of all that its result depends on.
-    code : str
-        Of the package that plans it, see `code_of_package`.
-    experiment : Experiment
-        Its files are those of the machine that plans the study.
-    targets : tuple of Target
-    columns : tuple of Column
-    kept : tuple of str
-        Signals whose trajectories are kept.
-    every : int
-        Communication steps between two rows of these.
-    limit : float or None
-        Longest wall time of a sample, s, each then being flown in a process beside the worker.
-    """
-
-    key: str
-    code: str
-    experiment: Experiment
+    key: str                     # of the study: SHA-256 of all that its result depends on
+    code: str                    # of the package that plans it, see `code_of_package`
+    experiment: Experiment       # its files are those of the machine that plans the study
     targets: tuple[Target, ...]
     columns: tuple[Column, ...]
-    kept: tuple[str, ...] = ()
-    every: int = 1
+    kept: tuple[str, ...] = ()   # signals whose trajectories are kept
+    every: int = 1               # communication steps between two rows of these
+    # Longest wall time of a sample, s, each then being flown in a process beside the worker.
     limit: float | None = None
 
 
 @dataclass(frozen=True)
 class Flown:
-    """A batch that was flown.
+    """A batch that was flown."""
 
-    Attributes
-    ----------
-    first : int
-        Number of its first sample.
-    values : ndarray, shape (samples, columns)
-        Metrics, SI; NaN where a sample was not flown to its end, or has no such metric.
-    failures : tuple of str or None
-        Why a sample was not flown to its end.
-    trajectories : ndarray, shape (samples, rows, signals), or None
-    """
-
-    first: int
+    first: int                          # number of its first sample
+    # Metrics, SI, shape (samples, columns); NaN where a sample was not flown to its end, or has no such metric.
     values: Array
-    failures: tuple[str | None, ...]
-    trajectories: Array | None = None
+    failures: tuple[str | None, ...]    # why a sample was not flown to its end
+    trajectories: Array | None = None   # shape (samples, rows, signals)
 
 
 class Sample(NamedTuple):
