@@ -10,11 +10,14 @@ flown again.
 
 import argparse
 
-from maglev.maps.operating_range import FILE, RigMaps, read_maps
+from maglev.maps.operating_range import FILE, OUTCOMES, SETTLED_NOMINAL, RigMaps, read_maps
 from maglev.studies.schema import StudyFile, load_study
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of
-from studies.operating_range.maps import read_map, write_maps, write_pictures
+from studies.operating_range.maps import read_map, write_maps
+from studies.pictures import write_picture
+
+COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")   # of the outcomes
 
 
 def study_of(rig: str, law: str) -> StudyFile:
@@ -30,7 +33,8 @@ def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespa
     """Fly, draw, print."""
     flown = {law: fly(study_of(rig, law)) for law in laws}
     maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in flown.items()}, origin_of(flown.values()))
-    write_pictures(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.laws)
+    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.rows(),
+                  OUTCOMES, COLOURS, SETTLED_NOMINAL)
     print(f"\n{rig}\n\n{markdown_table(maps.table())}", flush=True)
     return maps
 

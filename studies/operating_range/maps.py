@@ -1,9 +1,9 @@
-"""How far a law can go: maps of a study over two gaps, what else steps and constants, and pictures."""
+"""How far a law can go: maps of a study over two gaps, what else steps and constants."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,20 +16,14 @@ from maglev.maps.operating_range import (
     OUTCOMES,
     RECOVERED,
     SETTLED,
-    SETTLED_NOMINAL,
     STEPS,
     STOPPED,
     TRIPPED,
     Map,
     RigMaps,
 )
-from maglev.maps.rows import Outcomes, seen, texts_of
+from maglev.maps.rows import Outcomes, texts_of
 from maglev_files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
@@ -79,42 +73,6 @@ def read_map(path: Path) -> Map:
                                                                                "constants"))
     found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
     return Map(initial, target, steps, constants, found, what)
-
-
-def write_pictures(path: Path, title: str, laws: Mapping[str, Map]) -> None:
-    """Write a PNG: a column for each law, a row for each step beside the gap."""
-    from matplotlib.figure import Figure  # an extra: only who draws needs it
-    from matplotlib.patches import Patch
-
-    first = next(iter(laws.values()))
-    rows = len(first.steps)
-    figure = Figure(figsize=(2.6 * len(laws) + 0.6, 2.6 * rows + 1.2), layout="constrained")
-    grid = figure.subplots(rows, len(laws), sharex=True, sharey=True, squeeze=False)
-    figure.suptitle(title)
-    for column, (law, found) in enumerate(laws.items()):
-        for row in range(rows):
-            draw(grid[row][column], found, row)
-        grid[0][column].set_title(law)
-        grid[-1][column].set_xlabel("target gap, mm")
-    for row, step in enumerate(first.steps):
-        grid[row][0].set_ylabel(f"{first.what} {first.size(step)}\ninitial gap, mm")
-    handles: Sequence[Any] = [Patch(color=COLOURS[outcome], label=OUTCOMES[outcome])
-                              for outcome in seen(found.nominal for found in laws.values())]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False,
-                  title=f"·  {SETTLED_NOMINAL}")
-    figure.savefig(path, dpi=110)
-
-
-def draw(axes: "Axes", found: Map, step: int) -> None:
-    """Draw the map of one step beside the gap; a dot where other constants have another end."""
-    from matplotlib.colors import ListedColormap
-
-    target, initial = 1e3 * found.target, 1e3 * found.initial
-    axes.pcolormesh(target, initial, found.nominal[..., step], cmap=ListedColormap(COLOURS), vmin=-0.5,
-                    vmax=len(OUTCOMES) - 0.5, edgecolors="white", linewidth=0.3)
-    rows, columns = np.nonzero(found.fragile[..., step])
-    axes.plot(target[columns], initial[rows], "k.", markersize=3)
-    axes.set_aspect("equal")
 
 
 def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:

@@ -12,17 +12,19 @@ import argparse
 from pathlib import Path
 
 from maglev.maps.rows import Outcomes
-from maglev.maps.tolerances import FILE, QUESTIONS, Question, RigMaps, read_tolerances
+from maglev.maps.tolerances import FILE, OUTCOMES, QUESTIONS, Question, RigMaps, read_tolerances
 from maglev.schema.layers import PACKAGED
 from maglev.studies.schema import StudyFile, read_study
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of
+from studies.pictures import write_picture
 from studies.tolerances.maps import read_outcomes, write_found
-from studies.tolerances.pictures import write_picture
 
 SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
 BESIDE = {False: "5 mm", True: "2 mrad"}   # steps of horizontal axes with it, or of the tilts of a platform that tilts
+
+COLOURS = ("#2a9d5c", "#f4c152", "#c8503c", "#8e6bb0")   # of the outcomes
 
 SCENARIO = """\
 extends = ["{steps}", "{measurement}"]
@@ -64,7 +66,8 @@ def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namesp
             paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
             maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
     found = RigMaps(SIZES, maps, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", rig.title, found)
+    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", found.rows(),
+                  OUTCOMES, COLOURS)
     print(f"\n{name}\n\n{markdown_table(found.table())}", flush=True)
     return found
 

@@ -12,6 +12,7 @@ from maglev.experiment.preparation import prepare
 from maglev.maps.operating_range import (
     ASTRAY,
     LIMITED,
+    OUTCOMES,
     RECOVERED,
     SETTLED,
     STOPPED,
@@ -28,7 +29,9 @@ from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
 from studies.laws import markdown_table, origin_of
-from studies.operating_range.maps import outcomes, read_map, write_maps, write_pictures
+from studies.operating_range.__main__ import COLOURS
+from studies.operating_range.maps import outcomes, read_map, write_maps
+from studies.pictures import write_picture
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -51,8 +54,9 @@ def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) ->
     found = Map(np.array([0.01, 0.02]), np.array([0.01, 0.02]), np.array([0.0]), np.array([1.0, 1.05]), ends)
     (step, nominal, always), = shares(found)
     assert (step, nominal[SETTLED], nominal[STOPPED], nominal[TRIPPED], always) == (0.0, 0.5, 0.5, 0.0, 0.25)
-    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(RigMaps({"nonlinear": found}, Origin("0.0", None)).table())
-    write_pictures(tmp_path / "maps.png", "maps", {"nonlinear": found, "PID": found})
+    maps = RigMaps({"nonlinear": found, "PID": found}, Origin("0.0", None))
+    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(maps.table())
+    write_picture(tmp_path / "maps.png", "maps", maps.rows(), OUTCOMES, COLOURS)
     assert (tmp_path / "maps.png").read_bytes().startswith(b"\x89PNG")
 
 
