@@ -10,8 +10,9 @@ from maglev.errors import StabilityError
 from maglev.linear.model import Matrix
 from maglev.linear.parameters import Quantity
 from maglev.own_fmus import kind_folder
-from maglev.stability.axis_loop import AxisLoop, axis_loop, rig_named
-from maglev.stability.certificate import certify, synthesise
+from maglev.stability.axis_loop import axis_loop, rig_named
+from maglev.stability.certificate import certify
+from maglev.stability.certificate import synthesise as synthesised_gains
 from maglev.stability.flight import Flights
 from maglev.stability.result import Candidate, Flown, Region
 from maglev.stability.simulation import largest_step, respond
@@ -85,7 +86,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     if loop.gains.any():
         choices = {AS_SET: loop.gains, **choices}
     if synthesise:
-        choices[SYNTHESISED] = synthesised(loop, decay)
+        choices[SYNTHESISED] = synthesised_gains(loop, decay)
     certificates = {name: certify(loop, gains) for name, gains in choices.items()}
     shown = next(iter(certificates.values())).step if asked is None else asked
     with ExitStack() as stack:
@@ -104,11 +105,6 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
             Candidate(name, loop.unit, each, largest_step(loop, each), respond(loop, each.gains, shown),
                       flown(flights, axis, each.gains, shown) if flights else None)
             for name, each in certificates.items()))
-
-
-def synthesised(loop: AxisLoop, decay: float) -> Matrix:
-    """Antiwindup gains by the inequalities; under this name because `region` has an argument of the other."""
-    return synthesise(loop, decay)
 
 
 def flown(flights: list[Flights], axis: str, gains: Matrix, step: float) -> Flown:

@@ -21,6 +21,7 @@ from maglev.maps.tolerances import (
     RigMaps,
     Worse,
 )
+from maglev.studies.page.text import units_of
 from maglev_files.whole_file import write_whole
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
@@ -49,8 +50,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
 
     table = pq.read_table(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
-    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
-    tilts = tuple(name.removeprefix("end error of ") for name, unit in units.items()
+    tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()
                   if name.startswith("end error of ") and unit == "rad")
     found = outcomes(columns, tilts)
     # A flight that its FMUs ended, by running away, was beyond a stop before.

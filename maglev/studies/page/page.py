@@ -20,7 +20,7 @@ from maglev.studies.page.again import command_of
 from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.sensitivity import Indices, sensitivity
-from maglev.studies.page.text import limits_text, metrics_of
+from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
 from maglev.studies.page.verdict import decisive, least_and_largest, telling, verdict
 from maglev.units import factor, known_unit
 
@@ -113,11 +113,6 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
             "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()]}
 
 
-def units_of(table: pa.Table) -> dict[str, str]:
-    """SI units by column."""
-    return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
-
-
 def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
     """Unit of all values of a column in the page, and how many of it are one SI unit."""
     shown = common_unit(values, unit)
@@ -141,12 +136,8 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     for name, unit, values in metrics_of(table):
         if not len(values):
             continue
-        limits = about["limits"].get(name, {})
-        low, high = (limits.get("min"), limits.get("max"))
-        beyond = int(np.sum((values < (-math.inf if low is None else low)) | (values > (math.inf if high is None
-                                                                                          else high))))
         cells = [*least_and_largest(name, values, unit), limits_text(about, name, unit) or "–",
-                 str(beyond) if limits else "–"]
+                 str(beyond_limits(values, about, name).sum()) if name in about["limits"] else "–"]
         rows.append([escape(cell) for cell in (name, *cells)])
     return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
 

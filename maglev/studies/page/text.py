@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Column, Table
 
@@ -35,7 +36,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
                       highlight=False, soft_wrap=True)
 
 
-def metrics_of(table: pa.Table) -> list[tuple[str, str, np.ndarray[Any, np.dtype[np.float64]]]]:
+def metrics_of(table: pa.Table) -> list[tuple[str, str, NDArray[np.float64]]]:
     """Names, units and values, without those that were not measured, of the metrics that are numbers."""
     found = []
     for field in table.schema:
@@ -43,6 +44,18 @@ def metrics_of(table: pa.Table) -> list[tuple[str, str, np.ndarray[Any, np.dtype
         if said.get(b"role") == b"metric" and field.type == pa.float64():
             found.append((field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()))
     return found
+
+
+def units_of(table: pa.Table) -> dict[str, str]:
+    """SI units by column."""
+    return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+
+
+def beyond_limits(values: NDArray[np.float64], about: Mapping[str, Any], name: str) -> NDArray[np.bool_]:
+    """Which values of a metric are beyond its limits; one that was not measured, NaN, is not."""
+    limits = about["limits"].get(name, {})
+    low, high = limits.get("min"), limits.get("max")
+    return (values < (-np.inf if low is None else low)) | (values > (np.inf if high is None else high))
 
 
 def limits_text(about: Mapping[str, Any], name: str, unit: str) -> str:

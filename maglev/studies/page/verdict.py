@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
-from maglev.studies.page.text import limits_text
+from maglev.studies.page.text import beyond_limits, limits_text, units_of
 from maglev.units import known_unit, to_unit
 
 Bools = NDArray[np.bool_]
@@ -20,11 +20,9 @@ Bools = NDArray[np.bool_]
 def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
     """By each reason the samples that fail by it, shape (samples,), most first: limits, lost stages, errors."""
     found: dict[str, Bools] = {}
-    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
-    for name, limits in about["limits"].items():
-        values = np.array([np.nan if value is None else value for value in table[name].to_pylist()])
-        low, high = limits.get("min"), limits.get("max")
-        beyond = (values < (-np.inf if low is None else low)) | (values > (np.inf if high is None else high))
+    units = units_of(table)
+    for name in about["limits"]:
+        beyond = beyond_limits(numbers(table, name), about, name)
         found[f"{name} beyond {limits_text(about, name, units[name])}"] = beyond
     if not about["limits"]:
         found["a stop touched, a trip, or a large error at the end"] = np.array(
@@ -62,7 +60,7 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
 
 
 def numbers(table: pa.Table, name: str) -> NDArray[np.float64]:
-    """A column of what varies as numbers, shape (samples,)."""
+    """A column as numbers, shape (samples,); NaN where nothing was measured."""
     return np.array(table[name].to_pylist(), dtype=np.float64)
 
 
@@ -77,7 +75,7 @@ def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
         said.append("<ul>" + "".join(f"<li>{where.sum()} by {escape(why)}</li>" for why, where in reasons.items())
                     + "</ul>")
     if passed.any() and not passed.all():
-        units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+        units = units_of(table)
         rows = [(escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
                 for name in telling(table, about)]
         said.append(html_table(("what varies", "flown", "all pass", "all fail"), rows))
