@@ -57,7 +57,6 @@ class Pair:
 
     @property
     def name(self) -> str:
-        """Both names."""
         return f"{self.plant_name} with {self.controller_name}"
 
     @property

@@ -66,7 +66,6 @@ class Participant:
         self.close()
 
     def close(self) -> None:
-        """Free the FMU."""
         if self.fmu is not None:
             self.fmu.close()
         self.fmu = None

@@ -100,7 +100,6 @@ class CompiledStage:
         return call(fmu, verb, names, self.row.ctypes.data + place * self.row.itemsize)
 
     def stepping(self, fmu: Fmu) -> Call:
-        """Call of a sample of an FMU."""
         return fmu.do_step, (fmu.handle(), self.time, self.step, c_int(1))
 
     def start(self, parameters: Mapping[str, float | bool], limit: float) -> None:
@@ -167,7 +166,6 @@ def loaded(name: str, folder: Path) -> Fmu:
 
 
 def encoders_of(rig: Rig) -> list[str]:
-    """Encoders of a plant."""
     return [*(f"{axis.name}.encoder" for axis in rig.measured),
             *(f"{motor}.gap_encoder" for motor in rig.motor_names if rig.rotations)]
 

@@ -171,7 +171,6 @@ class Stage(gymnasium.Env[Floats, Floats]):
         return -tilt, tilt
 
     def close(self) -> None:
-        """Free the FMUs."""
         self.freed()
 
 

@@ -67,5 +67,4 @@ def write_png(path: Path, found: Identification) -> None:
 
 
 def title(found: Identification) -> str:
-    """One line about the run."""
     return f"{found.recording.rig.name}: {found.estimate.method} estimator, ε = {found.estimate.epsilon:g} s"

@@ -53,17 +53,14 @@ class Rig:
 
     @property
     def name(self) -> str:
-        """Name of the rig."""
         return self.described.name
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the axes."""
         return self.described.axis_names
 
     @property
     def motors(self) -> tuple[str, ...]:
-        """Names of the motors."""
         return self.described.motor_names
 
     @property

@@ -234,7 +234,6 @@ def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], 
 
 
 def mean(values: Sequence[float]) -> float:
-    """Return the mean."""
     return sum(values) / len(values)
 
 

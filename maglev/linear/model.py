@@ -44,7 +44,6 @@ class Equilibrium:
 
     @property
     def motors(self) -> tuple[str, ...]:
-        """Names of the motors."""
         return self.rig.motor_names
 
     @property

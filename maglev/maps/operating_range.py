@@ -67,7 +67,6 @@ class RigMaps:
 
     @property
     def about(self) -> str:
-        """What the maps are of."""
         *others, last = (f"{value:g}" for value in next(iter(self.laws.values())).constants)
         factors = f"{', '.join(others)} and {last}" if others else last
         return f"""\

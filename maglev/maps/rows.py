@@ -49,5 +49,4 @@ def texts_of(cells: Outcomes) -> Any:
 
 
 def cells_of(texts: Any) -> Outcomes:
-    """The array of such texts."""
     return np.array([*map(int, texts)] if isinstance(texts, str) else [*map(cells_of, texts)])

@@ -40,7 +40,6 @@ class Worse:
 
     @property
     def side(self) -> Side:
-        """As a map has it."""
         return Side(f"{self.name}, {self.printed_unit}",
                     ["∞" if self.text(value) == "no limit" else f"{value:g}" for value in self.values])
 
@@ -75,7 +74,6 @@ class RigMaps:
 
     @property
     def about(self) -> str:
-        """What the maps are of."""
         return """\
 Two things get worse at a time: measurements come late and are noisy; samples are lost and the bus has little
 voltage. Every law makes a step of the air gap with them, together with one of the horizontal axes or the tilts. A

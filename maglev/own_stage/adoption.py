@@ -103,7 +103,6 @@ def packages() -> set[str]:
 
 
 def modules(name: str) -> list[str]:
-    """Names of the modules of a rig."""
     return [path.format(name).removesuffix(".py").replace("/", ".") for path in MODULES]
 
 

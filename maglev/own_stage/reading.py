@@ -90,7 +90,6 @@ def tables(table: Table, key: str) -> dict[str, Table]:
 
 
 def scaled(of: Constants, factor: float) -> Constants:
-    """Constants times a factor."""
     return Constants({axis: factor * value for axis, value in of.thrust.items()}, factor * of.attraction,
                      factor * of.coils, factor * of.iron)
 

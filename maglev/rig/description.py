@@ -45,7 +45,6 @@ class Reader:
         self.rotation = False   # whether what is read is an axis in rad
 
     def refuse(self, key: str, message: str) -> NoReturn:
-        """Refuse a key."""
         raise RigError(f"{self.path}: {key}: {message}" if key else f"{self.path}: {message}")
 
     def read(self, kind: type, table: Any, place: str, **known: Any) -> Any:
@@ -103,7 +102,6 @@ class Reader:
         return tuple(found)
 
     def numbers(self, given: Any, key: str) -> tuple[float, ...]:
-        """Numbers of a list."""
         name = key.rpartition(".")[2]
         length = LENGTHS.get(name)
         if not isinstance(given, list) or length not in (None, len(given)):

@@ -84,7 +84,6 @@ class Candidate:
 
     @property
     def title(self) -> str:
-        """Name and largest steps."""
         certified, flown = self.largest
         unit = f"m{self.unit}"
         return f"{self.name}: {certified} {unit} certified, {flown}{f' {unit} flown' if self.flown else ''}"
@@ -175,7 +174,6 @@ class Region:
 
 
 def response_cells(response: Response) -> tuple[str, str]:
-    """Overshoot and settling."""
     return f"{100.0 * response.overshoot:.1f}", f"{response.settling:.2f}"
 
 

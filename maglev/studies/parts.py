@@ -84,19 +84,16 @@ class Parts:
         return others
 
     def begin(self) -> None:
-        """Make the folder."""
         self.folder.mkdir(parents=True, exist_ok=True)
         write_whole(self.mark, json.dumps({"key": self.key}) + "\n")
 
     def path(self, name: str, content: bytes) -> Path:
-        """File of a part."""
         digest = hashlib.sha256(f"{self.key}\0{name}\0".encode())
         digest.update(content)
         part = Path(name)
         return self.folder / f"{part.stem}.{digest.hexdigest()[:DIGITS]}{part.suffix}"
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a part."""
         path = self.path(name, content)
         with whole_file(path) as unfinished:
             unfinished.write_bytes(content)
@@ -112,7 +109,6 @@ class Parts:
         return content
 
     def remove(self) -> None:
-        """Remove the folder."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

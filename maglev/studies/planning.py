@@ -168,5 +168,4 @@ def finite(value: float) -> float | None:
 
 
 def trajectory_schema(planned: PlannedStudy) -> Any:
-    """Schema of the trajectories of a study."""
     return trajectories_schema(planned.job, planned.units, planned.layout.about)

@@ -90,7 +90,6 @@ class Varied(Table):
 
     @property
     def quantities(self) -> list[StartValue]:
-        """Every quantity that is given."""
         given = [self.start, self.to, self.low, self.high, self.mean, self.deviation, *(self.values or ())]
         return [each for each in given if each is not None]
 

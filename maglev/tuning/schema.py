@@ -22,7 +22,6 @@ class Range(Table):
 
     @model_validator(mode="after")
     def not_empty(self) -> "Range":
-        """Refuse an empty range."""
         if not self.low.value < self.high.value:
             raise key_refused("high", self.high.written, f"expected more than low = {self.low.written}")
         return self

@@ -23,11 +23,9 @@ class PlacedPoles:
 
     @property
     def names(self) -> list[str]:
-        """Names of the parameters."""
         return [f"{axis}.k{i}" for axis in self.axes for i in range(1, 6)]
 
     def parameters(self, numbers: Sequence[float]) -> list[float]:
-        """Values of the parameters."""
         real, rate1, damping1, rate2, damping2 = numbers
         polynomial = np.polymul([1.0, real], np.polymul([1.0, 2.0 * damping1 * rate1, rate1 * rate1],
                                                         [1.0, 2.0 * damping2 * rate2, rate2 * rate2]))
@@ -41,7 +39,6 @@ class PlainParameters:
     names: list[str]
 
     def parameters(self, numbers: Sequence[float]) -> list[float]:
-        """Values of the parameters."""
         number, = numbers
         return [number] * len(self.names)
 
@@ -61,7 +58,6 @@ class Unknowns:
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
-        """Range of each number."""
         return [pair for lows, highs in zip(self.lows, self.highs, strict=True)
                 for pair in zip(lows, highs, strict=True)]
 

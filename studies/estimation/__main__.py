@@ -83,7 +83,6 @@ def missing_as_none(value: Any) -> Any:
 
 
 def from_data(data: dict[str, Any]) -> Fit:
-    """A fit from JSON."""
     u, deviations, correlations, profiles = (np.array(data[name], dtype=np.float64) for name in (
         "u", "deviations", "correlations", "profiles"))
     return Fit(u, deviations, correlations, data["cost"], data["cost_before"], profiles)
@@ -121,7 +120,6 @@ def effects_file(rig: Rig, title: str, values: Defaults) -> str:
 
 
 def main() -> None:
-    """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fmus", type=Path, default=Path("fmus"), help="folder with a folder native in it")
     parser.add_argument("--anew", action="store_true", help="fit every stage, whatever was found already")

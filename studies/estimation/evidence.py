@@ -71,7 +71,6 @@ class Counts:
 
 
 def counts(judged: Iterable[Judged]) -> Counts:
-    """Count the verdicts."""
     results = [each.result for each in judged]
     words, axes = count_verdicts(sentences(results)), count_verdicts(results)
     return Counts((words["reproduced"], words["within 10 %"], words["not reproduced"]), (axes["met"], axes["not met"]))
@@ -83,6 +82,5 @@ def changed(before: Sequence[Judged], after: Sequence[Judged]) -> list[tuple[Jud
 
 
 def better(old: Verdict, new: Verdict) -> bool:
-    """Whether a verdict is better than another."""
     order: tuple[Verdict, ...] = ("not run", "not reproduced", "not met", "within 10 %", "reproduced", "met")
     return order.index(new) > order.index(old)

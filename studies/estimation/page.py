@@ -80,7 +80,6 @@ def count_table(settings: Settings, before: Sequence[Judged], after: Sequence[Ju
 
 
 def count_row(label: str, settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
-    """One row of the table of counts."""
     (old, old_bounds), (new, new_bounds) = counts(before).text, counts(after).text
     old_misfit, new_misfit = misfit(settings, before), misfit(settings, after)
     return f"| {label} | {old} | {new} | {old_bounds} | {new_bounds} | {old_misfit:.1f} | {new_misfit:.1f} |"

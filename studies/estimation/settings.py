@@ -106,7 +106,6 @@ def read_settings(path: Path = FILE) -> Settings:
 
 
 def read_parameters(tables: Iterable[Mapping[str, Any]]) -> Iterable[Parameter]:
-    """Parameters of one rig."""
     for table in tables:
         follows = table.get("follows")
         yield Parameter(**{**table, "variables": tuple(table["variables"]),

@@ -30,7 +30,6 @@ def study_of(rig: str, law: str) -> StudyFile:
 
 
 def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
-    """Fly, draw, print."""
     flown = {law: fly(study_of(rig, law)) for law in laws}
     maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in flown.items()}, origin_of(flown.values()))
     write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.rows(),

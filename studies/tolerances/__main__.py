@@ -58,7 +58,6 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
 
 
 def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
-    """Fly, draw, print."""
     rig, paths = RIGS[name], list[Path]()
     maps: dict[str, dict[str, Outcomes]] = {}
     for question in QUESTIONS:

@@ -170,7 +170,6 @@ def jackknife(left_out: Any) -> Any:
 
 
 def heading(found: FrequencyResponse) -> str:
-    """What was flown."""
     lines, grid = found.frequencies, found.grid
     axis = found.at.rpartition(".")[0]
     unit = next((each.unit("m") for each in found.equilibrium.rig.axes if each.name == axis), "m")

@@ -61,7 +61,6 @@ class StudyFiles(WorkerPlugin):
         self.folder: Path | None = None
 
     def setup(self, worker: Worker) -> None:
-        """Write the files."""
         folder = Path(worker.local_directory) / f"maglev-{digest(self.files)}"
         for name, content in self.files.items():
             path = folder / name
@@ -70,7 +69,6 @@ class StudyFiles(WorkerPlugin):
         self.folder = folder
 
     def teardown(self, worker: Worker) -> None:
-        """Remove them."""
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
