@@ -105,10 +105,7 @@ class CompiledStage:
     def start(self, parameters: Mapping[str, float | bool], limit: float) -> None:
         """Begin anew at time 0, with parameters of the plant, and direct and quadrature currents limited to ±limit (A).
 
-        Raises
-        ------
-        FmuError
-            If the plant refuses its parameters.
+        FmuError if the plant refuses its parameters.
         """
         for fmu, start in ((self.plant, parameters), (self.commutation, {"current_limit": limit})):
             if fmu is not None:

@@ -54,11 +54,7 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
     at the motors, `alpha1.gap_encoder` …, or `y`, `roll`, `pitch` (rad), and of each motor `i_d`, `i_q` or `i_a`,
     `i_b`, `i_c` (A), with the motor's name and a point in front where there are two. Names as in results of this
     project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position.
-
-    Raises
-    ------
-    IdentificationError
-        One line with file, column, row, value and what was expected.
+    IdentificationError, in one line, with file, column, row, value and what was expected.
     """
     table = read_csv(path)
     rig = chosen_rig(table, rig_name)

@@ -52,13 +52,7 @@ Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
 
 def rig_of(name: str) -> Rig:
-    """Rig of a plant or controller.
-
-    Raises
-    ------
-    LinearModelError
-        If there is no linear model of an FMU of this name.
-    """
+    """Rig of a plant or controller; LinearModelError if there is no linear model of an FMU of this name."""
     if name not in DEFINITIONS:
         raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, or with "
                                f"--rig mine.toml one of a stage of yours; nearest is {nearest(name, DEFINITIONS)}")
@@ -68,10 +62,7 @@ def rig_of(name: str) -> Rig:
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     """New block of a plant or controller, with parameters by the names that the FMU has for them.
 
-    Raises
-    ------
-    LinearModelError
-        If the FMU has no such parameter or cannot take its value.
+    LinearModelError if the FMU has no such parameter or cannot take its value.
     """
     rig_of(name)
     definition = DEFINITIONS[name]
@@ -106,10 +97,7 @@ def number(name: str, key: str, given: Quantity, unit: str) -> float:
 def prepare(name: str, block: Any) -> None:
     """Have a controller compute what follows from its fixed parameters.
 
-    Raises
-    ------
-    LinearModelError
-        With the text by which the FMU refuses them.
+    LinearModelError with the text by which the FMU refuses them.
     """
     status = block.start()
     if status:

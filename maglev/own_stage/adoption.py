@@ -72,10 +72,7 @@ def know_stage(path: str | Path) -> Rig:
 def rig_named(rig: str) -> Rig:
     """A rig by its name, or a stage of the user's by the file of its description, NAME.toml.
 
-    Raises
-    ------
-    RigError
-        If there is no such rig, or as of `know_stage`.
+    RigError if there is no such rig, or as of `know_stage`.
     """
     if rig.endswith(".toml"):
         return know_stage(rig)

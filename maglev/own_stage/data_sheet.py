@@ -76,10 +76,7 @@ class Field:
 def field_geometry(place: str, of: Field) -> dict[str, float]:
     """Parameters of `pmlsm.magnet_field` that a field has, by path of the geometry.
 
-    Raises
-    ------
-    RigError
-        If it is not given in one way, is not positive, or no polynomial of the twelfth degree comes near it.
+    RigError if it is not given in one way, is not positive, or no polynomial of the twelfth degree comes near it.
     """
     ways = [of.B0 is not None and of.decay is not None, bool(of.gaps and of.B), bool(of.coefficients)]
     if sum(ways) != 1 or not of.lower < of.upper:
@@ -127,13 +124,9 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
 
     With peaks of the currents, F = Kf i_q and N at the gaps of the data sheet. What it leaves out of the normal force
     follows from it: i_d acts on the same flux as i_q, so that it gives Kf coth a by virtual work, and the fields of
-    magnets and coils add before they are squared, 4 C_attraction C_iron = C_coils². On the rigs of the thesis these
-    two are 0.83 and 0.58 times, 2.5 and 13 times what was identified; with a winding the formulas stand in their place.
-
-    Raises
-    ------
-    RigError
-        If a number is missing that nothing can replace, or a gap is outside the field's range.
+    magnets and coils add before they are squared, 4 C_attraction C_iron = C_coils². On the rigs of the thesis these two
+    are 0.83 and 0.58 times, 2.5 and 13 times what was identified; with a winding the formulas stand in their place.
+    RigError if a number is missing that nothing can replace, or a gap is outside the field's range.
     """
     if sheet.currents not in ("rms", "peak"):
         raise RigError(f"{place}.currents: {sheet.currents!r}, expected 'rms' or 'peak'")

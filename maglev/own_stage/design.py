@@ -25,10 +25,7 @@ OMEGA0 = 1.5 * pi   # rad/s, of the internal models
 def gains_of_poles(place: str, given: Any) -> list[float]:
     """Gains k1…k5 that place five poles: real ones as numbers, a pair as [real, imaginary part] (rad/s).
 
-    Raises
-    ------
-    RigError
-        If there are not five, or one is not on the left.
+    RigError if there are not five, or one is not on the left.
     """
     poles: list[complex] = []
     for each in given if isinstance(given, list) else []:
@@ -60,12 +57,7 @@ def forces_of(rig: Rig) -> MotorForces:
 def unstable_rate(rig: Rig, axis: str = "") -> float:
     """Rate (1/s) with which the mover leaves its start, where the model's motors hold it, if nothing controls it.
 
-    Along the air gap, or a tilt of it.
-
-    Raises
-    ------
-    RigError
-        If no direct current holds it there.
+    Along the air gap, or a tilt of it. RigError if no direct current holds it there.
     """
     forces, gap, n = forces_of(rig), rig.vertical.start, len(rig.motors)
     current, found = equilibrium_current(forces.motor, n * forces.attraction, n * forces.coils, n * forces.iron, gap)

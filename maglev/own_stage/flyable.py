@@ -16,12 +16,9 @@ SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e:
 def flyable(path: str | Path) -> Rig:
     """Read a description and check that its stage can fly.
 
-    Raises
-    ------
-    RigError, ScenarioError
-        If it is no description; if stops are outside the field's range, no current below the limits holds the mover at
-        its start, thrust does not overcome bias and friction, sampling is too slow for the unstable pole, or the loop
-        of a regulator is unstable; with the numbers.
+    RigError, ScenarioError if it is no description; if stops are outside the field's range, no current below the limits
+    holds the mover at its start, thrust does not overcome bias and friction, sampling is too slow for the unstable
+    pole, or the loop of a regulator is unstable; with the numbers.
     """
     rig = know_stage(path)
     try:

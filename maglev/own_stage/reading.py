@@ -17,10 +17,7 @@ Table = dict[str, Any]
 def read_own(path: Path) -> Rig:
     """Read a description, which may have a catalogue, a field and poles; a design that it leaves out is scaled.
 
-    Raises
-    ------
-    RigError, ScenarioError
-        As of `read_rig`.
+    RigError, ScenarioError as of `read_rig`.
     """
     table, reader = read_toml(path), Reader(path)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None

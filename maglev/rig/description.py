@@ -25,11 +25,8 @@ LIST_UNITS = {"bounds": "m", "setpoints": "m", "gaps": "m", "B": "T", "coefficie
 def read_rig(path: Path) -> Rig:
     """Read a description.
 
-    Raises
-    ------
-    RigError, ScenarioError
-        If the file cannot be read, or what it says is no rig; the message names the key, its value, and what was
-        expected.
+    RigError, ScenarioError if the file cannot be read, or what it says is no rig; the message names the key, its value,
+    and what was expected.
     """
     reader = Reader(path)
     rig = cast(Rig, reader.read(Rig, read_toml(path), ""))

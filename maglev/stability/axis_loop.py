@@ -111,10 +111,7 @@ class AxisLoop:
 def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
     """Description of a rig, and the names of its plant and of its output regulators, the nonlinear one first.
 
-    Raises
-    ------
-    StabilityError
-        If there is no such rig.
+    StabilityError if there is no such rig.
     """
     try:
         described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())

@@ -105,12 +105,7 @@ def synthesise(loop: AxisLoop, decay: float) -> Matrix:
     """Antiwindup gains Ec, shape (3,), with the largest certified step at a rate of decay (1/s).
 
     S = 1/T is the same number of all commands that the antiwindup acts on, and Z = Ec S takes the place of the product:
-    the inequalities are linear in Q, Y, S, Z.
-
-    Raises
-    ------
-    StabilityError
-        If there are none, or cvxpy is missing.
+    the inequalities are linear in Q, Y, S, Z. StabilityError if there are none, or cvxpy is missing.
     """
     inequalities = Inequalities(solver(), Scaled(loop), decay, None)
     inequalities.largest_step()

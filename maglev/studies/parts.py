@@ -60,10 +60,7 @@ class Parts:
     def find(self) -> int:
         """Find the parts that are there; returns how many other files are.
 
-        Raises
-        ------
-        ScenarioError
-            If the folder is of another study.
+        ScenarioError if the folder is of another study.
         """
         if not self.folder.exists():
             return 0

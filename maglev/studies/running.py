@@ -34,14 +34,9 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     """Fly a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
-    `say` is told what is missing or broken of what was done.
-
-    Raises
-    ------
-    MaglevError
-        If it cannot be flown, another process is writing there, or parts are there and `resume` is not asked for.
-    Interrupted
-        After Ctrl-C or SIGTERM; what is done is kept.
+    `say` is told what is missing or broken of what was done. MaglevError if it cannot be flown, another process is
+    writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM; what is done
+    is kept.
     """
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     with parts.alone():

@@ -43,10 +43,7 @@ class PlannedTuning:
 def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> PlannedTuning:
     """Plan a tuning of an experiment; `origin`, the file, is what refusals name.
 
-    Raises
-    ------
-    MaglevError
-        If something in it cannot be used, or is out of range.
+    MaglevError if something in it cannot be used, or is out of range.
     """
     descriptions, plan = experiment.check(), experiment.plan
     if plan.needs:

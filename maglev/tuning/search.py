@@ -106,16 +106,10 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
            watch: Watcher, say: Say) -> Found:
     """Search on a cluster: the workers of a scheduler, or so many processes of this machine.
 
-    While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course
-    again, and flies what is not there. `say` is told what is broken of it.
-
-    Raises
-    ------
-    MaglevError
-        If something cannot be flown, another process is writing there, or parts are there and `resume` is not asked
-        for.
-    Interrupted
-        After Ctrl-C or SIGTERM; what is done is kept.
+    While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
+    and flies what is not there. `say` is told what is broken of it. MaglevError if something cannot be flown, another
+    process is writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM;
+    what is done is kept.
     """
     with parts.alone():
         others = parts.find()

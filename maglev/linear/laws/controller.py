@@ -50,10 +50,7 @@ class Seen:
 def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
     """Linearise a controller about an equilibrium; see `maglev.linear.linearise.linearise`.
 
-    Raises
-    ------
-    LinearModelError
-        If its parameters are refused, or at this equilibrium no direct current changes the levitation.
+    LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
     """
     prepare(name, block)
     law = pid if name.startswith("PID") else output_regulator

@@ -44,13 +44,9 @@ def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
 def fly_all(client: Client, job: Job, batches: list[Batch], values: NDArray[np.float64], store: Store) -> None:
     """Fly batches and store each as it is done; `values` are those of the targets by sample.
 
-    A batch whose worker dies is flown again elsewhere. One that took several workers with it is flown sample by
-    sample, alone on the cluster; a sample that takes its worker again has a row that says so.
-
-    Raises
-    ------
-    MaglevError
-        If a batch cannot be flown at all, such as by a worker with another version of this package.
+    A batch whose worker dies is flown again elsewhere. One that took several workers with it is flown sample by sample,
+    alone on the cluster; a sample that takes its worker again has a row that says so. MaglevError if a batch cannot be
+    flown at all, such as by a worker with another version of this package.
     """
     plugin = StudyFiles(job, files_of(job.experiment))
     client.register_plugin(plugin)

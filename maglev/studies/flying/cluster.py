@@ -37,10 +37,7 @@ WORKERS_WITHIN = 60.0    # s
 def connected(scheduler: str | None, jobs: int) -> Iterator[Client]:
     """Client of the scheduler at an address, or of a cluster of so many processes here, which ends with the block.
 
-    Raises
-    ------
-    ScenarioError
-        If the scheduler cannot be reached, has no worker, or a worker has another version of this package.
+    ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
     if scheduler is None:
         # Dask starts processes now, and when one has died; what they have on the disk goes with the folder.

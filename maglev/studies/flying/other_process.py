@@ -18,10 +18,7 @@ FLIGHTS = 2             # of a sample whose process dies: the first time it may 
 def each_flown_apart(job: Job, values: NDArray[np.float64], limit: float) -> Iterator[Sample]:
     """Fly samples in a process beside this one, and in another after each that takes longer than `limit`, s.
 
-    Raises
-    ------
-    MaglevError
-        If the FMUs cannot be loaded.
+    MaglevError if the FMUs cannot be loaded.
     """
     done, deaths, patience = 0, 0, max(limit, STARTED_WITHIN)
     while done < len(values):
