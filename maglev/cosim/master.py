@@ -20,7 +20,7 @@ from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter
-from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, wire
+from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress as Progress
@@ -81,6 +81,8 @@ class Observer:
     `counter[0]` is the number of calls of FMUs that were begun in the steps, those before the first one included.
     """
 
+    whole = False   # whether the arrays are of the whole run, not of a few hundred steps
+
     def __init__(self) -> None:
         self.counter = new_counter()
 
@@ -103,25 +105,31 @@ class Columns:
     Parameters
     ----------
     tracks : sequence of Track
+    rows : int
+        Communication points of the run.
     kind : type, optional
         Of all columns; without it each has that of its track, and Booleans that of FMI 2.0.
     """
 
-    def __init__(self, tracks: Sequence[Track], kind: type | None = None):
+    def __init__(self, tracks: Sequence[Track], rows: int, kind: type | None = None):
         self.tracks = tracks
-        self.tables = [np.empty(track.array.shape[::-1], kind or countable(track.array.dtype)) for track in tracks]
+        self.kinds = [kind or countable(track.array.dtype) for track in tracks]
+        self.tables = [np.empty((len(track.names) if track.signals is None else 0, rows), kind)
+                       for track, kind in zip(tracks, self.kinds, strict=True)]   # signals have theirs already
         self.taken = 0
 
-    def take(self, rows: int) -> None:
-        """Take over the rows up to this number that were not yet."""
+    def take(self, rows: int, origin: int = 0) -> None:
+        """Take over the rows up to this number that were not yet; those of the tracks begin with `origin`."""
         for track, table in zip(self.tracks, self.tables, strict=True):
-            table[:, self.taken:rows] = track.array[self.taken:rows].T
+            if track.signals is None:
+                table[:, self.taken:rows] = track.array[self.taken - origin:rows - origin].T
         self.taken = rows
 
     def recording(self, step: float, notes: tuple[str, ...] = ()) -> Recording:
         """Recording of the rows that were taken over, a communication step (s) apart; the memory is the same."""
         columns: dict[str, npt.NDArray[Any]] = {}
-        for track, table in zip(self.tracks, self.tables, strict=True):
+        for track, kind, recorded in zip(self.tracks, self.kinds, self.tables, strict=True):
+            table = recorded if track.signals is None else track.signals.astype(kind, copy=False)
             columns.update(zip(track.names, table[:, :self.taken], strict=True))
         return Recording(step * np.arange(self.taken, dtype=np.float64), columns, notes)
 
@@ -207,13 +215,14 @@ class Master:
     def wire(self, stop_time: float, drives: Drives) -> None:
         """Prepare flights from 0 to the stop time (s); parameters and errors as of `run`."""
         self.stop_time, self.steps = stop_time, whole_steps(stop_time, self.step)
+        self.block = self.steps if self.observer.whole else PROGRESS_STEPS
         for target, values in drives.items():
             if len(values) != self.steps + 1:
                 raise FmuError(f"{target} is driven by {len(values)} values, expected {self.steps + 1}, "
                                "one for each communication point")
         rates = {p.name: rate(p.name, p.ports.step, self.step, self.steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
-        self.wiring = wire(self.fmus, self.connections, drives, self.steps + 1, self.step, self.order, rates,
+        self.wiring = wire(self.fmus, self.connections, drives, self.block + 1, self.step, self.order, rates,
                            self.observer.allocate)
         self.observer.wired(self.wiring)
 
@@ -221,9 +230,8 @@ class Master:
         """Give all driven inputs other values for the next flight."""
         assert self.wiring is not None
         for track in self.wiring.tracks:
-            if track.names[0] in drives:
-                for column, name in enumerate(track.names):
-                    track.array[:, column] = drives[name]
+            if track.signals is not None:
+                track.signals = signals(track.names, track.signals.dtype, drives)
 
     def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
             columns: Columns | None = None) -> Recording:
@@ -241,10 +249,12 @@ class Master:
         """
         assert self.wiring is not None
         initial, phases, tracks, begin = self.wiring
-        columns = columns or Columns(tracks)
-        done = columns.taken = 0
+        columns = columns or Columns(tracks, self.steps + 1)
+        done = origin = columns.taken = 0
         with held_interrupts() as let_through:
             own = {setup.name: setup.start for setup in self.setups}
+            for track in tracks:
+                track.begin(0)
             for name, calls in begin.items():
                 if self.flown:
                     self.fmus[name].reset()
@@ -259,17 +269,21 @@ class Master:
                 stepper = Stepper(phases, [setup.path.parent for setup in self.setups], self.observer.counter)
                 while done < self.steps:
                     let_through()
+                    if done == origin + self.block:
+                        origin = done
+                        for track in tracks:
+                            track.begin(origin)
                     last = min(done + PROGRESS_STEPS, self.steps)
-                    stepper.step_over(done, last)
+                    stepper.step_over(done, last, origin)
                     done = last
-                    columns.take(done + 1)
+                    columns.take(done + 1, origin)
                     if progress is not None:
                         progress(done, self.steps)
             except (FmuError, StepFailed, KeyboardInterrupt) as error:
                 reason: BaseException = error
                 if isinstance(error, StepFailed):
                     done, reason = error.step, error.reason
-                columns.take(done + 1)
+                columns.take(done + 1, origin)
                 raise ended(reason, done * self.step, columns.recording(self.step)) from reason
             return columns.recording(self.step, self.notes())
 

@@ -21,20 +21,20 @@ struct call {
     void *instance;
     const uint32_t *references;
     size_t count;
-    char *row;                    /* values at communication point 0 */
+    char *row;                    /* values at the first communication point that lies in memory */
     int64_t row_stride;           /* bytes from one point to the next */
     double time, time_stride;     /* s */
     double step;                  /* s */
     int64_t fmi3;                 /* whether the function is of FMI 3.0 */
 };
 
-/* A call of FMI 3.0 in communication step k; an FMU that asks for the end of the simulation has the status of a discarded step. */
-static unsigned int call_fmi3(const struct call *c, int64_t k)
+/* A call of FMI 3.0 in communication step k, with the row; an FMU that asks for the end of the simulation has the status of a discarded step. */
+static unsigned int call_fmi3(const struct call *c, int64_t k, char *row)
 {
     bool event, end = false, early;
     double last_time;
     if (c->references) {
-        return ((Exchange3)c->function)(c->instance, c->references, c->count, c->row + k * c->row_stride, c->count);
+        return ((Exchange3)c->function)(c->instance, c->references, c->count, row, c->count);
     }
     const unsigned int status = ((DoStep3)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, true, &event, &end, &early, &last_time);
     return status <= 1 && end ? 2 : status;
@@ -44,17 +44,18 @@ static unsigned int call_fmi3(const struct call *c, int64_t k)
 EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
 
 /* Steps first to before last; step k makes the calls of phase k modulo their number, which end before ends[phase].
-   A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1]; else 0. */
+   Rows are counted from that of communication point origin. A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1]; else 0. */
 EXPORT unsigned int maglev_step_over(const struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
-                                     int64_t last, int64_t *begun, int64_t *refused)
+                                     int64_t last, int64_t origin, int64_t *begun, int64_t *refused)
 {
     for (int64_t k = first; k < last; ++k) {
         const int64_t phase = k % phases;
         for (int64_t i = phase > 0 ? ends[phase - 1] : 0; i < ends[phase]; ++i) {
             const struct call *c = &calls[i];
             ++*begun;
-            const unsigned int status = c->fmi3 ? call_fmi3(c, k) : c->references
-                ? ((Exchange)c->function)(c->instance, c->references, c->count, c->row + k * c->row_stride)
+            char *const row = c->row + (k - origin) * c->row_stride;
+            const unsigned int status = c->fmi3 ? call_fmi3(c, k, row) : c->references
+                ? ((Exchange)c->function)(c->instance, c->references, c->count, row)
                 : ((DoStep)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, 1);
             if (status > 1) {   /* fmi2Warning */
                 refused[0] = k;

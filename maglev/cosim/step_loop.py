@@ -39,11 +39,11 @@ class StepLoop:
         self.prepared = (Prepared * len(self.calls))(*map(prepared, self.calls))
         self.ends = (c_int64 * len(phases))(*accumulate(map(len, phases)))
 
-    def step_over(self, first: int, last: int) -> tuple[int, Call, int] | None:
-        """Make the steps from the first to before the last; step, call and status of a refusal if there is one."""
+    def step_over(self, first: int, last: int, origin: int) -> tuple[int, Call, int] | None:
+        """Make steps as a `Stepper` does; step, call and status of a refusal if there is one."""
         refused = (c_int64 * 2)()
-        status = self.function(self.prepared, self.ends, len(self.ends), first, last, self.counter,
-                               refused)
+        status = self.function(self.prepared, self.ends, len(self.ends), first, last, origin,
+                               self.counter, refused)
         return (refused[0], self.calls[refused[1]], status) if status else None
 
 
@@ -86,8 +86,8 @@ def step_function(path: Path) -> Any:
     except (OSError, AttributeError):   # no library of this machine, or another one
         return None
     function.restype = c_uint
-    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, POINTER(c_int64),
-                         POINTER(c_int64)]
+    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, c_int64,
+                         POINTER(c_int64), POINTER(c_int64)]
     return function
 
 

@@ -36,8 +36,8 @@ class Stepper:
         self.counter = new_counter() if counter is None else counter
         self.loop = compiled(phases, folders, self.counter)
 
-    def step_over(self, first: int, last: int) -> None:
-        """Make the communication steps from the first to before the last.
+    def step_over(self, first: int, last: int, origin: int = 0) -> None:
+        """Make the communication steps from the first to before the last; rows begin with communication point `origin`.
 
         Raises
         ------
@@ -47,14 +47,15 @@ class Stepper:
         k, counter = first, self.counter
         try:
             if self.loop is None:
+                phases = [[call.with_rows_from(origin) for call in phase] for phase in self.phases]
                 for k in range(first, last):
-                    for moving, base, stride, function, arguments, (fmu, what) in self.phases[k % len(self.phases)]:
+                    for moving, base, stride, function, arguments, (fmu, what) in phases[k % len(phases)]:
                         counter[0] += 1
                         moving.value = base + k * stride
                         status = function(*arguments)
                         if status > WARNING:
                             raise fmu.failed(what, status)
-            elif (refusal := self.loop.step_over(first, last)) is not None:
+            elif (refusal := self.loop.step_over(first, last, origin)) is not None:
                 k, call, status = refusal
                 raise call.failed(status)
         except (FmuError, KeyboardInterrupt) as error:

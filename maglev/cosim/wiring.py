@@ -30,20 +30,43 @@ Allocate = Callable[[tuple[int, int], type], npt.NDArray[Any]]   # from shape an
 
 
 class Track:
-    """Values of variables of one FMI type at every communication point, row by row, where the FMUs read and write."""
+    """Values of variables of one FMI type, where the FMUs read and write: a row for each communication point.
 
-    def __init__(self, names: list[str], item: type, rows: int, allocate: Allocate = np.zeros):
+    The rows are those of a block of some hundred points, and used again by the next one: they stay in the processor's
+    cache. Signals have all their values, shape (names, points), in `signals`.
+    """
+
+    def __init__(self, names: list[str], item: type, rows: int, allocate: Allocate = np.zeros,
+                 drives: Drives | None = None):
         self.names = names
+        self.signals = None if drives is None else signals(names, item, drives)
         self.array = allocate((rows, len(names)), item)
         self.address = self.array.ctypes.data
         self.item = self.array.itemsize
         self.stride = self.item * len(names)   # bytes from one row to the next
 
+    def begin(self, origin: int) -> None:
+        """Begin a block with the communication point `origin`, the last one of the block before."""
+        if self.signals is not None:
+            block = self.signals[:, origin:origin + len(self.array)].T
+            self.array[:len(block)] = block
+        elif origin > 0:
+            self.array[0] = self.array[-1]
+
+
+def signals(names: Sequence[str], item: npt.DTypeLike, drives: Drives) -> npt.NDArray[Any]:
+    """Values of driven inputs at every communication point, shape (names, points)."""
+    found = np.empty((len(names), len(drives[names[0]])), item)
+    for row, name in zip(found, names, strict=True):
+        row[:] = drives[name]
+    return found
+
 
 class Call(NamedTuple):
     """A call of an FMU's function at every communication point k: its moving argument is base + k stride.
 
-    That is the address of a row, the time of the point (s), or, of a conversion, the number of a row.
+    The argument is the address of a row, the time of the point (s), or, of a conversion, the number of a row. Rows are
+    counted from point 0 on, see `with_rows_from`.
     """
 
     moving: Any        # c_void_p, c_double or c_int64, one of the arguments
@@ -59,6 +82,10 @@ class Call(NamedTuple):
         status = self.function(*self.arguments)
         if status > WARNING:
             raise self.failed(status)
+
+    def with_rows_from(self, origin: int) -> "Call":
+        """The call in a block whose rows begin with another communication point."""
+        return self if isinstance(self.moving, c_double) else self._replace(base=self.base - origin * self.stride)
 
     def failed(self, status: int) -> FmuError:
         """Error for a status beyond a warning."""
@@ -107,7 +134,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     drives : mapping of str to sequence of float or ndarray
         Values of inputs at every communication point.
     rows : int
-        Number of communication points.
+        Number of communication points of a block.
     step : float
         Communication step, s.
     order : str
@@ -139,9 +166,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         driven = [target for target in drives if target.partition(".")[0] == name
                   and kind_of(fmu.variable(target.partition(".")[2])) == kind]
         if driven:
-            track = Track(driven, fmu.fmi.types[kind].item, rows, allocate)
-            for column, target in enumerate(driven):
-                track.array[:, column] = drives[target]
+            track = Track(driven, fmu.fmi.types[kind].item, rows, allocate, drives)
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
         sets.append(list(input_calls(number, name, fmu, sources, places, order)))

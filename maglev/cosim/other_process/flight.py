@@ -73,6 +73,8 @@ class Failed(NamedTuple):
 class Reporter(Observer):
     """The observer in the other process: sends reports, allocates and counts calls in files."""
 
+    whole = True
+
     def __init__(self, folder: Path, send: Send):
         self.folder = folder
         self.send = send

@@ -48,7 +48,7 @@ class Flight:
             self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
-            self.columns = Columns(self.master.wiring.tracks, np.float64)
+            self.columns = Columns(self.master.wiring.tracks, self.master.steps + 1, np.float64)
             self.redriven = False
         return self.master
 
