@@ -18,24 +18,11 @@ Found = TypeVar("Found")
 
 def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any,
           **options: Any) -> Found:
-    """Call a function of a module here, or where one of the files is not of this project, in another process.
+    """Call a function here, or where one of the files that it flies is not of this project, in another process.
 
-    Parameters
-    ----------
-    function : callable
-    files : sequence of Path
-        What it flies.
-    timeout : float
-        Longest time without a step, s; `TIMEOUT` at least.
-    *arguments, **options
-        Of the function.
-
-    Raises
-    ------
-    FmuError
-        If the process dies, or a step takes too long.
-    ControllerError
-        If one of the files stands for a class, which only this process knows, and another has to fly elsewhere.
+    `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
+    too long; ControllerError if one of the files stands for a class, which only this process knows, and another has to
+    fly elsewhere.
     """
     foreign = [path for path in files if flies_apart(path)]
     if not foreign:

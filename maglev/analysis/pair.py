@@ -232,23 +232,10 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
 
 @contextmanager
 def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
-    """Fly a pair until it rests, and mark both its parts there.
+    """Fly a pair until it rests, for `settle` s at most, and mark both its parts there.
 
     The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the
-    plant then has until t_k+1.
-
-    Parameters
-    ----------
-    pair : Pair
-    settle : float
-        How long it flies at most, s.
-    strict : bool
-        Whether one that still moves is refused.
-
-    Raises
-    ------
-    LinearModelError
-        If it does not get there, or still moves.
+    plant then has until t_k+1. LinearModelError if it does not get there or, unless `strict` is False, still moves.
     """
     steps, look = max(2, round(settle / pair.step)), max(2, round(LOOK / pair.step))
     references = list(pair.references.values())

@@ -125,12 +125,7 @@ class Participant:
     def mark(self, past: Rows, last: Sequence[float]) -> None:
         """Take the present as the point to return to.
 
-        Parameters
-        ----------
-        past : ndarray, shape (steps, inputs)
-            Inputs of every step so far.
-        last : sequence of float
-            Outputs of the last step.
+        `past` are the inputs of every step so far, shape (steps, inputs), `last` the outputs of the last one.
         """
         self.past = past.tolist()
         self.last = list(last)

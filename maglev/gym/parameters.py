@@ -16,20 +16,9 @@ Setting = Value | Sequence[Value]         # a pair: drawn between the two, in ev
 
 
 class PlantParameters:
-    """Start values of a plant by their names, such as "y.friction.coulomb".
+    """Start values of a plant, which has `variables`, by their names, such as "y.friction.coulomb".
 
-    Parameters
-    ----------
-    variables : mapping of str to ScalarVariable
-        Those of the plant.
-    settings : mapping of str to value or pair of values
-
-    Raises
-    ------
-    UnknownName
-        If the plant has no such parameter.
-    ScenarioError
-        If a value cannot be used.
+    UnknownName if the plant has no such parameter, ScenarioError if a value cannot be used.
     """
 
     def __init__(self, variables: Mapping[str, ScalarVariable], settings: Mapping[str, Setting]):

@@ -143,16 +143,7 @@ def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
 
 
 def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
-    """Rows of a rig from data.
-
-    Parameters
-    ----------
-    rig : Rig
-    positions, velocities : ndarray, shape (n, axes)
-        m and m/s.
-    i_d, i_q : ndarray, shape (n, motors)
-        Delivered currents, A.
-    """
+    """Rows of a rig at positions and velocities (m, m/s), shape (n, axes), with delivered currents (A), (n, motors)."""
     f = shape_functions(rig.motor, rig.gaps(positions))
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
             for k, row in enumerate(rig.rows)]

@@ -249,18 +249,10 @@ def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapp
 
 def step_response(axis: str, time: Array, position: Array, start: float, target: float,
                   bands: Sequence[float]) -> StepResponse:
-    """Measure one step on its window.
+    """Measure one step of an axis on its window, of shape (n,), whose first sample is the step.
 
-    Parameters
-    ----------
-    axis : str
-        Name of the axis.
-    time, position : ndarray, shape (n,)
-        The window, s and m, of a rotation rad; its first sample is the step.
-    start, target : float
-        Reference before and after the step, m.
-    bands : sequence of float
-        Half widths of the settling bands, m.
+    Time is in s; positions, the reference before (`start`) and after (`target`), and the half widths of the settling
+    bands are in m, of a rotation in rad.
     """
     error = position - target
     beyond = float((error * math.copysign(1.0, target - start)).max())

@@ -11,20 +11,10 @@ from maglev.schema.claims import RunClaim
 
 def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
               others: Mapping[str, Metrics | None]) -> list[ClaimResult]:
-    """Judge the claims about a run; see `judge`.
+    """Judge the claims about a run, whose metrics are None if it did not complete; see `judge`.
 
-    Parameters
-    ----------
-    claims : sequence of RunClaim
-    metrics : Metrics or None
-        Of the run; None if it did not complete.
-    others : mapping of str to Metrics or None
-        Of the runs that claims compare with, by name.
-
-    Raises
-    ------
-    MeasurementError
-        If the run has nothing that a claim could be judged on.
+    `others` are those of the runs that claims compare with, by name. MeasurementError if the run has nothing that a
+    claim could be judged on.
     """
     return [judge(claim, *measured(claim, metrics, others)) for claim in claims]
 

@@ -31,15 +31,7 @@ def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
 
 
 def gains_of(polynomial: Sequence[float], omega0: float) -> tuple[float, float, float, float, float]:
-    """Gains k1…k5 that give a loop this characteristic polynomial: the inverse of `regulator_polynomial`.
-
-    Parameters
-    ----------
-    polynomial : sequence of float
-        Six coefficients, of s⁵ first, which is 1.
-    omega0 : float
-        Frequency of the internal model, rad/s.
-    """
+    """Gains k1…k5 that give a loop this characteristic polynomial: the inverse of `regulator_polynomial`."""
     _, a4, a3, a2, a1, a0 = (float(each) for each in polynomial)
     square = omega0 * omega0
     k1, k2 = square - a3, -a4

@@ -74,20 +74,9 @@ def solver() -> Any:
 
 
 def certify(loop: AxisLoop, gains: Matrix, decay: float = 0.0) -> Certificate:
-    """Find the ellipsoid with the largest step in it.
+    """Find the ellipsoid with the largest step in it, with gains Ec of the antiwindup, shape (3,), zeros for none.
 
-    Parameters
-    ----------
-    loop : AxisLoop
-    gains : ndarray, shape (3,)
-        Ec of the antiwindup; zeros for none.
-    decay : float
-        V is to decrease at least as exp(−2 decay t), 1/s.
-
-    Raises
-    ------
-    StabilityError
-        If there is none, or cvxpy is missing.
+    V is to decrease at least as exp(−2 decay t), `decay` in 1/s. StabilityError if there is none, or cvxpy is missing.
     """
     scaled = Scaled(loop)
     inequalities = Inequalities(solver(), scaled, decay, gains)

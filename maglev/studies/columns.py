@@ -67,18 +67,10 @@ def metrics_at_rest(plan: RunPlan, time: NDArray[np.float64], drives: Mapping[st
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
                origin: str) -> list[Column]:
-    """Columns that a study keeps, those of limits among them.
+    """Columns that a study keeps, those of limits among them; `known` is what `named_values` gives.
 
-    Parameters
-    ----------
-    known : mapping
-        As `named_values` gives them.
-    asked : iterable of str or None
-        Names; "overshoot" means those of all axes or motors. None: all but those of single steps.
-    limits : mapping of str to Limit
-        By name, likewise.
-    origin : str
-        What refusals name.
+    Names that are asked for, or limited, such as "overshoot", mean those of all axes or motors; without any, all are
+    kept but those of single steps. `origin` is what refusals name.
     """
     names = [name for name in known if AT_STEP not in name] if asked is None else [
         *EVENTS, *(name for each in asked for name in meant(known, each, f"{origin}: metrics"))]

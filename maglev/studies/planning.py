@@ -47,23 +47,11 @@ class PlannedStudy:
 
 def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                run: Mapping[str, Any]) -> PlannedStudy:
-    """Plan a study of an experiment.
+    """Plan a study of an experiment, whose results go to the folder `out`.
 
-    Parameters
-    ----------
-    study : StudyFile
-    experiment : Experiment
-    origin : str
-        What refusals name: the file.
-    out : Path
-        Folder for the results.
-    run : mapping
-        With what a full run flies the experiment, see `maglev.studies.page.again`.
-
-    Raises
-    ------
-    MaglevError
-        If something in it cannot be used, is out of range for some samples, or does not fit on the disk.
+    `origin`, the file, is what refusals name; `run` has with what a full run flies the experiment, see
+    `maglev.studies.page.again`. MaglevError if something in it cannot be used, is out of range for some samples, or
+    does not fit on the disk.
     """
     plan = experiment.plan
     if plan.needs:

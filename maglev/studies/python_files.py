@@ -16,23 +16,11 @@ Given = str | Path | type | None
 @contextmanager
 def built(plan: RunPlan, put_in: dict[str, Given], native: bool, everywhere: bool,
           say: Callable[[str], None]) -> Iterator[tuple[RunPlan, dict[str, Given]]]:
-    """FMUs in place of Python files, for as long as the block lasts: those of a plan, and those that are put in.
+    """FMUs in place of Python files, while the block lasts: those of a plan, and those that are put in by name.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    put_in : dict of str to path or None
-        What takes the place of the plan's FMUs, by name in the run.
-    native : bool
-        Whether the FMUs are native, too, where they can be; `say` is told why one cannot.
-    everywhere : bool
-        Whether a native one has binaries for all platforms, not only for this machine.
-    say : callable
-
-    Raises
-    ------
-    ControllerError, BuildError
-        If there is no such file or class, or no FMU of it.
+    With `native` they are that, too, where they can be, and `say` is told why one cannot; with `everywhere` such a one
+    has binaries for all platforms, not only for this machine. ControllerError or BuildError if there is no such file or
+    class, or no FMU of it.
     """
     for name, given in put_in.items():
         if isinstance(given, type):

@@ -29,12 +29,8 @@ class Cost:
     def excess(self, flown: Array, before: Array) -> Array:
         """How far flights are beyond the limits, 0 if within all, shape (candidates, plants).
 
-        Parameters
-        ----------
-        flown : ndarray, shape (candidates, plants, columns)
-            NaN where a sample was not flown to its end.
-        before : ndarray, shape (plants, columns)
-            With the scenario's own values.
+        `flown` has the shape (candidates, plants, columns), NaN where a sample was not flown to its end; `before`,
+        those with the scenario's own values, (plants, columns).
         """
         lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))
         highs = np.broadcast_to(highs, before.shape).copy()

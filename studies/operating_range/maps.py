@@ -30,19 +30,9 @@ ENDING = 1.0          # s, in which a command at its limit counts
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> Outcomes:
-    """Outcome of each sample.
+    """Outcome of each sample, an index of `OUTCOMES`, by a study's metrics and whether a command ends at its limit.
 
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (samples,)
-        Metrics of a study: "trip time", "stop contact time", and "end error of" every axis.
-    at_limit : ndarray of bool, shape (samples,)
-        Whether a command ends at its limit.
-
-    Returns
-    -------
-    ndarray of int, shape (samples,)
-        Indices of `OUTCOMES`.
+    All have the shape (samples,); of the metrics "trip time", "stop contact time", and "end error of" every axis count.
     """
     near = np.all([values <= NEAR for name, values in columns.items() if name.startswith("end error of ")],
                   axis=0)

@@ -28,14 +28,9 @@ FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` o
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Outcomes:
-    """Outcome of each sample of a study by its metrics, shape (samples,); the first cause counts.
+    """Outcome of each sample by a study's metrics, shape (samples,), some axes being tilts; the first cause counts.
 
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (samples,)
-        "trip time", "stop contact time", and "end error of" every axis.
-    tilts : tuple of str
-        Axes that are rotations.
+    These are "trip time", "stop contact time", and "end error of" every axis.
     """
     far = np.any([~(values <= (TILTED if name.removeprefix("end error of ") in tilts else FAR))
                   for name, values in columns.items() if name.startswith("end error of ")], axis=0)

@@ -36,19 +36,8 @@ class Grid:
 def make_grid(lowest: float, highest: float, lines: int, step: float) -> Grid:
     """Lines that are spread evenly over the logarithm of the frequency, as far as they are harmonics of the lowest.
 
-    Parameters
-    ----------
-    lowest, highest : float
-        rad/s; the period follows from the lowest.
-    lines : int
-        At most that many; where neighbours would fall on one harmonic there are fewer.
-    step : float
-        Sample time, s.
-
-    Raises
-    ------
-    LinearModelError
-        If that is no grid below half the sample rate.
+    `lowest`, from which the period follows, and `highest` are in rad/s, the sample time `step` in s. Where neighbouring
+    lines would fall on one harmonic there are fewer. LinearModelError if that is no grid below half the sample rate.
     """
     if not (0.0 < lowest <= highest < pi / step and lines >= 1):
         raise LinearModelError(f"{lines} lines from {lowest:g} to {highest:g} rad/s, expected at least one, from above "

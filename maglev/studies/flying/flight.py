@@ -55,17 +55,8 @@ class Flight:
     def fly(self, changes: Changes) -> tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]:
         """Fly with other values.
 
-        Returns
-        -------
-        time : ndarray, shape (n,)
-            s.
-        columns : mapping of str to ndarray, shape (n,)
-            By name as of a `Recording`; the next flight overwrites them.
-
-        Raises
-        ------
-        MaglevError
-            If an FMU refuses a value or a step; the message says when.
+        Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next flight overwrites. MaglevError
+        if an FMU refuses a value or a step; the message says when.
         """
         start: dict[str, dict[str, float | bool]] = {}
         following = self.experiment.following

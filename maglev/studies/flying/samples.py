@@ -62,15 +62,9 @@ def failed(job: Job, why: str) -> Sample:
 
 
 def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None) -> Iterator[Sample]:
-    """Fly samples in this process.
+    """Fly samples in this process, with values of the targets, shape (samples, targets).
 
-    Parameters
-    ----------
-    job : Job
-    values : ndarray, shape (samples, targets)
-        Of the targets.
-    loaded : callable, optional
-        Called when the FMUs are loaded.
+    `loaded` is called when the FMUs are loaded.
     """
     plan = job.experiment.plan
     with Flight(job.experiment) as flight:
