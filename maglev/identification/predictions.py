@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.errors import IdentificationError
 from maglev.identification.rigs import Array, Rig, Row, shape_functions
 
@@ -20,8 +21,7 @@ def thrust_shape(rig: Rig, gaps: Array) -> Array:
 
 def thrust_factor(rig: Rig, axis: str) -> float:
     """Acceleration of a horizontal axis over −L i_q: the number of motors that drive it."""
-    motors = np.ones((1, len(rig.motors)))
-    return -float(row_of(rig, axis).columns(np.ones((4, 1)), motors, motors)[0, 0])
+    return rig.described.sharing * len(rig.described.motors_of(axis))
 
 
 def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
@@ -47,21 +47,9 @@ def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) 
 
     The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
     """
-    row = rig.rows[0]
-    theta = np.array([constants[name] for name in row.constants])
-    f = shape_functions(rig.motor, gaps[:, None])
-    none = np.zeros((len(gaps), len(rig.motors)))
-
-    def acceleration(current: float) -> Array:
-        return np.asarray(row.offset + row.columns(f, none + current, none) @ theta)
-
-    # It is quadratic in the current: three values tell its coefficients.
-    below, zero, above = acceleration(-1.0), acceleration(0.0), acceleration(1.0)
-    square, linear = 0.5 * (above + below) - zero, 0.5 * (above - below)
-    with np.errstate(invalid="ignore"):
-        root = np.sqrt(linear**2 - 4.0 * square * zero)
-        # The form without a difference of like numbers, for square is small.
-        return np.asarray(-2.0 * zero / (linear + root))
+    attraction, coils, iron = (rig.described.carrying * constants[name] for name in rig.rows[0].constants)
+    found = [equilibrium_current(rig.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
+    return np.array([current if there else np.nan for current, there in found])
 
 
 def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:

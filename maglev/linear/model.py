@@ -195,11 +195,7 @@ class LinearModel:
         LinearModelError
             If python-control is not installed.
         """
-        try:
-            import control
-        except ModuleNotFoundError:
-            raise LinearModelError("to_control needs python-control, expected it to be installed: "
-                                   "pip install 'maglev-fmus[design]'") from None
+        control = python_control()
         # It uses the dot for results of its own, such as "sys.y".
         names = {kind: [name.replace(".", "_") for name in of] for kind, of in
                  (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))}
@@ -225,6 +221,16 @@ class LinearModel:
                 "A": self.A.tolist(), "B": self.B.tolist(), "C": self.C.tolist(), "D": self.D.tolist(),
                 "equilibrium": {"positions": self.equilibrium.positions, "currents": self.equilibrium.currents,
                                 "phases": self.equilibrium.phases}}
+
+
+def python_control() -> Any:
+    """The package python-control, an extra; LinearModelError if it is not installed."""
+    try:
+        import control
+    except ModuleNotFoundError:
+        raise LinearModelError("to_control needs python-control, expected it to be installed: "
+                               "pip install 'maglev-fmus[design]'") from None
+    return control
 
 
 def equivalents(poles: Complex, sample_time: float) -> Complex:

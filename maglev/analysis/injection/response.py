@@ -13,7 +13,7 @@ from maglev.analysis.injection.pictures import response_figure
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins, margins_between, margins_of
-from maglev.linear.model import Complex, Equilibrium, Matrix
+from maglev.linear.model import Complex, Equilibrium, Matrix, python_control
 from maglev.linear.text import aligned
 
 FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
@@ -131,12 +131,7 @@ class FrequencyResponse:
 
     def to_control(self) -> Any:
         """L as python-control's FrequencyResponseData; LinearModelError if it is not installed."""
-        try:
-            import control
-        except ModuleNotFoundError:
-            raise LinearModelError("to_control needs python-control, expected it to be installed: "
-                                   "pip install 'maglev-fmus[design]'") from None
-        return control.frd(self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
+        return python_control().frd(self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
 
     def as_data(self) -> dict[str, Any]:
         """What was found as JSON has it."""
