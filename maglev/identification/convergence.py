@@ -32,22 +32,19 @@ def write_convergence(path: Path, found: Identification) -> None:
 
 
 def write_picture(stem: Path, found: Identification) -> Path | None:
-    """Write `stem`.png; None without matplotlib, an extra."""
+    """Write `stem`.png: every constant over time with its standard error at the end, and the excitation.
+
+    None without matplotlib, an extra.
+    """
     if find_spec("matplotlib") is None:
         return None
-    path = stem.with_name(stem.name + ".png")
-    write_png(path, found)
-    return path
-
-
-def write_png(path: Path, found: Identification) -> None:
-    """Write a PNG: every constant over time with its standard error at the end, and the excitation."""
     from matplotlib.figure import Figure  # an extra: only who plots needs it
 
     header, rows = table_of(found)
     names = found.estimate.names
     figure = Figure(figsize=(10, 1.8 * (len(names) + 1)), layout="constrained")
-    figure.suptitle(title(found))
+    estimate = found.estimate
+    figure.suptitle(f"{found.recording.rig.name}: {estimate.method} estimator, ε = {estimate.epsilon:g} s")
     panels = figure.subplots(len(names) + 1, 1, sharex=True)
     for k, name in enumerate(names):
         value, error = rows[-1, 1 + k], found.standard_error[name]
@@ -63,8 +60,6 @@ def write_png(path: Path, found: Identification) -> None:
     panels[-1].set_ylabel("excitation")
     panels[-1].legend(loc="upper left", fontsize="small", ncols=3)
     panels[-1].set_xlabel("time (s)")
+    path = stem.with_name(stem.name + ".png")
     write_figure(path, figure)
-
-
-def title(found: Identification) -> str:
-    return f"{found.recording.rig.name}: {found.estimate.method} estimator, ε = {found.estimate.epsilon:g} s"
+    return path

@@ -90,16 +90,10 @@ def offline_table(found: Identification) -> ValueTable:
                f"{found.with_friction[name]:.5g}") for name in rig.constants))
 
 
-def gap_range(settings: ProcedureSettings) -> Array:
-    """Air gaps (m) over which predictions are drawn."""
-    low, high = settings.gaps or (0.015, 0.025)
-    return np.linspace(low, high, POINTS)
-
-
 def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequence[Thrust],
                  found: Identification) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
-    gaps = gap_range(settings)
+    gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
     rig = found.recording.rig
     constants = estimate(flown, EPSILON, rig.constants)
     panels = []

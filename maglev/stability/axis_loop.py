@@ -258,19 +258,14 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
         inject[each] = np.zeros((n, 3))
         inject[each][[states.index(f"{each}.{state}") for state in INTERNAL_MODEL], range(3)] = 1.0
     others = sum((np.outer(inject[each] @ gains[each], weights[each]) for each in axes[1:]), np.zeros((n, len(sets))))
+    block.observer.prepare(dt)
     in_motion = np.zeros(n)
     in_motion[[states.index(f"{axis}.{state}") for state in ("velocity", "observer.velocity")]] = 1.0
     # At a constant speed the low-passed position is behind by Ts/a1 when the next measurement comes.
-    in_motion[states.index(f"{axis}.observer.position")] = -dt / block_share(block)
+    in_motion[states.index(f"{axis}.observer.position")] = -dt / block.observer.share1
     at_step: Matrix = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
     return AxisLoop(name, axis, rig.axes[rig.axis_names.index(axis)].unit("m"), tuple(axes), states,
                     tuple(tuple(each) for each in sets), (full - np.eye(n)) / dt, np.asarray(drive / dt + others),
                     inject[axis], weights[axis], k, at_step, in_motion, dt,
                     np.array([max(-block.current_limit - rest[each] for each in alike) for alike in sets]),
                     np.array([min(block.current_limit - rest[each] for each in alike) for alike in sets]), gains[axis])
-
-
-def block_share(block: Any) -> float:
-    """Share a1 of the observer's first filter at the sample time of a controller."""
-    block.observer.prepare(block.sample_time)
-    return float(block.observer.share1)

@@ -55,19 +55,20 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
     return {**found, **steps}
 
 
-def metrics_at_rest(plan: RunPlan, time: NDArray[np.float64], drives: Mapping[str, NDArray[np.float64]]) -> Metrics:
-    """Metrics of a flight that follows its references exactly: what can be measured, without a flight."""
+def known_values(plan: RunPlan, time: NDArray[np.float64],
+                 drives: Mapping[str, NDArray[np.float64]]) -> dict[str, tuple[float, str]]:
+    """Named values of a flight that follows its references exactly: what can be measured, without a flight."""
     rest = np.zeros(len(time))
     columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
     columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
     for axis in plan.axes.values():
         columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
-    return evaluate(plan, time, columns, phase_resistances(plan))
+    return named_values(plan, evaluate(plan, time, columns, phase_resistances(plan)))
 
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
                origin: str) -> list[Column]:
-    """Columns that a study keeps, those of limits among them; `known` is what `named_values` gives.
+    """Columns that a study keeps, those of limits among them; `known` is what `known_values` gives.
 
     Names that are asked for, or limited, such as "overshoot", mean those of all axes or motors; without any, all are
     kept but those of single steps. `origin` is what refusals name.

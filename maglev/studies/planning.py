@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from maglev.cosim.master import whole_steps
 from maglev.errors import FmuError, ScenarioError, nearest
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.studies.columns import columns_of, metrics_at_rest, named_values
-from maglev.studies.dataset import Layout, trajectories_schema
+from maglev.studies.columns import columns_of, known_values
+from maglev.studies.dataset import Layout
 from maglev.studies.design import number_of_samples, samples
 from maglev.studies.flying.batch import code_of_package, digest, files_of
 from maglev.studies.flying.batches import Batch, batches_of
@@ -61,7 +61,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     count = number_of_samples(study)
     descriptions = experiment.check()
     time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
-    known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
+    known = known_values(plan, time, experiment.drives(descriptions))
     columns = columns_of(known, study.metrics, study.limits, origin)
     every = rows_every(study.keep_interval, experiment, origin)
     require_signals(study, experiment, origin)
@@ -153,7 +153,3 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
 def finite(value: float) -> float | None:
     """A number as JSON has it."""
     return value if np.isfinite(value) else None
-
-
-def trajectory_schema(planned: PlannedStudy) -> Any:
-    return trajectories_schema(planned.job, planned.units, planned.layout.about)

@@ -8,20 +8,15 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
-from maglev.studies.dataset import as_bytes, merge, metadata_of, rows_by_sample, trajectories_table
+from maglev.studies.dataset import as_bytes, merge, metadata_of, rows_by_sample, trajectories_schema, trajectories_table
 from maglev.studies.flying.batches import Batch, fly_all
 from maglev.studies.flying.cluster import connected
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
-from maglev.studies.planning import PlannedStudy, trajectory_schema
+from maglev.studies.planning import PlannedStudy
 
 Watcher = Callable[[int, int], None]   # samples done, samples in all
 Say = Callable[[str], None]
-
-
-def dataset_path(out: Path, name: str) -> Path:
-    """File of a study's samples."""
-    return out / f"{name}.parquet"
 
 
 def trajectories_path(path: Path) -> Path:
@@ -40,13 +35,14 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     """
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     with parts.alone():
-        return fly(planned, parts, dataset_path(out, planned.study.name), jobs, scheduler, resume, watch, say)
+        return fly(planned, parts, out / f"{planned.study.name}.parquet", jobs, scheduler, resume, watch, say)
 
 
 def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: str | None, resume: bool,
         watch: Watcher, say: Say) -> Path:
     """Fly what is not done yet, and merge all; arguments and errors as of `run_study`."""
-    samples, schema = len(planned.values), trajectory_schema(planned) if planned.job.kept else None
+    samples, job = len(planned.values), planned.job
+    schema = trajectories_schema(job, planned.units, planned.layout.about) if job.kept else None
     kinds = ("samples",) if schema is None else ("samples", "trajectories")
     others = parts.find()
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from maglev.cosim.master import whole_steps
 from maglev.errors import ScenarioError
 from maglev.experiment.preparation import Experiment
-from maglev.studies.columns import Column, columns_of, meant, metrics_at_rest, named_values
+from maglev.studies.columns import Column, columns_of, known_values, meant
 from maglev.studies.design import samples
 from maglev.studies.flying.batch import code_of_package
 from maglev.studies.flying.samples import Job
@@ -64,7 +64,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
     time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
-    known = named_values(plan, metrics_at_rest(plan, time, experiment.drives(descriptions)))
+    known = known_values(plan, time, experiment.drives(descriptions))
     columns = columns_of(known, [*tuning.minimise, *tuning.times_before], tuning.limits, origin)
     columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
     cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),

@@ -83,9 +83,9 @@ def missing_as_none(value: Any) -> Any:
 
 
 def from_data(data: dict[str, Any]) -> Fit:
-    u, deviations, correlations, profiles = (np.array(data[name], dtype=np.float64) for name in (
-        "u", "deviations", "correlations", "profiles"))
-    return Fit(u, deviations, correlations, data["cost"], data["cost_before"], profiles)
+    values: dict[str, Any] = {name: np.array(value, dtype=np.float64) if isinstance(value, list) else value
+                              for name, value in data.items()}
+    return Fit(**values)
 
 
 def rounded(found: Fit) -> Fit:

@@ -69,7 +69,7 @@ def count_table(settings: Settings, before: Sequence[Judged], after: Sequence[Ju
              "|---|---|---|---|---|---|---|"]
     for name, training in (("training", True), ("held out", False)):
         for stage in (*(rig.name for rig in settings.rigs), ""):
-            label = f"{name}, {stage_words(stage)}" if stage else f"**{name}, both**"
+            label = f"{name}, {RIGS[stage].title}" if stage else f"**{name}, both**"
             lines.append(count_row(label, settings, *([each for each in judged if each.owner.startswith(stage) and
                                                        (each.owner in settings.training) is training]
                                                       for judged in (before, after))))
@@ -87,7 +87,7 @@ def count_row(label: str, settings: Settings, before: Sequence[Judged], after: S
 
 def estimate_table(rig: Rig, found: Fit) -> str:
     """Assumed and estimated values, with one standard deviation, and whether the evidence says anything."""
-    lines = [f"Estimates of the {stage_words(rig.name)}: half the sum of squares falls from {found.cost_before:.3g} to "
+    lines = [f"Estimates of the {RIGS[rig.name].title}: half the sum of squares falls from {found.cost_before:.3g} to "
              f"{found.cost:.3g}.", "", "| parameter | assumed | estimated | one standard deviation | by the evidence |",
              "|---|---|---|---|---|"]
     for parameter, u, deviation in zip(rig.parameters, found.u, found.deviations, strict=True):
@@ -120,11 +120,6 @@ def change_table(settings: Settings, before: Sequence[Judged], after: Sequence[J
         lines.append(f"| {kind}, `{old.owner}` | {text} | {old.result.claim.criterion} | {old.result.measured_text}: "
                      f"{old.result.verdict} | {new.result.measured_text}: {new.result.verdict} | {way} |")
     return "\n".join([*lines, ""])
-
-
-def stage_words(rig: str) -> str:
-    """Such as "2-DOF stage"."""
-    return RIGS[rig].title
 
 
 def write_between(path: Path, text: str) -> None:
