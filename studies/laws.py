@@ -23,16 +23,8 @@ def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
              fly_rig: Callable[[str, tuple[str, ...], Fly, argparse.Namespace], Maps]) -> None:
     """Fly rigs as the command line asks for, and write what was found; with --rig the others stay as they are.
 
-    Parameters
-    ----------
-    words : str
-        What the command does.
-    data : Path
-        Where maps stand if the command line names no file.
-    read, write : callable
-        Maps by rig from a file, and into it.
-    fly_rig : callable
-        Flies the laws of a rig and draws them: name of the rig, its laws, how to fly a study, options.
+    `words` say what the command does, and maps stand in `data` if the command line names no file. `fly_rig` flies the
+    laws of a rig and draws them: name of the rig, its laws, how to fly a study, options.
     """
     parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", choices=LAWS)

@@ -41,19 +41,10 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, f
     """Values of a model file by `plant.C1`, ….
 
     The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
-    and those of a table go before them. `rig = "2dof"` may say which rig they belong to, by its
-    name.
+    and those of a table go before them. `rig = "2dof"` may say which rig they belong to, by its name.
 
-    Parameters
-    ----------
-    path : Path
-    rig : Rig, optional
-        Rig of the scenario; a file for another one is refused.
-
-    Raises
-    ------
-    ScenarioError, IdentificationError
-        If the file cannot be read, or has an unknown key or a value that is no number above 0.
+    ScenarioError or IdentificationError if the file cannot be read, is for another rig than the scenario's, or has an
+    unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
     text = path.read_text(encoding="utf-8-sig")

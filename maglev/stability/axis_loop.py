@@ -131,25 +131,9 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
     tilts, the loop is that without bias along the horizontal axes, so that level motors carry alike; what the bias
     takes of each current is taken from its limits.
 
-    Parameters
-    ----------
-    rig : str
-        "2dof", "3dof", "5dof", or the description of a stage of yours, "mine.toml".
-    axis : str
-        "v", "h" or "y", "x", "z", or a tilt.
-    gap : float or str
-        Air gap, m or text such as "25 mm".
-    controller : str, optional
-        An output regulator; the nonlinear one if not given.
-    plant_parameters, controller_parameters : mapping, optional
-        Parameters of the FMUs that differ from their start values.
-
-    Raises
-    ------
-    StabilityError
-        If there is no such rig, axis or output regulator, its commands have no limit, or the loop is not stable.
-    LinearModelError
-        If a parameter cannot be used, or the stage cannot rest at this gap.
+    Rig, axis, gap and controller are as of `maglev.region`, the parameters those of the FMUs that differ from their
+    start values. StabilityError if there is no such rig, axis or output regulator, its commands have no limit, or the
+    loop is not stable; LinearModelError if a parameter cannot be used, or the stage cannot rest at this gap.
     """
     described, stage, regulators = rig_named(rig)
     vertical = described.vertical.name

@@ -14,27 +14,18 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MotorPlaces:
-    """Matrices of the motors' places, with n axes and m motors.
+    """Matrices of the motors' places, with n axes and m motors."""
 
-    Attributes
-    ----------
-    gaps, along : ndarray, shape (m, n)
-        J: derivatives of the motors' air gaps and of their displacements with respect to the positions.
-    slots : ndarray, shape (m, n)
-        Of the displacement along which the slots modulate the attraction: where no platform tilts, of the first
-        horizontal axis; otherwise of the motor's own.
-    effects : ndarray, shape (n, 2 m)
-        Accelerations of the axes, at nominal masses, by those that motors give the vertical axis and the one that they
-        drive, motor by motor.
-    even : ndarray, shape (2 m, n)
-        Currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over the
-        platform, and one for the motors of each horizontal axis.
-    """
-
-    gaps: Matrix
-    along: Matrix
+    gaps: Matrix    # J, (m, n): derivatives of the motors' air gaps with respect to the positions
+    along: Matrix   # J, (m, n): derivatives of their displacements
+    # (m, n), of the displacement along which the slots modulate the attraction: where no platform tilts, of the first
+    # horizontal axis; otherwise of the motor's own.
     slots: Matrix
+    # (n, 2 m): accelerations of the axes, at nominal masses, by those that motors give the vertical axis and the one
+    # that they drive, motor by motor.
     effects: Matrix
+    # (2 m, n): currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over
+    # the platform, and one for the motors of each horizontal axis.
     even: Matrix
 
     @classmethod

@@ -1,6 +1,5 @@
 """Where a study's scenario holds and where it breaks: by what it fails, and from which values on."""
 
-from collections import Counter
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -90,9 +89,8 @@ def nearest_words(share: float, name: str) -> str:
 def edges(values: NDArray[np.float64], passed: Bools, unit: str) -> tuple[str, str, str]:
     """Range of values that were flown, at which values all samples pass, and at which all fail; in one unit."""
     shown = common_unit(values.tolist(), unit)
-    flown = np.unique(values)
-    share = Counter(values[passed].tolist())
-    every = Counter(values.tolist())
+    flown, place, samples = np.unique(values, return_inverse=True, return_counts=True)
+    passing = np.bincount(place[passed], minlength=len(flown))
     factor = to_unit(1.0, shown) if shown and known_unit(shown) else 1.0
 
     def text(low: float, high: float) -> str:
@@ -100,18 +98,10 @@ def edges(values: NDArray[np.float64], passed: Bools, unit: str) -> tuple[str, s
             f" {shown}" if shown else "")
 
     def runs(inside: Bools) -> str:
-        found, start = [], None
-        for k, value in enumerate([*inside.tolist(), False]):
-            if value and start is None:
-                start = k
-            elif not value and start is not None:
-                found.append(text(flown[start], flown[k - 1]))
-                start = None
-        # Of values that were drawn at random one alone says nothing.
-        return ", ".join(found) or "nowhere"
+        ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+        return ", ".join(text(flown[start], flown[end - 1]) for start, end in ends.tolist()) or "nowhere"
 
-    every_passes = np.array([share[value] == every[value] for value in flown.tolist()])
-    every_fails = np.array([share[value] == 0 for value in flown.tolist()])
+    every_passes, every_fails = passing == samples, passing == 0
     if len(flown) == len(values) and len(flown) > MOST_VALUES:
         # At random: from the end of the range to the first that does otherwise.
         every_passes, every_fails = outer(every_passes), outer(every_fails)
