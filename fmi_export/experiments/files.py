@@ -33,36 +33,16 @@ register_namespace("fmi-ls", NAMESPACE)
 
 @dataclass(frozen=True)
 class ExperimentFiles:
-    """An experiment to be put into an FMU.
+    """An experiment to be put into an FMU."""
 
-    Attributes
-    ----------
-    name : str
-        Of the experiment and, with endings, of its files.
-    role : str
-        `SMOKE_TEST` or `VALIDATION`.
-    description : str
-        What it is, in a sentence.
-    step : float
-        Communication step, s.
-    results : mapping of str to sequence of float
-        Column "time" (s) first, then the expected values of outputs, SI; Booleans as 0 and 1.
-    tolerances : mapping of str to (float, float)
-        Of each output: absolute, and relative to the expected value.
-    inputs : mapping of str to sequence of float
-        Column "time" first, then the inputs; empty if they stay as they start.
-    parameters : sequence of Value
-        Start values that are not those of the FMU; without units, for those of the FMU.
-    """
-
-    name: str
-    role: str
-    description: str
-    step: float
-    results: Mapping[str, Sequence[float]]
-    tolerances: Mapping[str, tuple[float, float]]
-    inputs: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    parameters: Sequence[Value] = ()
+    name: str          # of the experiment and, with endings, of its files
+    role: str          # `SMOKE_TEST` or `VALIDATION`
+    description: str   # what it is, in a sentence
+    step: float        # communication step, s
+    results: Mapping[str, Sequence[float]]            # "time" (s) first, then outputs, SI; Booleans as 0 and 1
+    tolerances: Mapping[str, tuple[float, float]]     # of each output: absolute, and relative to the expected value
+    inputs: Mapping[str, Sequence[float]] = field(default_factory=dict)   # "time" first; may be empty
+    parameters: Sequence[Value] = ()                  # start values that are not those of the FMU, without units
 
     def files(self) -> dict[str, bytes]:
         """The files by name."""

@@ -37,33 +37,15 @@ class Tolerance(NamedTuple):
 
 @dataclass(frozen=True)
 class Baseline:
-    """Expected samples of a run.
+    """Expected samples of a run, by signal; Booleans as 0 and 1."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the plan.
-    time : ndarray, shape (n,)
-        Times of the samples, s; ascending, on the grid of communication points.
-    columns : dict of str to ndarray, shape (n,)
-        Expected values by signal, `fmu.variable`, SI; Booleans as 0 and 1.
-    step : float
-        Communication step, s.
-    stop_time : float
-        Time of the last sample, s.
-    tolerances : dict of str to Tolerance
-        By signal.
-    interval : float
-        Time between two samples when the baseline was made, s; for the reader of the file.
-    """
-
-    name: str
-    time: Array
-    columns: dict[str, Array]
-    step: float
-    stop_time: float
-    tolerances: dict[str, Tolerance]
-    interval: float
+    name: str                          # of the plan
+    time: Array                        # s, of the n samples: ascending, on the grid of communication points
+    columns: dict[str, Array]          # expected values, shape (n,), by signal `fmu.variable`, SI
+    step: float                        # communication step, s
+    stop_time: float                   # of the last sample, s
+    tolerances: dict[str, Tolerance]   # by signal
+    interval: float                    # s between two samples when it was made; for the reader of the file
 
 
 class Option(NamedTuple):
@@ -87,12 +69,7 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
     trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    step : float
-        Communication step of the run, s.
-    recording : Recording
+    `step` is the communication step of the run, s.
 
     Raises
     ------

@@ -18,19 +18,9 @@ from maglev.processes.side_by_side import Watcher
 
 
 def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
-    """Run an experiment to the end of its baseline and a little further, and compare.
+    """Run an experiment to the end of its baseline, in a folder of these, and a little further, and compare.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    baselines : Path
-        Folder with the baselines.
-    ends : mapping of str to mapping of str to float
-        Of the runs that it starts from.
-    progress : callable, optional
-        Called now and then with the steps done and the steps in all.
-
-    What can be wrong is a result, too: the status "error".
+    `ends` are those of the runs that it starts from. What can be wrong is a result, too: the status "error".
     """
     plan = experiment.plan
     begin = time.perf_counter()

@@ -13,25 +13,13 @@ from maglev.errors import BaselineError
 
 @dataclass(frozen=True)
 class Deviation:
-    """A sample that differs from the expected one by more than its tolerance.
+    """A sample that differs from the expected one by more than its tolerance."""
 
-    Attributes
-    ----------
-    signal : str
-        `fmu.variable`.
-    time : float
-        s.
-    expected, got : float
-        Value of the baseline, and of the run, SI.
-    allowed : float
-        Largest difference that the tolerance allows at this sample, SI.
-    """
-
-    signal: str
-    time: float
-    expected: float
-    got: float
-    allowed: float
+    signal: str       # `fmu.variable`
+    time: float       # s
+    expected: float   # value of the baseline, SI
+    got: float        # value of the run, SI
+    allowed: float    # largest difference that the tolerance allows at this sample, SI
 
 
 class WorstDifference(NamedTuple):
@@ -45,12 +33,6 @@ def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | Non
     """Earliest sample that deviates: |got - expected| > absolute + relative |expected|, or got is not finite.
 
     Of several at the same time, the one with the largest difference relative to what is allowed.
-
-    Parameters
-    ----------
-    baseline : Baseline
-    recording : Recording
-        On the grid of communication points of the baseline, and at least as long.
 
     Raises
     ------

@@ -10,74 +10,34 @@ from maglev.baselines.deviation import Deviation, WorstDifference
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Outcome of one run.
+    """Outcome of one run; "deviated" is a difference beyond its tolerance, "error" a run that could not be compared."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the plan.
-    status : str
-        "deviated" is a difference beyond its tolerance, "error" a run that could not be compared.
-    message : str
-        One line, without the name.
-    deviation : Deviation, optional
-        The first, if there is one.
-    worst : dict of str to WorstDifference
-        Largest difference of each signal; empty after an error.
-    elapsed : float
-        Wall time, s.
-    units : dict of str to str
-        Of each signal, empty text where the FMU gives none.
-    ends : mapping of str to float
-        Every output at the end, for the runs that start from there; empty if the run was not run to its end.
-    notes : tuple of str
-        As of `Recording`.
-    """
-
-    name: str
+    name: str                                                  # of the plan
     status: Literal["passed", "deviated", "error"]
-    message: str
-    deviation: Deviation | None
-    worst: dict[str, WorstDifference]
-    elapsed: float
-    units: dict[str, str] = field(default_factory=dict)
-    ends: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    message: str                                               # one line, without the name
+    deviation: Deviation | None                                # the first, if there is one
+    worst: dict[str, WorstDifference]                          # largest difference of each signal; empty after an error
+    elapsed: float                                             # wall time, s
+    units: dict[str, str] = field(default_factory=dict)        # of each signal, empty text where the FMU gives none
+    ends: Mapping[str, float] = field(default_factory=dict)    # every output at the end; empty if it ended early
+    notes: tuple[str, ...] = ()                                # as of `Recording`
 
 
 @dataclass(frozen=True)
 class UpdateResult:
     """Outcome of the update of one baseline.
 
-    Attributes
-    ----------
-    name : str
-        Name of the plan.
-    status : str
-        "new": there was no baseline; "replaced": the old one could not be read or compared; "error": nothing was
-        written.
-    message : str
-        One line, without the name.
-    moved : dict of str to WorstDifference
-        Largest change of each signal that the old baseline had too.
-    elapsed : float
-        Wall time, s.
-    ends : mapping of str to float
-        Every output at the end; empty after an error.
-    notes : tuple of str
-        As of `Recording`.
-    baseline : Baseline or None
-        The new one; None after an error.
+    "new": there was none; "replaced": the old one could not be read or compared; "error": nothing was written.
     """
 
-    name: str
+    name: str                                                  # of the plan
     status: Literal["new", "unchanged", "updated", "replaced", "error"]
-    message: str
-    moved: dict[str, WorstDifference]
-    elapsed: float
-    ends: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    baseline: Baseline | None = None
+    message: str                                               # one line, without the name
+    moved: dict[str, WorstDifference]                          # largest change of each signal that both baselines have
+    elapsed: float                                             # wall time, s
+    ends: Mapping[str, float] = field(default_factory=dict)    # every output at the end; empty after an error
+    notes: tuple[str, ...] = ()                                # as of `Recording`
+    baseline: Baseline | None = None                           # the new one; None after an error
 
 
 def describe(result: CheckResult | UpdateResult) -> str:

@@ -10,25 +10,15 @@ from maglev.quantities import metric_text
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity of several runs; of every one, less is better.
-
-    Attributes
-    ----------
-    quantity, of, time, unit
-        As of `Measure`; `steps` counts the steps over which the largest value was taken, 0 if it is of one alone.
-    values : mapping of str to float
-        SI, by label of the run; a run on which it was not measured is left out.
-    failed : frozenset of str
-        Labels of runs that touched a stop, tripped or ended far off: they win nothing.
-    """
+    """One quantity of several runs; of every one, less is better. Quantity, of, time and unit are as of `Measure`."""
 
     quantity: str
     of: str
     time: float | None
     unit: str
-    values: Mapping[str, float]
-    failed: frozenset[str] = frozenset()
-    steps: int = 0
+    values: Mapping[str, float]              # SI, by label of the run; one on which it was not measured is left out
+    failed: frozenset[str] = frozenset()     # labels of runs that touched a stop, tripped or ended far off: no winners
+    steps: int = 0                           # over which the largest value was taken; 0 if it is of one alone
 
     @property
     def best(self) -> tuple[str, ...]:

@@ -32,29 +32,18 @@ class File(NamedTuple):
 
 @dataclass(frozen=True)
 class CarriedExperiment:
-    """An experiment: what an FMU is given, and what it should come to.
-
-    Attributes
-    ----------
-    name : str
-    start_time, stop_time, step, tolerance : float or None
-        s, and relative tolerance of a solver; None where nothing is said.
-    parameters, inputs, results, options : File or None
-        SSV, CSV, CSV, and the tolerances of the results.
-    problem : str
-        Why it cannot be flown; empty if it can.
-    """
+    """An experiment: what an FMU is given, and what it should come to; None where nothing is said."""
 
     name: str
-    start_time: float | None = None
-    stop_time: float | None = None
-    step: float | None = None
-    tolerance: float | None = None
-    parameters: File | None = None
-    inputs: File | None = None
-    results: File | None = None
-    options: File | None = None
-    problem: str = ""
+    start_time: float | None = None   # s
+    stop_time: float | None = None    # s
+    step: float | None = None         # s
+    tolerance: float | None = None    # relative, of a solver
+    parameters: File | None = None    # SSV
+    inputs: File | None = None        # CSV
+    results: File | None = None       # CSV
+    options: File | None = None       # the tolerances of the results
+    problem: str = ""                 # why it cannot be flown; empty if it can
 
 
 def carried_experiments(path: Path) -> list[CarriedExperiment]:

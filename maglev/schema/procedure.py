@@ -32,27 +32,7 @@ PRINTED_AT = {3: (0.001, 0.01, 0.05), 1: (0.01,)}   # s, ε of the thesis's valu
 
 
 class ProcedureSettings(Table):
-    """The procedure of a scenario file.
-
-    Attributes
-    ----------
-    kind : str
-        How its runs are evaluated; see the modules of this package.
-    name : str
-        Under which its findings are listed, such as "2dof-procedure-1".
-    title : str
-    runs : dict of str to str
-        Runs by the part that they play, see `PARTS`; for the parabolas the name of their procedure.
-    figures : dict of str to str
-        Numbers of the figures of the thesis by what they show.
-    table : str
-        Number of the table of the thesis with the constants.
-    printed : dict of str to list of float
-        Constants of the thesis at ε = 0.001, 0.01 and 0.05; a single value is at 0.01.
-    gaps : (float, float), optional
-        Range of air gaps that the thesis's figures cover, m.
-    claims : list of ProcedureClaim
-    """
+    """The procedure of a scenario file; the parts that its runs play are in `PARTS`."""
 
     PLACE = "[procedure]"
 

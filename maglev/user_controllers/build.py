@@ -42,35 +42,19 @@ UNUSED_PARTS = re.compile(r"^ +\w+__del__\(\w+\);\n", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Buildable:
-    """A user's class ready to be built, for as long as its modules can be imported.
+    """A user's class ready to be built, for as long as its modules can be imported."""
 
-    Attributes
-    ----------
-    definition : WrittenDefinition
-        With a block in pyccel's subset, if it is to be native.
-    packages : tuple of str
-        The user's modules, and what was written around them, by their names in the FMU.
-    files : dict of str to str
-        Names of the user's files by those of the modules.
-    """
-
-    definition: WrittenDefinition
-    packages: tuple[str, ...]
-    files: dict[str, str]
+    definition: WrittenDefinition   # with a block in pyccel's subset, if it is to be native
+    packages: tuple[str, ...]       # the user's modules, and what was written around them, by their names in the FMU
+    files: dict[str, str]           # names of the user's files by those of the modules
 
 
 @contextmanager
 def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buildable]:
-    """Make the class that a path names ready to be built.
+    """Make the class that a path names ready to be built, as C if `native`.
 
-    Parameters
-    ----------
-    path : Path
-        A Python file, perhaps with the name of a class in it.
-    parts : tuple of str
-        Packages of this project that an FMU carries.
-    native : bool
-        Whether it is to become C.
+    The path is that of a Python file, perhaps with the name of a class in it; `parts` are the packages of this project
+    that an FMU carries.
 
     Raises
     ------

@@ -50,14 +50,7 @@ EACH_STEP = """\
 
 
 def native_block(definition: WrittenDefinition, law: Any) -> str:
-    """Text of a module with the block NAMEBlock.
-
-    Parameters
-    ----------
-    definition : WrittenDefinition
-    law : object
-        One of the class, of a module with the name that it has in the FMU.
-    """
+    """Text of a module with the block NAMEBlock; the law is one of the class, of a module with its name in the FMU."""
     ports = [v.place.removeprefix("law.") for v in definition.variables if v.causality == "output" and not v.boolean]
     written = type(law)
     return BLOCK.format(

@@ -25,21 +25,11 @@ class OwnModule:
 
 @dataclass(frozen=True)
 class OwnModules:
-    """A controller's file and the modules beside it that it imports.
+    """A controller's file and the modules beside it that it imports."""
 
-    Attributes
-    ----------
-    modules : dict of str to OwnModule
-        By name in an FMU; the controller's file first.
-    requires : tuple of str
-        Packages that are neither beside it, nor ours, nor Python's own.
-    problems: tuple of str
-        Imports that an FMU could not make.
-    """
-
-    modules: dict[str, OwnModule]
-    requires: tuple[str, ...]
-    problems: tuple[str, ...]
+    modules: dict[str, OwnModule]   # by name in an FMU; the controller's file first
+    requires: tuple[str, ...]       # packages that are neither beside it, nor ours, nor Python's own
+    problems: tuple[str, ...]       # imports that an FMU could not make
 
     @property
     def sha256(self) -> tuple[tuple[str, str], ...]:

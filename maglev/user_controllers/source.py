@@ -30,23 +30,12 @@ LOADED: dict[tuple[Path, str], "Written"] = {}   # by path and digest of everyth
 
 @dataclass(frozen=True)
 class Written:
-    """A user's class that can fly.
-
-    Attributes
-    ----------
-    definition : WrittenDefinition
-    file : Path or None
-        Its file; None if it was given as a class.
-    requires : tuple of str
-        Packages that it imports, and that no FMU carries.
-    sha256 : tuple of (str, str)
-        Names and digests of its file and of the modules beside it; of the text of a class, if there is one.
-    """
+    """A user's class that can fly."""
 
     definition: WrittenDefinition
-    file: Path | None
-    requires: tuple[str, ...]
-    sha256: tuple[tuple[str, str], ...]
+    file: Path | None                      # None if it was given as a class
+    requires: tuple[str, ...]              # packages that it imports, and that no FMU carries
+    sha256: tuple[tuple[str, str], ...]    # names and digests of its file and the modules beside it; of a class's text
 
 
 def is_written(path: Path) -> bool:

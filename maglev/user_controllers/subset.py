@@ -30,14 +30,9 @@ CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "
 
 
 def first_misfit(text: str, tables: str = "") -> tuple[int, str] | None:
-    """Line and description of the first thing in a module that a native FMU cannot have; None if there is none.
+    """Line and description of the first thing in a module's text that a native FMU cannot have; None if there is none.
 
-    Parameters
-    ----------
-    text : str
-        Of the module.
-    tables : str, optional
-        Class whose tables of ports and parameters stay out of the FMU.
+    `tables` is the class whose tables of ports and parameters stay out of the FMU.
     """
     with PARSING:
         tree = ast.parse(text)

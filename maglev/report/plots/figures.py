@@ -35,29 +35,14 @@ class Panel(NamedTuple):
 
 
 class Figure(Table):
-    """A figure as the file describes it, or one of a run of which the file knows nothing.
+    """A figure as the file describes it, or one of a run of which the file knows nothing."""
 
-    Attributes
-    ----------
-    number : str or None
-        Number in the thesis.
-    variant : str or None
-        What sets it apart from another figure of the same number.
-    caption : str
-    runs : dict of str to str
-        Label in the legend by name of the run.
-    panels : list of str
-        Kind and axis or motor, such as "error y", "position *".
-    until : float or None
-        End of the time that is shown at first, s; None for all.
-    """
-
-    number: str | None = None
-    variant: str | None = None
+    number: str | None = None                      # in the thesis
+    variant: str | None = None                     # what sets it apart from another figure of the same number
     caption: str
-    runs: dict[str, str] = Field(min_length=1)
-    panels: list[str] = Field(min_length=1)
-    until: Seconds | None = None
+    runs: dict[str, str] = Field(min_length=1)     # label in the legend by name of the run
+    panels: list[str] = Field(min_length=1)        # kind and axis or motor, such as "error y", "position *"
+    until: Seconds | None = None                   # end of the time that is shown at first; None for all
 
     @field_validator("panels")
     @classmethod

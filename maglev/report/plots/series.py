@@ -24,18 +24,10 @@ MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output
 
 @dataclass(frozen=True)
 class Thinned:
-    """The rows of a signal that are kept.
+    """The rows of a signal that are kept."""
 
-    Attributes
-    ----------
-    rows : ndarray, shape (k,)
-        Ascending indices of the rows kept.
-    tolerance : float
-        Largest distance of a sample from the straight line between its kept neighbours, in the signal's unit.
-    """
-
-    rows: Rows
-    tolerance: float
+    rows: Rows         # their ascending indices, shape (k,)
+    tolerance: float   # largest distance of a sample from the line between its kept neighbours, in the signal's unit
 
 
 def thin(time: Array, values: Array, tolerance: float, most: int) -> Thinned:
