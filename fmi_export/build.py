@@ -57,24 +57,11 @@ begin(globals())
 
 def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
               packages: tuple[str, ...], destination: Path, extra: Mapping[str, bytes] | None = None) -> Path:
-    """Write `destination/NAME.fmu` and return its path.
+    """Write `destination/NAME.fmu` and return its path; the folder is made if it is not there.
 
-    Parameters
-    ----------
-    definition : FmuDefinition
-    module, attribute : str
-        Where the definition stands, for the FMU to import it.
-    version, licence : str
-        Version and licence text of the project.
-    packages : tuple of str
-        Packages whose modules the FMU carries, if it imports them.
-    destination : Path
-        Folder, made if it is not there.
-    extra : mapping of str to bytes, optional
-        Further files by name in the FMU, which do not run.
+    The definition stands in a module as an attribute, from which the FMU imports it. The FMU carries those modules of
+    the packages that it imports, and `extra`, further files by their names in it, which do not run.
 
-    Notes
-    -----
     pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """

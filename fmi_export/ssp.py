@@ -32,25 +32,10 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     They keep the names that they have in their FMU: fmpy takes a port of the system that is named `component.variable`
     for the port of the component.
 
-    Parameters
-    ----------
-    path : Path
-        The SSP file.
-    components : mapping of str to (FmuDefinition, Path)
-        By name in the system, in the order in which they should step: what the FMU is, and its file.
-    connections : sequence of (str, str)
-        From an output to an input, both `component.variable`.
-    stop_time : float
-        Of the default experiment, s.
-    ports : bool
-        Whether the system has ports of its own: ecos and libcosim read no system that has.
-    fmi : int
-        Version of FMI of the FMUs. With 3 the file is SSP 2.0, and the parameter sets are files of their own.
-
-    Raises
-    ------
-    ExportError
-        If two ports of the system have the same name.
+    Components are, by name in the system and in the order in which they should step, what an FMU is, and its file;
+    connections go from an output to an input, both `component.variable`; the stop time (s) is that of the default
+    experiment. Without `ports` the system has none: ecos and libcosim read no system that has. With FMUs of FMI 3 the
+    file is SSP 2.0, and the parameter sets are files of their own. ExportError if two ports have the same name.
     """
     contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
     definitions = {name: definition for name, (definition, _) in components.items()}

@@ -100,12 +100,8 @@ def carried(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]],
             before: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """Files of experiments by name in the FMU, and a manifest that lists them.
 
-    Parameters
-    ----------
-    experiments : mapping of str to (str, mapping of str to bytes)
-        By name of the experiment: its role, and its files as of `ExperimentFiles.files`.
-    before : mapping of str to bytes, optional
-        Files that are in the FMU: what its manifest lists stays listed, but for files that take the place of others.
+    Experiments are, by name, a role and files as of `ExperimentFiles.files`. What the manifest in the files `before`
+    lists stays listed, but for files that take the place of others.
     """
     new = {f"{FOLDER}{name}": data for _, files in experiments.values() for name, data in files.items()}
     root = Element("fmiReferences", ROOT)

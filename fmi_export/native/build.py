@@ -52,24 +52,10 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
                      extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
-    Parameters
-    ----------
-    definition : FmuDefinition
-    translation : mapping of str to str
-        C files by name, of this block and perhaps of others, as `translated_blocks` makes them.
-    version, licence : str
-        Version and licence text of the project.
-    packages : tuple of str
-        Packages whose modules have been translated, if the block imports them.
-    destination : Path
-        Folder, made if it is not there.
-    host_only : bool
-        A binary for this machine alone. FMI 2.0 has no name for Linux on ARM: its binary is then in linux64, where
-        tools on such a machine look for it.
-    fmi : int
-        Version of FMI, 2 or 3.
-    extra : mapping of str to bytes, optional
-        Further files by name in the FMU, which do not run.
+    The translation, of this block and perhaps of others, and the packages are those of `translated_blocks`; version and
+    licence text are the project's; the rest is as of `fmi_export.build.build_fmu`. With `host_only` there is a binary
+    for this machine alone: FMI 2.0 has no name for Linux on ARM, whose binary is then in linux64, where tools on such a
+    machine look for it.
 
     Raises
     ------

@@ -19,7 +19,6 @@ def tangent_name(module: str) -> str:
     return f"{module}_tangent"
 
 
-
 # Derivative of a function of `math` at x, whose own is d.
 RULES = {
     "sin": "cos({x}) * {d}", "cos": "-sin({x}) * {d}", "sinh": "cosh({x}) * {d}", "cosh": "sinh({x}) * {d}",
@@ -81,16 +80,8 @@ def assigned(value: ast.expr, given: Mapping[str, str]) -> str:
 def tangent_module(texts: Mapping[str, str], class_name: str, method: str) -> str:
     """Text of a module with the function `Class_method_dot(own, own_dot)`, and all that it calls.
 
-    Parameters
-    ----------
-    texts : mapping of str to str
-        Source text by dotted name of the modules that the class and what it uses are in.
-    class_name, method : str
-
-    Raises
-    ------
-    ExportError
-        If there is something in it that is not known here.
+    `texts` are, by dotted name, those of the modules that the class and what it uses are in. ExportError if there is
+    something in it that is not known here.
     """
     blocks = Blocks(texts)
     waiting, written = [f"{class_name}.{method}"], dict[str, str]()

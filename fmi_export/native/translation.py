@@ -59,11 +59,8 @@ PRELUDE = """\
 def translated(texts: Mapping[str, str]) -> dict[str, str]:
     """C files, by name, of Python modules in pyccel's subset.
 
-    Parameters
-    ----------
-    texts : mapping of str to str
-        Source text by dotted name of every module that one of them imports, but `math`. Those with constants can be
-        imported as well.
+    `texts` has, by dotted name, every module that one of them imports, but `math`. Those with constants can be imported
+    as well.
 
     Raises
     ------

@@ -29,17 +29,8 @@ def build_step_loops(folder: Path) -> list[Path]:
 def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2) -> list[Path]:
     """Copy native FMUs out of what a release ships, and make systems of them; returns their paths.
 
-    Parameters
-    ----------
-    names : iterable of str
-        FMUs and systems.
-    given : Path
-        Archive `…-native.zip` of a release, or a folder with what was in it: FMUs in `native` and `fmi3`, loops that
-        step them in `step_loop`.
-    folder : Path
-        Where they go; after an error it is as it was.
-    fmi : int
-        Version of FMI.
+    They are `given` as the archive `…-native.zip` of a release, or as a folder with what was in it: FMUs in `native`
+    and `fmi3`, loops that step them in `step_loop`. After an error the folder is as it was.
 
     Raises
     ------

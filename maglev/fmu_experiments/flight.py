@@ -53,23 +53,8 @@ def fly(path: Path, description: ModelDescription, times: Times, parameters: Map
         inputs: npt.NDArray[Any] | None, outputs: list[str], progress: Progress) -> tuple[npt.NDArray[Any], str]:
     """What an FMU gives at the communication points, with the column time, and what it has said.
 
-    Parameters
-    ----------
-    path, description : Path, ModelDescription
-    times : Times
-    parameters : mapping of str to str
-        Start values, as texts.
-    inputs : ndarray or None
-        As fmpy takes them: what is continuous is interpolated, the rest held.
-    outputs : list of str
-        Variables to be recorded.
-    progress : callable
-        Called with the steps done and in all.
-
-    Raises
-    ------
-    FmuError
-        If the FMU refuses something; it says what, if it says why.
+    Parameters are start values, as texts; inputs are as fmpy takes them: what is continuous is interpolated, the rest
+    held. FmuError if the FMU refuses something, with what it says.
     """
     require_unpackable(path)
     messages = Messages()

@@ -20,25 +20,10 @@ KINDS = ("Real", "Boolean", "Integer", "Int64")   # that a master records
 
 def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, role: str, description: str,
              every: int, digits: int = 17) -> ExperimentFiles:
-    """Experiment in which an FMU gets what it got in a run; what it gave there are the results.
+    """Experiment in which an FMU gets what it got in a run in sequential order; what it gave there are the results.
 
-    Parameters
-    ----------
-    experiment, recording : Experiment, Recording
-        The run, in sequential order.
-    fmu : str
-        Name of the FMU in it.
-    name, role, description : str
-        As of `ExperimentFiles`.
-    every : int
-        Communication steps between two rows of the results.
-    digits : int
-        Of the results.
-
-    Raises
-    ------
-    ScenarioError
-        If the FMU gave nothing that was recorded.
+    Of the results there is one row for `every` so many communication steps, with so many digits. ScenarioError if the FMU
+    gave nothing that was recorded.
     """
     path = experiment.files[fmu]
     described = read_description(fmu, path)

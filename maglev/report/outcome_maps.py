@@ -56,16 +56,7 @@ TOLERANCES = Kind("tolerances", "What each controller tolerates", "tolerance", "
 
 
 def section(kind: Kind, rigs: Iterable[str], packaged: Mapping[str, OfRig] | None = None) -> str:
-    """Section of the page with the maps of rigs; empty if there are none.
-
-    Parameters
-    ----------
-    kind : Kind
-    rigs : iterable of str
-        Names of those that the report's runs are about.
-    packaged : mapping of str to OfRig, optional
-        Maps by the name of the rig; those of the package if not given.
-    """
+    """Section of the page with the maps of rigs, by default those of the package; empty if there are none."""
     wanted = {*rigs}
     shown = {rig: maps for rig, maps in (kind.read() if packaged is None else packaged).items() if rig in wanted}
     if not shown:

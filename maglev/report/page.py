@@ -41,25 +41,11 @@ SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
                  outcomes: Sequence[Outcome] = (), frictionless: Frictionless = NOTHING) -> None:
-    """Write the report of a study as one HTML page that needs no network.
+    """Write the report of runs, also of those that failed, as one HTML page that needs no network.
 
     The file appears under its name when it is complete: what stood there before is intact until then.
-
-    Parameters
-    ----------
-    path : Path
-        The HTML file; its folder is made if needed.
-    results : sequence of RunResult
-        The runs, also those that failed.
-    judgements : mapping of str to sequence of ClaimResult
-        Claims with their verdicts by name of the run or the procedure.
-    outcomes : sequence of Outcome
-        What the procedures found that the runs belong to.
-    frictionless : Frictionless
-        Runs among these that were flown again without friction, and what procedures found in them.
     """
-    page = report_page(results, judgements, outcomes, has_live_page(path), frictionless)
-    publish(path, page)
+    publish(path, report_page(results, judgements, outcomes, has_live_page(path), frictionless))
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),

@@ -26,16 +26,9 @@ class Again(NamedTuple):
 
 def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fly: Fly,
                      evaluate: Evaluate) -> Again:
-    """Fly again, without friction, what claims rest on that were missed and whose reasons blame it.
+    """Fly again, of experiments that were flown, what claims rest on that were missed and whose reasons blame friction.
 
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        Those that were flown.
-    verdicts : mapping of str to sequence of ClaimResult
-        By name of the run or procedure; given back with what comes out `without` friction.
-    fly, evaluate : callable
-        From experiments to their results, and from these to what procedures find.
+    The verdicts, by run or procedure, are given back with what comes out `without` it.
     """
     blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
     again = [without_friction(each) for each in with_needed(experiments, blamed)]

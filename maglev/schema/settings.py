@@ -15,12 +15,9 @@ Settings = Mapping[str, float | int | bool | str | StartValue] | Iterable[str] |
 
 
 def start_values(given: Settings) -> dict[str, StartValue]:
-    """Start values by `fmu.variable`; ScenarioError if one has no such name, or cannot be read.
+    """Start values by `fmu.variable`, as text with a unit if need be; ScenarioError of what is none of these.
 
-    Parameters
-    ----------
-    given : mapping of str to float, int, bool, str or StartValue, or iterable of str, or None
-        Text may have a unit; or words of a command line, `fmu.variable=value`, of which the last about a name counts.
+    Of words of a command line, `fmu.variable=value`, the last about a name counts.
     """
     if isinstance(given, Mapping):
         return {name: value if isinstance(value, StartValue) else start_value(name, value)
@@ -67,21 +64,11 @@ def unit_of(plan: RunPlan, setting: str) -> str:
 
 
 def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
-    """Plan with another reference of an axis.
+    """Plan with another reference of an axis, by a setting and its value (SI).
 
-    Parameters
-    ----------
-    plan : RunPlan
-    setting : str
-        "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
-        "AXIS.end": the first or the last value of steps, or that of a constant, m.
-    value : float
-        SI.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such axis or no such reference, or it is of a kind that has none of these.
+    "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
+    "AXIS.end": the first or the last value of steps, or that of a constant. ScenarioError if there is no such axis or
+    reference, or it is of a kind that has none of these.
     """
     axis, _, what = setting.rpartition(".")
     if what not in UNITS:

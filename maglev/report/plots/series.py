@@ -33,14 +33,8 @@ class Thinned:
 def thin(time: Array, values: Array, tolerance: float, most: int) -> Thinned:
     """Choose the rows to keep: the first, the last, the largest, the smallest, and all that the tolerance needs.
 
-    Parameters
-    ----------
-    time, values : ndarray, shape (n,)
-        Ascending times (s) and finite samples, n > 0.
-    tolerance : float
-        Wanted tolerance in the unit of the values, > 0; doubled until `most` rows are enough.
-    most : int
-        Largest number of rows; all extremes and ends are kept even if it is smaller.
+    Of ascending times (s) and finite samples, shape (n,), n > 0. The tolerance, > 0 in the unit of the values, is
+    doubled until `most` rows are enough; ends and extremes are kept in any case.
     """
     evenly = np.linspace(0, len(time) - 1, FIRST_ROWS).astype(np.intp)
     extremes = [int(np.argmin(values)), int(np.argmax(values))]
@@ -82,26 +76,11 @@ def encode(integers: NDArray[np.int64]) -> bytes:
 
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
          tolerances: Mapping[str, float], most: int) -> dict[str, Any]:
-    """Signals of a run for the page.
+    """Signals of a run for the page, those that have a tolerance and were recorded, with at most so many rows of each.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Ascending times, s.
-    columns : mapping of str to ndarray, shape (n,)
-        Recorded signals by name, SI; values that are not finite are left out.
-    interval : float
-        Output interval, s.
-    tolerances : mapping of str to float
-        The columns to pack with their tolerances; a column that was not recorded is left out.
-    most : int
-        Largest number of rows of a signal; with more its tolerance is doubled.
-
-    Returns
-    -------
-    dict
-        "time": quantum of the times, s; "signals": by name the number of rows, the quantum and the tolerance in SI;
-        "data": Base64 of the gzipped times and values of the signals, one after the other.
+    Columns, SI, and ascending times (s) have shape (n,); values that are not finite are left out. Given are "time": the
+    quantum of the times, s, by the output interval (s); "signals": by name the number of rows, the quantum and the
+    tolerance in SI; "data": Base64 of the gzipped times and values of the signals, one after the other.
     """
     quantum = time_quantum(time, interval)
     signals: dict[str, dict[str, float]] = {}
