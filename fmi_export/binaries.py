@@ -62,10 +62,7 @@ CORRECTIONS = (
 def binaries(name: str) -> dict[str, bytes]:
     """Binaries of an FMU by their name in the archive, named after its model identifier.
 
-    Raises
-    ------
-    ExportError
-        If the installed pythonfmu is not the one that this project knows.
+    ExportError if the installed pythonfmu is not the one that this project knows.
     """
     folder = files("pythonfmu").joinpath("resources", "binaries")
     linux = folder.joinpath("linux64", "libpythonfmu-export.so").read_bytes()

@@ -26,12 +26,8 @@ def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, mo
                     version: str, packages: tuple[str, ...]) -> bool:
     """Whether files by name are what `build_fmu` puts into an FMU: modules, binaries and model description, all bytes.
 
-    Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`.
-
-    Raises
-    ------
-    KeyError, ValueError, ModuleNotFoundError
-        If something is not there, or cannot be read, that every FMU of ours has.
+    Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`. KeyError,
+    ValueError or ModuleNotFoundError if something is not there, or cannot be read, that every FMU of ours has.
     """
     texts = {}
     carried = (*packages, *CARRIED)

@@ -24,13 +24,7 @@ class CsvTable:
     columns: dict[str, Array] = field(default_factory=dict)
 
     def column(self, name: str) -> Array:
-        """Numbers of a column, all finite.
-
-        Raises
-        ------
-        CsvError
-            If a field is missing or no finite number.
-        """
+        """Numbers of a column, all finite; CsvError if a field is missing or no finite number."""
         if name not in self.columns:
             index = list(self.names).index(name)
             try:
@@ -77,10 +71,7 @@ class CsvTable:
 def read_csv(path: Path) -> CsvTable:
     """Open a CSV file: a header with unique names, then rows of numbers.
 
-    Raises
-    ------
-    CsvError
-        If it is missing, no CSV text, or has no header or no rows.
+    CsvError if it is missing, no CSV text, or has no header or no rows.
     """
     try:
         with path.open("rb") as file:

@@ -13,10 +13,7 @@ NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a byte-order mark at its start is no part of it.
 
-    Raises
-    ------
-    ScenarioError
-        If it cannot be read, is no UTF-8 text, or no TOML, or has control characters.
+    ScenarioError if it cannot be read, is no UTF-8 text, or no TOML, or has control characters.
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))

@@ -138,10 +138,7 @@ def same_dimension(one: str, other: str) -> bool:
 def si_unit(unit: str) -> str:
     """Return the SI unit that `unit` converts to.
 
-    Raises
-    ------
-    QuantityError
-        If the unit is unknown; the message names the nearest known one.
+    QuantityError if the unit is unknown; the message names the nearest known one.
     """
     return unit_of(unit).si
 
@@ -240,10 +237,7 @@ def positive_time(value: object, error: type[MaglevError], place: str) -> float:
 def to_unit(value: float, unit: str) -> float:
     """Convert an SI value to `unit`.
 
-    Raises
-    ------
-    QuantityError
-        If the unit is unknown; the message names the value and the nearest known unit.
+    QuantityError if the unit is unknown; the message names the value and the nearest known unit.
     """
     try:
         by = factor(unit)

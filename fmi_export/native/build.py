@@ -55,12 +55,7 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     The translation, of this block and perhaps of others, and the packages are those of `translated_blocks`; version and
     licence text are the project's; the rest is as of `fmi_export.build.build_fmu`. With `host_only` there is a binary
     for this machine alone: FMI 2.0 has no name for Linux on ARM, whose binary is then in linux64, where tools on such a
-    machine look for it.
-
-    Raises
-    ------
-    ExportError
-        If ziglang is not installed, or refuses the sources.
+    machine look for it. ExportError if ziglang is not installed, or refuses the sources.
     """
     shell = SHELLS[fmi]
     chosen = host_platform(fmi) if host_only else shell.platforms

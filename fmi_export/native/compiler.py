@@ -54,11 +54,7 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
 
     They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
     different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
-
-    Raises
-    ------
-    ExportError
-        If the compiler refuses the sources.
+    ExportError if the compiler refuses the sources.
     """
     require_zig()
     with scratch() as root:

@@ -114,10 +114,7 @@ TIME = """\
 def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
     """C source that defines MODEL; `timed` says whether the time is one of its variables.
 
-    Raises
-    ------
-    ValueError
-        If a refusal names something that is no variable.
+    ValueError if a refusal names something that is no variable.
     """
     block = definition.block
     header = block.__module__.rpartition(".")[2]

@@ -60,12 +60,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     """C files, by name, of Python modules in pyccel's subset.
 
     `texts` has, by dotted name, every module that one of them imports, but `math`. Those with constants can be imported
-    as well.
-
-    Raises
-    ------
-    ExportError
-        If pyccel is not installed, refuses a module, or writes something that is not known here.
+    as well. ExportError if pyccel is not installed, refuses a module, or writes something that is not known here.
     """
     if find_spec("pyccel") is None:
         raise ExportError("native FMUs need pyccel, expected it to be installed: pip install 'maglev-fmus[native]'")

@@ -69,13 +69,8 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
     trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
 
-    `step` is the communication step of the run, s.
-
-    Raises
-    ------
-    BaselineError
-        If no signal is to be checked, a signal was not recorded or is not finite, the interval is not a whole number
-        of steps, or fewer than two samples remain.
+    `step` is the communication step of the run, s. BaselineError if no signal is to be checked, a signal was not
+    recorded or is not finite, the interval is not a whole number of steps, or fewer than two samples remain.
     """
     check = plan.check
     if not check.signals:
@@ -121,10 +116,7 @@ def recorded(recording: Recording, name: str) -> npt.NDArray[Any]:
 def write_baseline(folder: Path, baseline: Baseline) -> None:
     """Write both files of a baseline; each appears under its name when it is complete.
 
-    Raises
-    ------
-    BaselineError
-        If the samples take more room than a committed file should.
+    BaselineError if the samples take more room than a committed file should.
     """
     samples = io.StringIO()
     csv.writer(samples, quoting=csv.QUOTE_ALL, lineterminator="\n").writerow(["time", *baseline.columns])
@@ -149,12 +141,8 @@ def write_baseline(folder: Path, baseline: Baseline) -> None:
 def read_baseline(folder: Path, name: str) -> Baseline:
     """Read the baseline of a run, and check it.
 
-    Raises
-    ------
-    BaselineError, CsvError
-        If a file is missing, or something in it is not as expected.
-    OSError
-        If a file cannot be read.
+    BaselineError or CsvError if a file is missing, or something in it is not as expected; OSError if a file cannot be
+    read.
     """
     samples_file, options_file = baseline_files(folder, name)
     for file in (samples_file, options_file):

@@ -32,12 +32,8 @@ class WorstDifference(NamedTuple):
 def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | None:
     """Earliest sample that deviates: |got - expected| > absolute + relative |expected|, or got is not finite.
 
-    Of several at the same time, the one with the largest difference relative to what is allowed.
-
-    Raises
-    ------
-    BaselineError
-        If the recording lacks a signal, is too short, or has other communication points.
+    Of several at the same time, the one with the largest difference relative to what is allowed. BaselineError if the
+    recording lacks a signal, is too short, or has other communication points.
     """
     return first_beyond(baseline.time, baseline.columns, samples_of(baseline, recording), baseline.tolerances)
 
@@ -72,10 +68,7 @@ def worst(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference
 def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:
     """Largest difference of each signal that two baselines share, over the communication points that they share.
 
-    Raises
-    ------
-    BaselineError
-        If the communication steps differ or no communication point is shared.
+    BaselineError if the communication steps differ or no communication point is shared.
     """
     if abs(old.step - new.step) > ON_GRID * new.step:
         raise BaselineError(f"the communication step was {old.step} s and is {new.step} s")

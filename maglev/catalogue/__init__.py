@@ -59,12 +59,8 @@ def build_errors() -> Iterator[None]:
 def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
     """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
-    `path` is that of a Python file, `lqi.py`, or names a class in it, `lqi.py:LQI`.
-
-    Raises
-    ------
-    ControllerError, BuildError
-        If the class cannot be flown, or an FMU cannot have what is in its file; with file and line.
+    `path` is that of a Python file, `lqi.py`, or names a class in it, `lqi.py:LQI`. ControllerError or BuildError if
+    the class cannot be flown, or an FMU cannot have what is in its file; with file and line.
     """
     from maglev.cosim.open import read_description  # to list what there is takes no fmpy
 
@@ -84,12 +80,8 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
 def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...] = ()) -> Make:
     """What builds definitions one by one, as FMUs of a kind; all of them are translated here, and once.
 
-    `own` are the modules of a user's class, which is then the only definition.
-
-    Raises
-    ------
-    ExportError
-        As of `translated_blocks` and `build_native_fmu`.
+    `own` are the modules of a user's class, which is then the only definition. ExportError: as of `translated_blocks`
+    and `build_native_fmu`.
     """
     version, licence = project()
     packages = (*PACKAGES, *own)

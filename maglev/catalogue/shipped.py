@@ -30,12 +30,8 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2) -
     """Copy native FMUs out of what a release ships, and make systems of them; returns their paths.
 
     They are `given` as the archive `…-native.zip` of a release, or as a folder with what was in it: FMUs in `native`
-    and `fmi3`, loops that step them in `step_loop`. After an error the folder is as it was.
-
-    Raises
-    ------
-    BuildError
-        If one is not there, or is not what this installation makes of its own sources.
+    and `fmi3`, loops that step them in `step_loop`. After an error the folder is as it was. BuildError if one is not
+    there, or is not what this installation makes of its own sources.
     """
     from maglev.cosim.step_loop import LIBRARY
 

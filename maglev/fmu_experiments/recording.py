@@ -22,8 +22,8 @@ def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, 
              every: int, digits: int = 17) -> ExperimentFiles:
     """Experiment in which an FMU gets what it got in a run in sequential order; what it gave there are the results.
 
-    Of the results there is one row for `every` so many communication steps, with so many digits. ScenarioError if the FMU
-    gave nothing that was recorded.
+    Of the results there is one row for `every` so many communication steps, with so many digits. ScenarioError if the
+    FMU gave nothing that was recorded.
     """
     path = experiment.files[fmu]
     described = read_description(fmu, path)

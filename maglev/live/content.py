@@ -93,10 +93,7 @@ def live_runs() -> list[RunPlan]:
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; the descriptions of the modules are in a folder.
 
-    Raises
-    ------
-    FmuError
-        If a run cannot fly in a page, or a module is missing or of another description.
+    FmuError if a run cannot fly in a page, or a module is missing or of another description.
     """
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {}}
     flown: list[Rig] = []

@@ -58,10 +58,7 @@ def collect(text: str, found: dict[str, str]) -> None:
 def translated(source: str) -> str:
     """Text of a module in the blocks' subset of Python, as JavaScript; imports are left out.
 
-    Raises
-    ------
-    ControllerError
-        If it has what blocks do not have.
+    ControllerError if it has what blocks do not have.
     """
     text = "\n".join(fitted(line.rstrip()) for line in Writer(source).module()) + "\n"
     return text.replace("{\n\n", "{\n")

@@ -33,10 +33,7 @@ class Layer(NamedTuple):
 def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
     """Read a file and those it extends, the file itself last.
 
-    Raises
-    ------
-    ScenarioError
-        If a file is missing, is not TOML, or extends itself.
+    ScenarioError if a file is missing, is not TOML, or extends itself.
     """
     if path in extending:
         raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
@@ -214,12 +211,8 @@ def packaged_runs() -> dict[str, str]:
 def run_layers(path: Path) -> list[list[Layer]]:
     """Layers of each run of a scenario file: one for each entry of its table `variants`, or the scenario itself.
 
-    A variant is merged over the scenario; its claims come after the scenario's own.
-
-    Raises
-    ------
-    ScenarioError
-        If a file cannot be read, extends itself, or its variants are no tables.
+    A variant is merged over the scenario; its claims come after the scenario's own. ScenarioError if a file cannot be
+    read, extends itself, or its variants are no tables.
     """
     layers = read_layers(path)
     table = merged(layers)

@@ -54,14 +54,8 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
     """Make the class that a path names ready to be built, as C if `native`.
 
     The path is that of a Python file, perhaps with the name of a class in it; `parts` are the packages of this project
-    that an FMU carries.
-
-    Raises
-    ------
-    ControllerError
-        If there is no such file or class, or it does not fit.
-    BuildError
-        If an FMU cannot have what is in it; with file and line.
+    that an FMU carries. ControllerError if there is no such file or class, or it does not fit; BuildError if an FMU
+    cannot have what is in it; with file and line.
     """
     if is_class(path):
         raise BuildError(f"{path}: expected a file, such as lqi.py or lqi.py:LQI, for an FMU carries it")

@@ -41,10 +41,7 @@ class OwnModules:
 def own_modules(file: Path) -> OwnModules:
     """Read a controller's file, and what it imports from its folder.
 
-    Raises
-    ------
-    SyntaxError, UnicodeDecodeError, ValueError
-        If a file is not in Python.
+    SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python.
     """
     reader = Reader(file.absolute().parent)
     waiting: list[tuple[str, Path]] = [(file.stem, file)]

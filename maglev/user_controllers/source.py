@@ -89,10 +89,7 @@ def folder_first(folder: Path) -> Iterator[None]:
 def load(path: Path) -> Written:
     """Read, and execute, what a path names.
 
-    Raises
-    ------
-    ControllerError
-        If there is no such file or class, it cannot be executed, or it declares what does not fit.
+    ControllerError if there is no such file or class, it cannot be executed, or it declares what does not fit.
     """
     if is_class(path):
         return load_class(path)
