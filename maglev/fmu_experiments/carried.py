@@ -4,7 +4,6 @@ The drafts FMI-LS-REF 1.0.0-beta.1 and MA-HS-Experiments are read as they stand,
 element `Experiment` itself. A result that no experiment refers to is that of the default experiment.
 """
 
-import math
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 from zipfile import BadZipFile, ZipFile
 
 from fmi_export.experiments.files import CSV_TYPE, FOLDER, MANIFEST, SSV_TYPE
+from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 
 MOST = 50_000_000   # bytes of a file
@@ -87,7 +87,7 @@ def beside(path: Path) -> Iterator[CarriedExperiment]:
 
 def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExperiment]:
     """Experiments that the manifest lists, and the default experiment for results that none of them refers to."""
-    root = parsed(path, MANIFEST, files[MANIFEST], "fmiReferences")
+    root = parsed(File(f"{path}: {MANIFEST}", files[MANIFEST]), "fmiReferences")
     listed: dict[str, list[tuple[str, Element]]] = {"experiment": [], "result": []}
     for related in root.iter("Related"):
         role = related.get("role", "")
@@ -108,7 +108,7 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
             yield CarriedExperiment(source, problem=missing(source, MANIFEST, files))
             continue
         try:
-            elements = list(parsed(path, name, files[name], "Experiments").iter("Experiment"))
+            elements = list(parsed(File(f"{path}: {name}", files[name]), "Experiments").iter("Experiment"))
         except FmuError as error:
             yield CarriedExperiment(source, problem=str(error).removeprefix(f"{path}: "))
             continue
@@ -170,14 +170,11 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
 
 def number(place: str, key: str, text: str) -> float:
     """A number of an experiments file: finite, and positive but for times."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or (key in ("stepSize", "tolerance") and value <= 0.0):
+    positive = key in ("stepSize", "tolerance")
+    if not is_finite(text) or (positive and float(text) <= 0.0):
         raise FmuError(f"{place}: {key} = {shortened(text)}, expected a finite number"
-                       f"{', more than zero' if key in ('stepSize', 'tolerance') else ''}")
-    return value
+                       f"{', more than zero' if positive else ''}")
+    return float(text)
 
 
 def options_of(path: Path, results: str, files: Mapping[str, bytes]) -> File | None:
@@ -202,12 +199,12 @@ def missing(source: str, base: str, files: Mapping[str, bytes]) -> str:
     return f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}"
 
 
-def parsed(path: Path, name: str, data: bytes, tag: str) -> Element:
-    """Root of an XML file that has a certain element there."""
+def parsed(file: File, tag: str | None = None) -> Element:
+    """Root of an XML file, which may have to be a certain element."""
     try:
-        root = fromstring(data)
+        root = fromstring(file.data)
     except (ParseError, ValueError, LookupError) as error:
-        raise FmuError(f"{path}: {name}: {error}, expected XML") from None
-    if root.tag != tag:
-        raise FmuError(f"{path}: {name}: the root element is {root.tag}, expected {tag}")
+        raise FmuError(f"{file.place}: {error}, expected XML") from None
+    if tag not in (None, root.tag):
+        raise FmuError(f"{file.place}: the root element is {root.tag}, expected {tag}")
     return root

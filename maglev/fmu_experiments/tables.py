@@ -2,10 +2,8 @@
 
 import csv
 import io
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
-from xml.etree.ElementTree import ParseError, fromstring
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +11,9 @@ from fmpy.model_description import ScalarVariable
 
 from fmi_export.parameter_set import SSV
 from maglev.baselines.baseline import Tolerance
+from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
-from maglev.fmu_experiments.carried import File
+from maglev.fmu_experiments.carried import File, parsed
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -52,13 +51,10 @@ def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
     """Values of a column, shape (n, m): m is 1, or the number of elements of an array; all finite."""
     values: list[list[float]] = []
     for number, text in enumerate(texts, 2):
-        try:
-            row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in text.split()]
-        except ValueError:
-            row = []
-        if not row or not all(map(math.isfinite, row)):
-            raise FmuError(f"{file.place}: row {number}, column {name} is {shortened(text)}, expected "
-                           f"finite numbers")
+        parts = text.split()
+        if not parts or not all(part in BOOLEANS or is_finite(part) for part in parts):
+            raise FmuError(f"{file.place}: row {number}, column {name} is {shortened(text)}, expected finite numbers")
+        row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in parts]
         if values and len(row) != len(values[0]):
             raise FmuError(f"{file.place}: row {number}, column {name} has {len(row)} elements, expected "
                            f"{len(values[0])} as in row 2")
@@ -102,12 +98,8 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
 
 def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
     """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
-    try:
-        root = fromstring(file.data)
-    except (ParseError, ValueError, LookupError) as error:
-        raise FmuError(f"{file.place}: {error}, expected XML") from None
     found = {}
-    for parameter in root.iter(f"{{{SSV}}}Parameter"):
+    for parameter in parsed(file).iter(f"{{{SSV}}}Parameter"):
         name = parameter.get("name", "")
         if name not in variables:
             raise FmuError(f"{file.place}: parameter {name}: the FMU has no such variable, nearest is "
@@ -115,13 +107,8 @@ def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[st
         value = next((child.get("value") for child in parameter if child.get("value") is not None), None)
         if value is None:
             raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
-        if variables[name].type in REALS:
-            try:
-                finite = math.isfinite(float(value))
-            except ValueError:
-                finite = False
-            if not finite:
-                raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
+        if variables[name].type in REALS and not is_finite(value):
+            raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
         found[name] = value
     return found
 
@@ -137,13 +124,10 @@ def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
         if not row:
             continue
         key, *names, text = (cell.strip() for cell in (row if len(row) > 1 else [*row, ""]))
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value) or len(names) > 1 or (names and key not in ("AbsTol", "RelTol")):
+        if not is_finite(text) or len(names) > 1 or (names and key not in ("AbsTol", "RelTol")):
             raise FmuError(f"{file.place}: line {number}: {shortened(','.join(row))}, expected KEY,NUMBER or "
                            "AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER")
+        value = float(text)
         if not names:
             run[key] = value
         else:

@@ -1,7 +1,5 @@
 """The page: data, modules and scripts in one file that needs no network."""
 
-import base64
-import gzip
 import json
 from collections.abc import Iterable, Mapping
 from html import escape
@@ -13,7 +11,7 @@ from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
-from maglev.pages.shell import publish, scales, tokens
+from maglev.pages.shell import packed, publish, scales, tokens
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
@@ -87,8 +85,3 @@ def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
 def read(name: str) -> str:
     """Text of a file of this package."""
     return (FOLDER / name).read_text(encoding="utf-8")
-
-
-def packed(data: bytes) -> str:
-    """Bytes as gzip in base64: its time is zero, so that the same bytes give the same text."""
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")

@@ -4,6 +4,8 @@ A page says in its head what it is, and has `<!--shell-->` where the way to the 
 folder of pages can be put anywhere.
 """
 
+import base64
+import gzip
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -45,6 +47,11 @@ def tokens() -> str:
 def scales() -> str:
     """Script of the scales of all plots: ticks, units of lengths, where values stand."""
     return (FOLDER / "scale.js").read_text(encoding="utf-8")
+
+
+def packed(data: bytes) -> str:
+    """Bytes as gzip in base64: its time is zero, so that the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
 
 
 def colour(name: str) -> str:

@@ -130,8 +130,7 @@ def placed(path: Path) -> dict[str, Any]:
 def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
     """Table of a file, read once for as long as the file stays as it is: most are extended by many."""
     table = read_toml(path)
-    variants = table.get("variants")
-    for part in (table, *(variants.values() if isinstance(variants, dict) else [])):
+    for part in (table, *entries(table.get("variants")).values()):
         if isinstance(part, dict):
             place_files(part, path.parent)
             if not is_packaged(path):
@@ -146,10 +145,8 @@ def is_packaged(path: Path) -> bool:
 
 def own_claims(table: dict[str, Any]) -> None:
     """Mark the claims in a table of a user's file: no other file that is merged with it makes them the thesis's."""
-    procedure = table.get("procedure")
-    for part in (table, procedure if isinstance(procedure, dict) else {}):
-        claims = part.get("claims")
-        for claim in claims if isinstance(claims, list) else []:
+    for part in (table, entries(table.get("procedure"))):
+        for claim in items(part.get("claims")):
             if isinstance(claim, dict):
                 claim["own"] = True
 
@@ -158,10 +155,7 @@ def place_files(table: dict[str, Any], folder: Path) -> None:
     """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
     if isinstance(table.get("rig"), str):
         table["rig"] = str(folder / table["rig"])
-    fmus = table.get("fmus")
-    signals = table.get("signals")
-    entries = [*(fmus.values() if isinstance(fmus, dict) else []), *(signals if isinstance(signals, list) else [])]
-    for entry in entries:
+    for entry in (*entries(table.get("fmus")).values(), *items(table.get("signals"))):
         if isinstance(entry, dict) and isinstance(entry.get("file"), str):
             entry["file"] = str(folder / entry["file"])
 

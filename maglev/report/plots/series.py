@@ -4,14 +4,14 @@ The browser draws straight lines between the rows that are kept; no sample is fu
 tolerance of its signal.
 """
 
-import base64
-import gzip
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from maglev.pages.shell import packed
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -96,9 +96,7 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
         data.append(encode(np.rint(time[finite][thinned.rows] / quantum).astype(np.int64)))
         data.append(encode(np.rint(values[thinned.rows] / step).astype(np.int64)))
         signals[name] = {"rows": len(thinned.rows), "quantum": step, "tolerance": thinned.tolerance}
-    # No time stamp: the same results give the same page.
-    packed = gzip.compress(b"".join(data), compresslevel=9, mtime=0)
-    return {"time": quantum, "signals": signals, "data": base64.b64encode(packed).decode("ascii")}
+    return {"time": quantum, "signals": signals, "data": packed(b"".join(data))}
 
 
 def time_quantum(time: Array, interval: float) -> float:
