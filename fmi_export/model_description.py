@@ -23,15 +23,8 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
                       sources: Sequence[str] = ()) -> bytes:
     """Model description as UTF-8 XML.
 
-    Parameters
-    ----------
-    definition : FmuDefinition
-    guid, version : str
-        Of the FMU.
-    date : int
-        Date of generation, seconds since 1970.
-    sources : sequence of str
-        C files of a native FMU; one without runs on pythonfmu, in the Python of the importing machine.
+    The date, of generation, is in seconds since 1970. An FMU with `sources`, C files, is native; one without runs on
+    pythonfmu, in the Python of the importing machine.
     """
     native = bool(sources)
     root = Element("fmiModelDescription", attributes(definition, "2.0", "guid", guid, version, date,

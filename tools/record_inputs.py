@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from maglev.cosim.master import Recording
+from maglev.cosim.open import read_description
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
-from maglev.own_fmus import definition
+from maglev.fmu_experiments.recording import inputs_of
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
@@ -46,32 +47,15 @@ def excited(plan: RunPlan, stop_time: float) -> RunPlan:
     return plan.model_copy(update={"signals": signals, "stop_time": stop_time})
 
 
-def inputs(plan: RunPlan, recording: Recording, fmu: str) -> Recording:
-    """What an FMU was given at each communication point, under its own names.
-
-    What an FMU that is stepped before it computes in the same step is the row after. An input that nothing feeds stays
-    as it starts: tools warn of one that is missing.
-    """
-    order = list(plan.fmus)
-    sources = {target: source for source, target in plan.wires.values()}
-    sources |= {signal.to: signal.to for signal in plan.signals}
-    columns = {}
-    for target, source in sources.items():
-        owner, _, name = target.partition(".")
-        if owner == fmu:
-            before = order.index(source.partition(".")[0]) < order.index(fmu)
-            columns[name] = recording.columns[source][1:] if before else recording.columns[source][:-1]
-    model = definition(str(plan.fmus[fmu].model))
-    columns |= {v.name: np.full(len(recording.time) - 1, float(model.start_value(v))) for v in model.variables
-                if v.causality == "input" and v.name not in columns}
-    return Recording(recording.time[:-1], columns)
-
-
 def record(plan: RunPlan, files: dict[str, Path]) -> None:
     """Run a scenario and write an input file for each FMU that is named."""
-    recording = prepare(plan, Path("fmus"), {}, {}).run()
+    experiment = prepare(plan, Path("fmus"), {}, {})
+    recording = experiment.run()
     for fmu, path in files.items():
-        write_csv(path, inputs(plan, recording, fmu))
+        described = read_description(fmu, experiment.files[fmu])
+        columns = inputs_of(experiment, recording, fmu, described, lambda _, values: values)
+        write_csv(path, Recording(np.array(columns.pop("time")), {name: np.array(values)
+                                                                  for name, values in columns.items()}))
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import WEBASSEMBLY, Platform, library
+from fmi_export.native.compiler import PLATFORMS, WEBASSEMBLY, Platform, library
 from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
@@ -146,8 +146,8 @@ def host_platform(fmi: int = 2) -> dict[str, Platform]:
         raise ExportError(f"system = {system!r}, expected Linux, Windows or Darwin")
     own = f"{processor}-{system.lower()}"   # as FMI 3.0 names it
     if fmi == 3:
-        return {own: SHELLS[3].platforms[own]}
-    return {folder: SHELLS[3].platforms[own] if system == "Linux" else SHELLS[2].platforms[folder]}
+        return {own: PLATFORMS[own]}
+    return {folder: PLATFORMS[own] if system == "Linux" else SHELLS[2].platforms[folder]}
 
 
 def layer_names() -> set[str]:

@@ -29,14 +29,16 @@ class Platform(NamedTuple):
     flags: tuple[str, ...]
 
 
-# Linked against the oldest C library that zig has for both processors; newer ones run it.
-LINUX_ON_INTEL = Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm"))
-LINUX_ON_ARM = Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm"))
-WINDOWS_ON_INTEL = Platform(("x86_64-windows-gnu",), ".dll", ("-shared",))
-WINDOWS_ON_ARM = Platform(("aarch64-windows-gnu",), ".dll", ("-shared",))
-MACOS_ON_INTEL = Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))
-MACOS_ON_ARM = Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))
-MACOS = MACOS_ON_INTEL._replace(targets=MACOS_ON_INTEL.targets + MACOS_ON_ARM.targets)
+# By the names that FMI 3.0 has for them. Those of Linux are linked against the oldest C library that zig has for both
+# processors; newer ones run it.
+PLATFORMS = {
+    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
+    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
+    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
+    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", ("-shared",)),
+    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC")),
+    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))}
+MACOS = PLATFORMS["x86_64-darwin"]._replace(targets=("x86_64-macos.11.0", "aarch64-macos.11.0"))
 
 # One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc.
 WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", ("-mexec-model=reactor", "-Wl,--export-dynamic",

@@ -3,16 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from fmi_export.native.compiler import (
-    LINUX_ON_ARM,
-    LINUX_ON_INTEL,
-    MACOS,
-    MACOS_ON_ARM,
-    MACOS_ON_INTEL,
-    WINDOWS_ON_ARM,
-    WINDOWS_ON_INTEL,
-    Platform,
-)
+from fmi_export.native.compiler import MACOS, PLATFORMS, Platform
 
 # The same in all versions.
 CORE = ("instance.c", "variables.c", "events.c", "exchange.c", "state.c", "messages.c", "instance.h", "model.h")
@@ -30,11 +21,10 @@ class Shell(NamedTuple):
 SHELLS = {
     2: Shell("2.0", (*CORE, "fmi2.c", "fmi2_exchange.c", "fmi2_absent.c"),
              ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
-             {"linux64": LINUX_ON_INTEL,
-              "aarch64-linux": LINUX_ON_ARM,   # FMI 2.0 has no name for it and allows others (2.3); this is FMI 3.0's
-              "win64": WINDOWS_ON_INTEL, "darwin64": MACOS}),
+             {"linux64": PLATFORMS["x86_64-linux"], "win64": PLATFORMS["x86_64-windows"], "darwin64": MACOS,
+              # FMI 2.0 has no name for it and allows others (2.3).
+              "aarch64-linux": PLATFORMS["aarch64-linux"]}),
     3: Shell("3.0", (*CORE, "fmi3.c", "fmi3_events.c", "fmi3_exchange.c", "fmi3_absent.c"),
              ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
-             {"x86_64-linux": LINUX_ON_INTEL, "aarch64-linux": LINUX_ON_ARM, "x86_64-windows": WINDOWS_ON_INTEL,
-              "aarch64-windows": WINDOWS_ON_ARM, "x86_64-darwin": MACOS_ON_INTEL, "aarch64-darwin": MACOS_ON_ARM}),
+             PLATFORMS),
 }

@@ -6,8 +6,7 @@ from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 from fmi_export.native.build import host_platform
-from fmi_export.native.compiler import library
-from fmi_export.native.shells import SHELLS
+from fmi_export.native.compiler import PLATFORMS, library
 from maglev.catalogue import build_errors, build_systems, with_parts
 from maglev.errors import BuildError
 from maglev.own_fmus import built_here, kind_folder, project, systems
@@ -18,8 +17,8 @@ def build_step_loops(folder: Path) -> list[Path]:
     """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it; returns their paths."""
     from maglev.cosim.step_loop import LIBRARY, source
 
-    paths = [folder / name / f"{Path(LIBRARY).stem}{platform.ending}" for name, platform in SHELLS[3].platforms.items()]
-    for path, platform in zip(paths, SHELLS[3].platforms.values(), strict=True):
+    paths = [folder / name / f"{Path(LIBRARY).stem}{platform.ending}" for name, platform in PLATFORMS.items()]
+    for path, platform in zip(paths, PLATFORMS.values(), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(library({"step_loop.c": source()}, path.stem, platform))
     return paths

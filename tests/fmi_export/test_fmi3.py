@@ -17,7 +17,7 @@ from native_binaries import windows_library
 from native_builds import compiled, require_native_tools, unpacked_sources
 
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import WINDOWS_ON_ARM, library
+from fmi_export.native.compiler import PLATFORMS, library
 from fmi_export.native.model_description_3 import build_description, model_description_3, terminals_and_icons
 from fmi_export.native.shells import SHELLS
 from maglev.catalogue import DEFINITIONS
@@ -114,7 +114,7 @@ def test_platforms() -> None:
                                         for system in ("linux", "windows", "darwin")}
     of_fmi_2 = {target for each in SHELLS[2].platforms.values() for target in each.targets}
     assert {target for each in SHELLS[3].platforms.values() for target in each.targets} - of_fmi_2 \
-        == set(WINDOWS_ON_ARM.targets)
+        == set(PLATFORMS["aarch64-windows"].targets)
 
 
 @pytest.mark.thorough
@@ -122,7 +122,8 @@ def test_platforms() -> None:
 def test_windows_on_arm() -> None:
     """Its C library is compiled for this alone."""
     require_native_tools()
-    made = library({"one.c": "__declspec(dllexport) double one(void) { return 1.0; }"}, "one", WINDOWS_ON_ARM)
+    made = library({"one.c": "__declspec(dllexport) double one(void) { return 1.0; }"}, "one",
+                   PLATFORMS["aarch64-windows"])
     assert windows_library(made).processor == ARM64_WINDOWS
 
 

@@ -199,7 +199,7 @@ def test_compiler_that_refuses() -> None:
     pytest.importorskip("ziglang")
     with pytest.raises(ExportError, match="the C compiler refuses the sources"):
         fmi_export.native.compiler.library({"broken.c": "int f("}, "broken",
-                                           fmi_export.native.compiler.LINUX_ON_INTEL)
+                                           fmi_export.native.compiler.PLATFORMS["x86_64-linux"])
 
 
 def test_machine_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
