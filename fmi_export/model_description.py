@@ -93,19 +93,16 @@ def attributes(definition: FmuDefinition, fmi: str, key: str, guid: str, version
 
 
 def xml_boolean(value: bool) -> str:
-    """A Boolean in XML."""
     return "true" if value else "false"
 
 
 def add_log_categories(root: Element) -> None:
-    """Add the categories of messages."""
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
         SubElement(categories, "Category", {"name": name, "description": meaning})
 
 
 def add_experiment(root: Element, definition: FmuDefinition) -> None:
-    """Add the default experiment."""
     SubElement(root, "DefaultExperiment", {
         "startTime": "0.0",
         "stopTime": repr(definition.experiment.stop_time),

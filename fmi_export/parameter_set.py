@@ -19,7 +19,6 @@ class Value(NamedTuple):
 
 
 def parameter_set(name: str, values: Iterable[Value]) -> Element:
-    """Element `ParameterSet` of values."""
     found = Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name})
     parameters = SubElement(found, f"{{{SSV}}}Parameters")
     for value in values:
@@ -30,14 +29,12 @@ def parameter_set(name: str, values: Iterable[Value]) -> Element:
 
 
 def written(value: Value) -> str:
-    """A value as XML has it."""
     if value.kind == "Boolean":
         return "true" if value.value else "false"
     return str(int(value.value)) if value.kind == "Integer" else repr(float(value.value))
 
 
 def xml_file(root: Element) -> bytes:
-    """A file of an element."""
     indent(root)
     text: str = tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()

@@ -24,7 +24,6 @@ def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
 
 
 def module_path(module: str) -> Path:
-    """File of a module."""
     spec = find_spec(module)
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError(f"module {module} not found, expected it beside the others of the FMU")

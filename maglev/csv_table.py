@@ -105,7 +105,6 @@ def read_csv(path: Path) -> CsvTable:
 
 
 def is_finite(text: str) -> bool:
-    """Whether a text is a finite number."""
     try:
         return math.isfinite(float(text))
     except ValueError:

@@ -107,7 +107,6 @@ def rows_of(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list
 
 
 def drawing() -> str:
-    """The map as SVG."""
     graph = arrows()
     lines = reduced(graph)
     rows = rows_of(graph, lines)

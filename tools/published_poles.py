@@ -36,7 +36,6 @@ class GainSet(NamedTuple):
 
 
 def pair(real: float, imaginary: float) -> tuple[complex, complex]:
-    """Pair of conjugates."""
     return complex(real, imaginary), complex(real, -imaginary)
 
 

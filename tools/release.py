@@ -108,7 +108,6 @@ def release(out: Path, parts: list[str]) -> None:
 
 
 def git(*arguments: str) -> str:
-    """What git says."""
     return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
 

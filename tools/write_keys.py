@@ -79,7 +79,6 @@ def kind_of(field: FieldInfo) -> str:
 
 
 def words(annotation: Any) -> str:
-    """A type in words."""
     arguments = get_args(annotation)
     origin = get_origin(annotation)
     if origin is Annotated:
@@ -128,7 +127,6 @@ def markdown() -> str:
 
 
 def table_lines(table: type[Table]) -> Iterator[str]:
-    """Lines of one table."""
     place = table.PLACE if "[" not in table.PLACE else f"`{table.PLACE}`"
     yield from (f"**{place}**", "", "| key | value | without it | what it means |", "|---|---|---|---|")
     if table is ProcedureClaim:

@@ -172,7 +172,6 @@ def wrapped(cells: Iterable[str]) -> str:
 
 
 def variable_row(variable: Variable) -> str:
-    """One row of the table."""
     low = -inf if variable.minimum is None else float(variable.minimum)
     high = inf if variable.maximum is None else float(variable.maximum)
     cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",

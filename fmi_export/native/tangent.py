@@ -159,7 +159,6 @@ class Differentiated:
         self.text = "\n".join([f"def {named(key)}({', '.join(parameters)}) -> {result}:", *body])
 
     def unknown(self, node: ast.AST) -> ExportError:
-        """What is not known here."""
         return ExportError(f"{self.key}: no derivative of {ast.unparse(node)!r}")
 
     def imported(self, kind: str) -> str:
@@ -169,7 +168,6 @@ class Differentiated:
         return kind
 
     def emit(self, line: str) -> None:
-        """Add a line."""
         self.lines.append("    " * self.depth + line)
 
     def statement(self, node: ast.stmt) -> None:
@@ -240,7 +238,6 @@ class Differentiated:
         return ("own" if node.id == "self" else node.id) + suffix
 
     def kind(self, node: ast.expr) -> str:
-        """Type of an expression."""
         if isinstance(node, ast.Constant):
             return type(node.value).__name__
         if isinstance(node, ast.Name):

@@ -64,7 +64,6 @@ def fill(picture: np.ndarray, corners: np.ndarray, colour: Iterable[int]) -> Non
 
 
 def chunk(kind: bytes, content: bytes) -> bytes:
-    """One PNG chunk."""
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 

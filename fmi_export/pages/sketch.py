@@ -70,7 +70,6 @@ def filled(x: float, y: float, width: float, height: float, kind: str) -> str:
 
 
 def line(points: Sequence[Point], kind: str = "") -> str:
-    """A line through points."""
     return f'<path class="line {kind}" d="M{"L".join(f"{x:g} {y:g}" for x, y in points)}"/>'
 
 

@@ -323,5 +323,4 @@ def warn(sentence: str) -> None:
 
 
 def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
-    """Watch nothing."""
     return nullcontext(lambda _name, _done, _steps: None)

@@ -236,7 +236,6 @@ def check_times(table: CsvTable, times: Sequence[float], step: float) -> None:
 
 
 def number(path: Path, line: int, label: str, text: str) -> float:
-    """A finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -247,5 +246,4 @@ def number(path: Path, line: int, label: str, text: str) -> float:
 
 
 def refused(path: Path, line: int, label: str, value: object, expectation: str) -> BaselineError:
-    """The error for a value."""
     return BaselineError(f"{path}, line {line}: {label} = {shortened(value)}: {expectation}")

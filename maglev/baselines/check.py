@@ -75,7 +75,6 @@ def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wat
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
-    """Baseline without signals."""
     return replace(baseline, columns={name: values for name, values in baseline.columns.items() if name not in signals})
 
 

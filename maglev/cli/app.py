@@ -66,7 +66,6 @@ MOST_NAMED = 7   # variants of a scenario that are listed one by one
 
 
 def print_version(asked: bool) -> None:
-    """Print the version and end."""
     if asked:
         from importlib.metadata import version
 

@@ -118,7 +118,6 @@ class Writer:
         yield "}"
 
     def statement(self, node: ast.stmt) -> Iterator[str]:
-        """Lines of a statement."""
         match node:
             case ast.Import() | ast.ImportFrom():
                 return

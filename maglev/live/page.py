@@ -83,5 +83,4 @@ def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
 
 
 def read(name: str) -> str:
-    """Text of a file of this package."""
     return (FOLDER / name).read_text(encoding="utf-8")

@@ -105,7 +105,6 @@ def way(pages: list[Page], here: Page, index: bool) -> str:
 
 
 def write_index(folder: Path) -> None:
-    """Write the index of the pages in a folder."""
     sections = []
     pages = list(pages_in(folder))
     for kind, (one, several) in KINDS.items():

@@ -69,7 +69,6 @@ def message(judgements: Judgements) -> str:
 
 
 def verdict_options(judgements: Judgements) -> str:
-    """Options of the choice of a verdict."""
     counts = count_verdicts(result for claims in judgements.values() for result in claims)
     return '<option value="">all</option>' + "".join(f"<option>{verdict}</option>" for verdict in VERDICTS
                                                      if counts[verdict])
@@ -187,7 +186,6 @@ def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown |
 
 
 def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
-    """Links to figures."""
     return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
 
 

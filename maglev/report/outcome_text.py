@@ -29,7 +29,6 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
 
 
 def value_table(table: ValueTable) -> Table:
-    """Table for the terminal."""
     printed = Table(title=Text(table.title, style="table.title"))
     for name in table.header:
         printed.add_column(Text(name))

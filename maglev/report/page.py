@@ -99,7 +99,6 @@ def origin(results: Sequence[RunResult]) -> str:
 
 
 def read(name: str) -> str:
-    """Text of a file of this package."""
     return (FOLDER / name).read_text(encoding="utf-8")
 
 

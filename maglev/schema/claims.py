@@ -123,7 +123,6 @@ class Claim(Table):
     @field_validator("target", mode="before")
     @classmethod
     def target_to_si(cls, value: Any, info: ValidationInfo) -> float | bool | tuple[float, float]:
-        """Convert to SI."""
         quantity = info.data.get("quantity")
         if quantity is None:
             raise ValueError(f"has no meaning without a {cls.NOUN}")

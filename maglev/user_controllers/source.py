@@ -202,7 +202,6 @@ def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
 
 
 def load_class(path: Path) -> Written:
-    """The class that a path stands for."""
     if path not in CLASSES:
         raise ControllerError(f"{path}: it was given as a class, which only the process that defines it can fly, and "
                               "this takes others; expected its file, such as lqi.py or lqi.py:LQI")

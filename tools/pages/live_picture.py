@@ -40,7 +40,6 @@ def picture(page: Path) -> Image.Image:
 
 
 def main() -> None:
-    """Write the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--page", type=Path, default=Path("results/live.html"))
     parser.add_argument("--out", type=Path, default=Path("docs/live.png"))

@@ -81,7 +81,6 @@ def zoom(browser: Browser, path: Path, figure: str) -> None:
 
 
 def main() -> None:
-    """Print what the pages cost."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--live", type=Path, default=Path("results/live.html"))
     parser.add_argument("--report", type=Path, default=Path("results/report.html"))

@@ -26,12 +26,10 @@ class ShownChart(NamedTuple):
 
     @property
     def number(self) -> str | None:
-        """Number in the thesis, if it has one."""
         return self.chart.number
 
     @property
     def title(self) -> str:
-        """Heading of the chart."""
         return f"Figure {self.number}" if self.number else self.outcome.settings.title
 
     @property

@@ -57,13 +57,11 @@ class Figure(Table):
 
     @property
     def title(self) -> str:
-        """Heading of the figure."""
         heading = f"Figure {self.number}" if self.number else f"Run {next(iter(self.runs))}"
         return f"{heading}: {self.variant}" if self.variant else heading
 
     @property
     def id(self) -> str:
-        """Anchor in the page."""
         parts = [self.number, self.variant] if self.number else ["run", next(iter(self.runs))]
         return anchor("figure", *(part for part in parts if part))
 
@@ -77,17 +75,14 @@ class Shown(NamedTuple):
 
     @property
     def id(self) -> str:
-        """Anchor in the page."""
         return self.figure.id
 
     @property
     def number(self) -> str | None:
-        """Number in the thesis."""
         return self.figure.number
 
     @property
     def title(self) -> str:
-        """Heading of the figure."""
         return self.figure.title
 
     @property

@@ -103,7 +103,6 @@ class Constant(SignalTable):
     @field_validator("level", mode="before")
     @classmethod
     def to_si(cls, value: Any, info: ValidationInfo) -> float:
-        """Convert to SI."""
         return in_unit(value, info.data.get("unit"))
 
     def scaled_by(self, by: float) -> dict[str, Any]:
@@ -128,7 +127,6 @@ class Steps(SignalTable):
     @field_validator("values", mode="before")
     @classmethod
     def to_si(cls, values: Any, info: ValidationInfo) -> list[bool | float]:
-        """Convert to SI."""
         if not isinstance(values, list):
             raise ValueError("expected a list of values")
         return [value if isinstance(value, bool) else entry_to_si(value, info.data.get("unit"), i)
@@ -178,7 +176,6 @@ class Sinusoids(SignalTable):
     @field_validator("offset", mode="before")
     @classmethod
     def offset_to_si(cls, value: Any, info: ValidationInfo) -> float:
-        """Convert to SI."""
         return in_unit(value, info.data.get("unit"))
 
     @field_validator("terms", mode="before")
@@ -246,7 +243,6 @@ class Csv(SignalTable):
 
     @model_validator(mode="after")
     def read(self) -> "Csv":
-        """Read the file."""
         try:
             table = read_csv(Path(self.file))
             if self.column not in table.names[1:]:
