@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from fmi_export.definition import ContinuousModel, FmuDefinition, Variable
+from fmi_export.parameter_set import xml_file
 from fmi_export.units import DISPLAY_UNITS, exponents
 
 LICENCE = "MIT"
@@ -65,14 +66,7 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         SubElement(scalar, "Boolean" if variable.boolean else "Real",
                    typed_attributes(definition, variable) | state_attributes(continuous, variable.name, index))
     add_structure(root, definition, continuous, index)
-    return as_bytes(root)
-
-
-def as_bytes(root: Element) -> bytes:
-    """A document as UTF-8 XML."""
-    indent(root)
-    text: str = tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+    return xml_file(root)
 
 
 def attributes(definition: FmuDefinition, fmi: str, key: str, guid: str, version: str, date: int,

@@ -8,7 +8,6 @@ from fmi_export.model_description import (
     add_experiment,
     add_log_categories,
     add_units,
-    as_bytes,
     attributes,
     common_attributes,
     dependencies,
@@ -17,6 +16,7 @@ from fmi_export.model_description import (
     typed_attributes,
     xml_boolean,
 )
+from fmi_export.parameter_set import xml_file
 
 FMI = "3.0"
 
@@ -83,7 +83,7 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
                        {"valueReference": str(reference[name])} | dependencies(knowns, reference))
     for name in continuous.indicators if continuous else ():
         SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
-    return as_bytes(root)
+    return xml_file(root)
 
 
 def sampling_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
@@ -107,7 +107,7 @@ def build_description(name: str, units: Sequence[str]) -> str:
         "name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": "true",
         "description": "For a shared library: the functions of FMI under their own names"})
     SubElement(configuration, "Library", {"name": "m", "external": "true", "description": "Where libm is a library"})
-    return as_bytes(root).decode("utf-8")
+    return xml_file(root).decode("utf-8")
 
 
 def terminals_and_icons(definition: FmuDefinition) -> bytes:
@@ -130,7 +130,7 @@ def terminals_and_icons(definition: FmuDefinition) -> bytes:
                 SubElement(terminal, "TerminalMemberVariable", {
                     "variableName": member.name, "memberName": member.name.rpartition(".")[2],
                     "variableKind": "signal"})
-    return as_bytes(root)
+    return xml_file(root)
 
 
 def grouped(variables: Iterable[Variable]) -> dict[str, list[Variable]]:

@@ -8,6 +8,7 @@ by its rule, so that the result is exact but for rounding; at a kink it is that 
 
 import ast
 from collections.abc import Iterable, Mapping
+from graphlib import TopologicalSorter
 
 from fmi_export.errors import ExportError
 
@@ -84,40 +85,26 @@ def tangent_module(texts: Mapping[str, str], class_name: str, method: str) -> st
     something in it that is not known here.
     """
     blocks = Blocks(texts)
-    waiting, written = [f"{class_name}.{method}"], dict[str, str]()
+    waiting, written, calls = [f"{class_name}.{method}"], dict[str, str](), dict[str, list[str]]()
     functions, names = set[str](), set[str]()
     while waiting:
         key = waiting.pop()
         if key not in written:
             found = Differentiated(blocks, key)
             written[key] = found.text
+            calls[key] = sorted(set(found.called))
             waiting.extend(found.called)
             functions |= found.math
             names |= found.names
-    calls = {key: set(Differentiated(blocks, key).called) for key in written}
     lines = ['"""Derivatives along a direction. Generated."""', ""]
     if functions:
         lines.append(f"from math import {', '.join(sorted(functions))}")
+    callees_first = TopologicalSorter(dict(sorted(calls.items()))).static_order()
     of_module: dict[str, list[str]] = {}
     for name in sorted(names):
         of_module.setdefault(blocks.module[name], []).append(name)
     lines += [f"from {module} import {', '.join(members)}" for module, members in sorted(of_module.items())]
-    return "\n".join([*lines, *(f"\n\n{written[key]}" for key in callees_first(calls))]) + "\n"
-
-
-def callees_first(calls: Mapping[str, Iterable[str]]) -> list[str]:
-    """Names of functions, each after those that it calls."""
-    ordered: list[str] = []
-
-    def add(key: str) -> None:
-        for called in sorted(calls[key]):
-            add(called)
-        if key not in ordered:
-            ordered.append(key)
-
-    for key in sorted(calls):
-        add(key)
-    return ordered
+    return "\n".join([*lines, *(f"\n\n{written[key]}" for key in callees_first)]) + "\n"
 
 
 def named(key: str) -> str:
