@@ -91,8 +91,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
         self.peak = self.parameters.own(f"{self.rig.motor_names[0]}.amplifier.peak")
         self.references = References(reference, low, high, self.last + 1, self.sample_time)
         self.action_space = gymnasium.spaces.Box(-self.peak, self.peak, self.stage.commands.shape, np.float64)
-        arm = max(max(abs(motor.x), abs(motor.z)) for motor in self.rig.motors)
-        speeds = np.array([HIGHEST_SPEED / arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
+        speeds = np.array([HIGHEST_SPEED / self.rig.arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
         rounding = self.parameters.extremes("encoder.resolution")[1]   # beyond a stop, at most
         self.lowest = np.concatenate([seen_low - rounding, -speeds, low])
         self.highest = np.concatenate([seen_high + rounding, speeds, high])

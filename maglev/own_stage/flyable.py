@@ -1,5 +1,6 @@
 """Whether a stage can fly at all: what cannot says why, with numbers, before anything is built."""
 
+from operator import attrgetter
 from pathlib import Path
 
 from maglev.errors import LinearModelError, RigError
@@ -59,9 +60,7 @@ def require_within_ranges(rig: Rig) -> None:
     for definition in BLOCKS[rig.name]:
         block = definition.new_block()
         for variable in definition.variables:
-            value = block
-            for part in variable.place.split("."):
-                value = getattr(value, part)
+            value = attrgetter(variable.place)(block)
             low, high = variable.minimum, variable.maximum
             if variable.causality == "parameter" and not variable.boolean and not (
                     (low is None or low <= value) and (high is None or value <= high)):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from maglev.errors import MaglevError, in_one_line
 from maglev.studies.flying.batch import StudyFiles, files_of, fly_batch
-from maglev.studies.flying.samples import Flown, Job
+from maglev.studies.flying.samples import Flown, Job, Sample, failed, gathered
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
@@ -53,8 +53,9 @@ def fly_all(client: Client, job: Job, batches: list[Batch], values: NDArray[np.f
     try:
         deadly = list(fly_in_turn(client, plugin.name, batches, values, store))
         for batch in deadly:
-            store(batch.number, joined([alone(client, plugin.name, sample, values, job)
-                                        for sample in range(batch.first, batch.last)]))
+            numbers = range(batch.first, batch.last)
+            store(batch.number, gathered(job, batch.first, len(numbers), (
+                alone(client, plugin.name, number, values, job) for number in numbers)))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
             client.unregister_worker_plugin(plugin.name)
@@ -105,23 +106,13 @@ def result(future: Future[Flown]) -> Flown:
     return found
 
 
-def alone(client: Client, plugin: str, sample: int, values: NDArray[np.float64], job: Job) -> Flown:
+def alone(client: Client, plugin: str, number: int, values: NDArray[np.float64], job: Job) -> Sample:
     """Fly one sample with nothing else under way: if workers die now, they die of it."""
-    future = submit(client, plugin, Batch(0, sample, sample + 1), values)
+    future = submit(client, plugin, Batch(0, number, number + 1), values)
     try:
-        return result(future)
+        flown = result(future)
     except KilledWorker:
-        return Flown(sample, np.full((1, len(job.columns)), np.nan), ("every process that flew it died",))
+        return failed(job, "every process that flew it died")
     finally:
         future.release()
-
-
-def joined(samples: list[Flown]) -> Flown:
-    """One batch of samples that were flown alone."""
-    kept = [each.trajectories for each in samples if each.trajectories is not None]
-    whole = None
-    if kept:
-        whole = np.concatenate([np.full_like(kept[0], np.nan) if each.trajectories is None else each.trajectories
-                                for each in samples])
-    return Flown(samples[0].first, np.concatenate([each.values for each in samples]),
-                 tuple(failure for each in samples for failure in each.failures), whole)
+    return Sample(flown.values[0], flown.failures[0], None if flown.trajectories is None else flown.trajectories[0])
