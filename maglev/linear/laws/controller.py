@@ -35,16 +35,15 @@ class Seen:
         for axis in rig.axes:
             inputs |= {f"{axis.name}.reference": axis.unit("m"), f"{axis.name}.reference_rate": axis.unit("m/s")}
             inputs |= {f"{axis.name}.measured": "m"} if axis in rig.measured else {}
-        inputs |= {f"{motor}.gap_measured": "m" for motor in rig.motor_names if rig.rotations}
+        at_motors = [f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations]
+        inputs |= dict.fromkeys(at_motors, "m")
 
         def picked(names: Sequence[str]) -> Matrix:
             return np.array([[float(name == each) for each in inputs] for name in names])
 
-        references, rates, measured = (picked([f"{axis}.{kind}" for axis in rig.axis_names]) for kind in INPUTS)
-        gaps = picked([f"{motor}.gap_measured" for motor in rig.motor_names])
-        if not rig.rotations:
-            return cls(inputs, references, rates, measured, places.gaps @ measured)
-        return cls(inputs, references, rates, measured + np.linalg.pinv(places.gaps) @ gaps, gaps)
+        references, rates = (picked([f"{axis}.{kind}" for axis in rig.axis_names]) for kind in INPUTS[:2])
+        measured = places.measuring(rig) @ picked([f"{axis.name}.measured" for axis in rig.measured] + at_motors)
+        return cls(inputs, references, rates, measured, picked(at_motors) if at_motors else places.gaps @ measured)
 
 
 def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
