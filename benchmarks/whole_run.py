@@ -9,7 +9,7 @@ depend little on it.
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
@@ -29,6 +29,7 @@ from maglev.schema.loading import load_plan
 
 NAME = "3dof-setpoints-improved"
 ROUNDS = 7   # the fastest counts, which is the least disturbed
+ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none
 
 # Largest multiples of the C loop. Of stepping 1.16 and 1.25 were measured; it alone touches memory that is new to it.
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
@@ -86,6 +87,12 @@ def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]
         WITH_CSV: timed(lambda: write_csv(csv, whole(experiment), experiment.output_every()))}
 
 
+def too_large(times: Mapping[str, float]) -> dict[str, float]:
+    """Multiples of the C loop above their limits, by way."""
+    return {way: times[way] / times["C loop"] for way, largest in GATES.items()
+            if times[way] > largest * times["C loop"]}
+
+
 def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -108,18 +115,19 @@ def main() -> int:
             sys.exit(f"{asked.fmus}: FMUs that this installation did not build, expected those of `maglev build`")
         measurements = ways(experiment, folder)
         times: dict[str, list[float]] = {way: [] for way in measurements}
+        held = 0
         for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
             for way, measure in measurements.items():
                 times[way].append(measure())
+            held += not too_large({way: found[-1] for way, found in times.items()})
+            if gate and held == len(times["C loop"]) == ENOUGH:
+                break
     fastest = {way: min(found) for way, found in times.items()}
     table = Table("part", "time (ms)", "of the C loop", "of a step (µs)",
                   title=f"{NAME}: {plan.steps} steps, all recorded, every {plan.output_every}. written")
-    too_slow = []
     for way, time in fastest.items():
-        ratio = time / fastest["C loop"]
-        table.add_row(way, f"{1e3 * time:.1f}", f"{ratio:.2f}", f"{1e6 * time / plan.steps:.2f}")
-        if ratio > GATES.get(way, ratio):
-            too_slow.append(f"{way}: {ratio:.2f}, expected at most {GATES[way]}")
+        table.add_row(way, f"{1e3 * time:.1f}", f"{time / fastest['C loop']:.2f}", f"{1e6 * time / plan.steps:.2f}")
+    too_slow = [f"{way}: {ratio:.2f}, expected at most {GATES[way]}" for way, ratio in too_large(fastest).items()]
     console.print(table)
     if asked.record:
         record(WHOLE, {name: fastest[way] / fastest["C loop"]

@@ -47,6 +47,15 @@ def interruptible() -> Iterator[None]:
         signal.signal(number, handler)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_at_a_time() -> Iterator[None]:
+    """Runs, samples and checks in one process where a test does not say how many: each takes a second to start."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("api.running", "api.checking", "api.studying", "api.tuning", "fmu_experiments.check"):
+            patch.setattr(f"maglev.{module}.processors", lambda: 1)
+        yield
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--fmus", type=Path, metavar="FOLDER", help="build the FMUs of the tests into the folders "
                      "python and native of FOLDER and leave them there, for what comes after the tests")

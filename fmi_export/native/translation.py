@@ -19,14 +19,19 @@ from fmi_export.errors import ExportError
 from fmi_export.sources import imported_modules
 from maglev_files.scratch import scratch
 
-# One process for all modules: starting pyccel takes longer than a translation.
-TRANSLATE = """
-import os, sys
+# One process for all modules: starting pyccel takes longer than a translation. Half of the time would go to looking for
+# trees that nothing holds any more, and to types in the stubs of imported modules, where quoted ones are parsed apart.
+TRANSLATE = r"""
+import gc, os, re, sys
+from pathlib import Path
 from pyccel.codegen.pipeline import execute_pyccel
+gc.disable()
 root = os.getcwd()
-for path in sys.argv[1:]:
+for path in map(Path, sys.argv[1:]):
     os.chdir(root)
     execute_pyccel(os.path.join(root, path), convert_only=True, language="c")
+    stub = Path(root, path.parent, "__pyccel__", f"{path.stem}.pyi")
+    stub.write_text(re.sub(r"'(\w+)'", r"\1", stub.read_text(encoding="utf-8")), encoding="utf-8")
 """
 
 DECLARED = re.compile(r"^extern (double|int64_t|bool) (\w+);$", re.MULTILINE)
