@@ -1,10 +1,11 @@
 """FMUs for the tests, built once, and the quick tests, which need none: `pytest -m quick`."""
 
+import gc
 import os
 import shutil
 import signal
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from native_builds import built_once, missing_native_tools, require_native_tools
 
 from maglev.catalogue import DEFINITIONS, HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.processes.side_by_side import kept_processes
 
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
@@ -56,6 +58,14 @@ def one_at_a_time() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="module")
+def processes_kept(slow: None) -> Iterator[None]:
+    """Processes that have flown the runs of one command of a file fly those of the next."""
+    with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("maglev.experiment.chain.kept_processes", lambda: nullcontext(idle))
+        yield
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--fmus", type=Path, metavar="FOLDER", help="build the FMUs of the tests into the folders "
                      "python and native of FOLDER and leave them there, for what comes after the tests")
@@ -64,6 +74,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
     config.addinivalue_line("markers", "thorough: takes long and looks at what seldom changes; `make thorough`")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Thousands of tests are made, and stay: the garbage collector need not go over them, neither now nor later."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

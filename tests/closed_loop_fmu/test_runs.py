@@ -97,7 +97,9 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
     assert max(np.ptp(result[axis.position]) for axis in plan.axes.values()) > 1e-3, "the step at 1 s is in it"
 
 
-@pytest.mark.parametrize("name", LOOPS)
+# A script is of a stage, and takes any of its loops.
+@pytest.mark.parametrize("name", [name if name in [f"ClosedLoop{rig.suffix}" for rig in RIGS.values()]
+                                  else pytest.param(name, marks=pytest.mark.thorough) for name in LOOPS])
 def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
     """It ends where it is told to, and the references step at 1 s."""
     rig = next(rig for rig in RIGS.values() if name.endswith(rig.suffix))

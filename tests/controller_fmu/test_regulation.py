@@ -106,8 +106,11 @@ def ideal(rig: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3D
 IDEAL = pytest.mark.parametrize(("rig", "original"), [(2, False), (3, False), (3, True)])
 
 
-@IDEAL
-@pytest.mark.parametrize("disturbance", ["force", "bias"])
+# To a regulator both are one acceleration.
+@pytest.mark.parametrize(("rig", "original", "disturbance"), [
+    (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
+    *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)
+      for original, disturbance in ((False, "force"), (True, "bias")))])
 def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance: str) -> None:
     """An external force or a constant acceleration; the regulators with their default limits."""
     controller, stage = ideal(rig, original)

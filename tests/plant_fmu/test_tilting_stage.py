@@ -74,8 +74,7 @@ def lively(gap: float) -> Commands:
 
 
 CASES: dict[str, tuple[Reference5DOF, tuple[float, ...], Commands]] = {
-    "free": (Reference5DOF(), (25e-3, 4e-3, -10e-3, 1e-3, -2e-3), lively(25e-3)),
-    "far from the middle": (Reference5DOF(push=(3.0, -4.0, 5.0, 0.1, -0.2)), (23e-3, 0.0, 0.0, 4e-3, 3e-3),
+    "far from the middle": (Reference5DOF(push=(3.0, -4.0, 5.0, 0.1, -0.2)), (23e-3, 4e-3, -10e-3, 4e-3, 3e-3),
                             lively(23e-3)),
     "payload": (Reference5DOF(payload=(0.5, 0.1, 0.05)), (24e-3, 0.0, 0.0, 0.0, 0.0), lively(24e-3)),
     "guides": (Reference5DOF(guide=(2e3, 0.5e-3)), (25e-3, 0.0, 0.0, 1e-3, 0.0), lively(25e-3)),

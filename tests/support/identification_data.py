@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from math import pi, sin
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -41,11 +41,12 @@ class Data:
     truth: dict[str, float]     # constants of the stage
 
 
-def reference(axis: str, t: float) -> float:
-    """Reference (m) of an axis at a time (s)."""
+def reference(axis: str, t: np.ndarray) -> np.ndarray:
+    """Reference (m) of an axis at times (s)."""
     offset, amplitude, terms = EXCITATION[axis]
-    s = min(t / RAMP, 1.0)
-    return offset + (3 - 2 * s) * s * s * amplitude * sum(a * sin(pi * (w * t + p)) for a, w, p in terms)
+    s = np.minimum(t / RAMP, 1.0)
+    waves = np.sum([a * np.sin(pi * (w * t + p)) for a, w, p in terms], axis=0)
+    return np.asarray(offset + (3 - 2 * s) * s * s * amplitude * waves)
 
 
 def new_blocks(rig: int) -> tuple[Any, Any]:
@@ -123,7 +124,8 @@ def fly(rig: int, stage: Any, pid: Any, count: int, dt: float,
     names = [*(f"{name}.{what}" for name in axes for what in ("position", "velocity", "encoder")),
              *(f"{name}.{what}" for name in motors for what in ("i_d", "i_q"))]
     owners = [(getattr(stage, name.split(".")[0]), name.split(".")[1]) for name in names]
-    loops = [(name, getattr(pid, name), getattr(stage, name)) for name in axes]
+    times = dt * np.arange(count)
+    loops = [(reference(name, times).tolist(), getattr(pid, name), getattr(stage, name)) for name in axes]
     wires = [(getattr(pid, name), getattr(stage, name)) for name in motors]
     rows = np.empty((count, len(names)))
     for k in range(count):
@@ -133,15 +135,15 @@ def fly(rig: int, stage: Any, pid: Any, count: int, dt: float,
                 setattr(stage, name, value)
             change = None
         rows[k] = [getattr(owner, what) for owner, what in owners]
-        for name, controlled, moved in loops:
-            controlled.reference = reference(name, t)
+        for references, controlled, moved in loops:
+            controlled.reference = references[k]
             controlled.measured = moved.encoder
         assert pid.step(t, dt) == 0
         for source, to in wires:
             to.i_a_cmd, to.i_b_cmd, to.i_c_cmd = source.i_a_cmd, source.i_b_cmd, source.i_c_cmd
         assert stage.step(t, dt) == 0
         assert not stage.at_stop
-    return {"time": dt * np.arange(count), **dict(zip(names, rows.T, strict=True))}
+    return {"time": times, **dict(zip(names, rows.T, strict=True))}
 
 
 def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: float = 0.0,

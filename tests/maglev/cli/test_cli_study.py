@@ -7,6 +7,8 @@ import pytest
 from command_line import error_line, maglev
 from report_outcomes import outcome
 
+pytestmark = pytest.mark.usefixtures("processes_kept")
+
 LOOPS = Path(__file__).parents[3] / "scenarios" / "loops"
 
 PAIR = """
@@ -136,7 +138,7 @@ def test_check_update_pass_and_deviate(fmus: Path, hold: Path, tmp_path: Path) -
     assert new.exit_code == 0
     assert "hold-ours: new, 2 signals at 11 samples to t = 0.05 s" in new.output
     junit = tmp_path / "check.xml"
-    passed = maglev(*check(hold, fmus, "--junit", junit))
+    passed = maglev(*check(hold, fmus, "--junit", junit, "--jobs", "2"))
     assert passed.exit_code == 0
     assert passed.output.count(": passed, ") == 2
     assert ElementTree.parse(junit).getroot().attrib["failures"] == "0"

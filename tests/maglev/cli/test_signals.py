@@ -158,7 +158,7 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
     How many processes fly each part makes no difference.
     """
     file = tmp_path / "payload.toml"
-    file.write_text(f'name = "payload"\nscenario = "{scenario(tmp_path, "hold", 10.0)}"\nmetrics = ["rms error"]\n'
+    file.write_text(f'name = "payload"\nscenario = "{scenario(tmp_path, "hold", 4.0)}"\nmetrics = ["rms error"]\n'
                     'keep = ["plant.v.position"]\nkeep_interval = "1 s"\n[[vary]]\nset = "plant.v.mass"\n'
                     'kind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
     folders = [tmp_path / name for name in ("whole", "parts")]

@@ -25,7 +25,7 @@ REFERENCES = '<References source="fall.csv"/>'
 
 
 def test_every_fmu_repeats_what_it_carries(fastest_fmus: Path) -> None:
-    results = check_fmus(sorted(fastest_fmus.glob("*.fmu")))
+    results = check_fmus(sorted(fastest_fmus.glob("*.fmu")), jobs=2)
     assert [f"{result.name}: {result.message}" for result in results if result.status != "passed"] == []
     assert len(results) > 60
 
