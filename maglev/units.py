@@ -149,25 +149,11 @@ def factor(unit: str) -> float:
 
 
 def read_quantity(value: object, unit: str | None = None) -> Quantity:
-    """Read a quantity of a scenario file.
+    """Read a quantity of a scenario file: its value in SI, and the unit of the text (None for a plain number).
 
-    Parameters
-    ----------
-    value : float, int or str
-        A plain number is in `unit`. Text carries its own unit, as in "25 mm"; "1.5 pi rad/s" is 1.5 π rad/s.
-    unit : str, optional
-        The unit of plain numbers, and of the dimension that text must have. Without it plain numbers are
-        SI and text may have any dimension.
-
-    Returns
-    -------
-    Quantity
-        The value in SI, and the unit of the text (None for a plain number).
-
-    Raises
-    ------
-    QuantityError
-        If the value is not a finite number, has no or an unknown unit, or is of another dimension than `unit`.
+    A plain number is in `unit`; without one it is SI. Text carries its own unit, as in "25 mm", of the dimension of
+    `unit`, if there is one; "1.5 pi rad/s" is 1.5 π rad/s. QuantityError if the value is not a finite number, has no or
+    an unknown unit, or is of another dimension than `unit`.
     """
     if isinstance(value, str):
         quantity = read_text(value)

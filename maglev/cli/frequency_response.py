@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from maglev.cli.linearise import At, Parameters, SampleTime, Settle, pair, read_parameters, seconds
-from maglev.cli.options import Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
+from maglev.cli.options import AsJson, Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
@@ -27,8 +27,6 @@ Smooth = Annotated[bool, typer.Option("--smooth", help="Without Coulomb friction
                                       "linear model has it.")]
 Linear = Annotated[bool, typer.Option("--linear/--no-linear", help="With or without the linear loop beside it.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of each, over the linear loop (needs matplotlib).")]
-AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
-                                             show_default=False)]
 
 
 def frequency_response(plant: PlantName, controller: ControllerName, at: At, openings: Openings = None,

@@ -59,6 +59,8 @@ Timeout = Annotated[str, typer.Option(help="Longest time that a call of an FMU w
 Ordering = Annotated[Order, typer.Option(
     "--order", help="Order of the FMUs in a step: one after the other (sequential), or all with what the step before "
     "gave (jacobi), which delays the loop by a step.")]
+AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
+                                             show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 Form = Annotated[Format, typer.Option("--format", help="Of the columns: csv, or parquet, with units and provenance.")]
 Jobs = Annotated[int | None, typer.Option(

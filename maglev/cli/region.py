@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from maglev.cli.linearise import pair
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, Debug, Fmi, Fmus, Native, Out
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, AsJson, Debug, Fmi, Fmus, Native, Out
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
@@ -26,8 +26,6 @@ Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or w
 Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FMUs, beside what is certified; with the "
                                    "Python kind a minute or two, with --native seconds.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
-AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
-                                             show_default=False)]
 
 
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,

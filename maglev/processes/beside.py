@@ -102,21 +102,10 @@ class Beside:
             self.inbox.put((self, None))
 
     def next(self, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
-        """What it says next: a report or the result.
+        """What it says next: a report or the result; what the task has raised is raised.
 
-        Parameters
-        ----------
-        limit : float
-            Longest silence, s.
-        sign : callable
-            What it returns changes as long as the process lives.
-
-        Raises
-        ------
-        Gone
-            If the process has ended, or says nothing.
-        Exception
-            What the task has raised.
+        What `sign` returns changes as long as the process lives. Gone if it has ended, or is silent for longer than the
+        limit (s).
         """
         silent, before = 0.0, sign()
         while True:

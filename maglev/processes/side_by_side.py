@@ -48,32 +48,12 @@ def kept_processes() -> Iterator[Idle]:
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
                  idle: Idle, silent: float = math.inf) -> dict[str, T]:
-    """Do the tasks, at most `jobs` at a time.
+    """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
 
-    Parameters
-    ----------
-    tasks : mapping of str to callable
-        By name; a task says itself what becomes of its errors.
-    jobs : int
-        Number of processes at a time.
-    died : callable
-        From the name of a task and a message to the result of a task whose process ended without one.
-    watch : callable
-        Told now and then of the steps that a task has done, and at its end that all are.
-    idle : list
-        As of `kept_processes`: those that are taken before others are started, and left there.
-    silent : float
-        Longest time between two reports, s; the process of a task that says nothing for longer is ended.
-
-    Returns
-    -------
-    dict of str to result
-        In the order of the tasks.
-
-    Raises
-    ------
-    Stopped
-        After Ctrl-C or SIGTERM; the tasks that were under way have ended.
+    A task says itself what becomes of its errors; `died` makes, of its name and a message, the result of one whose
+    process ended without one, or said nothing for longer than `silent` (s). Processes that are idle, as of
+    `kept_processes`, are taken before others are started, and left there. Stopped after Ctrl-C or SIGTERM: the tasks
+    that were under way have ended.
     """
     waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
     running: dict[Beside, str] = {}

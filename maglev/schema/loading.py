@@ -12,16 +12,8 @@ from maglev.schema.run_plan import RunPlan
 def load_plans(name_or_path: str | Path) -> list[RunPlan]:
     """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path.
 
-    Returns
-    -------
-    list of RunPlan
-        One run for each variant of the scenario, or the one that is named.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such scenario, or something in it is not as expected; one line with file, key, value and
-        what was expected.
+    There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
+    scenario, or something in it is not as expected; one line with file, key, value and what was expected.
     """
     path = Path(name_or_path)
     if path.name == str(name_or_path) and path.suffix != ".toml":
