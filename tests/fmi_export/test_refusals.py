@@ -188,10 +188,11 @@ def test_outputs_follow_parameters_during_the_initialization(load: Load) -> None
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize(("number", "said"), [(0.0, "step from 0.1 s: float division by zero"),
-                                              (-1.0, "step from 0.1 s: math domain error")])
-def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float, said: str) -> None:
+@pytest.mark.parametrize(("number", "fails"), [(0.0, lambda: 1.0 / 0.0), (-1.0, lambda: math.sqrt(-1.0))])
+def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float, fails: Callable[[], float]) -> None:
     """In one line with the time, and without an end of the process, also once the instance is freed."""
+    with pytest.raises((ZeroDivisionError, ValueError)) as raised:   # each version of Python has other words
+        fails()
     path = build_fmu(DIVIDER, "dividing_block", "DIVIDER", "1", "licence",
                      ("dividing_block", "fmi_export", "pythonfmu"), tmp_path)
     for _ in range(2):
@@ -201,5 +202,5 @@ def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float,
         assert read(component, "reciprocal") == 0.5
         put(component, {"number": number})
         text = refusal(component, lambda component=component: component.instance.doStep(0.1, 0.1))   # type: ignore[misc]
-        assert said in text
+        assert f"step from 0.1 s: {raised.value}" in text
         component.close()

@@ -68,7 +68,7 @@ def test_a_file_that_cannot_be_executed(tmp_path: Path, case: str) -> None:
 
 
 NESTED = {
-    "minus signs": "-" * 100_000 + "1", "a sum": "+".join(["1"] * 20_000), "attributes": "sys" + ".a" * 20_000,
+    "minus signs": "-" * 100_000 + "1", "a sum": "+".join(["1"] * 300_000), "attributes": "sys" + ".a" * 300_000,
     "parentheses": "(" * 20_000 + "1" + ")" * 20_000}
 
 
@@ -88,7 +88,7 @@ def test_a_byte_order_mark(tmp_path: Path) -> None:
     assert next(iter(read(path).modules.values())).renamed.startswith('"""PD')
 
 
-ARITHMETIC = {"1.0 / (t - t)": "ZeroDivisionError: float division by zero", "sin(1.0 / 1e-320)": "ValueError: ",
+ARITHMETIC = {"1.0 / (t - t)": "ZeroDivisionError: ", "sin(1.0 / 1e-320)": "ValueError: ",
               "int(self.known and 1e400)": "OverflowError: cannot convert"}
 
 
