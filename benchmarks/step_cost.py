@@ -24,7 +24,7 @@ from speed_history import PYTHON, STEP, record
 from maglev.catalogue import HOST, build
 
 # Largest ratios to the loop that each refers to.
-GATES = {"FMUs, master": 1.7, "native, master": 1.5, "native, loop in one FMU": 1.2}
+GATES = {"FMUs, master": 1.5, "native, master": 1.4, "native, loop in one FMU": 1.2}
 STEPS = 5000
 C_STEPS = 50_000
 EXCHANGE_STEPS = 1000   # progress is reported every 500

@@ -19,6 +19,7 @@ from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
+from maglev.cosim.step_loop import folders_for
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter
 from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
@@ -266,7 +267,8 @@ class Master:
                 for call in initial:
                     self.observer.counter[0] += 1
                     call.at(0)
-                stepper = Stepper(phases, [setup.path.parent for setup in self.setups], self.observer.counter)
+                stepper = Stepper(phases, [folder for setup in self.setups for folder in folders_for(setup.path)],
+                                  self.observer.counter)
                 while done < self.steps:
                     let_through()
                     if done == origin + self.block:

@@ -1,6 +1,7 @@
-"""The step loop in C: compiled with the native FMUs, it lies in their folder and makes the calls of their runs.
+"""The step loop in C: compiled with the native FMUs, it lies in their folder and makes the calls of runs.
 
-A library that is missing, or of another version, is not used: the loop of `stepping` does the same in Python.
+FMUs that run Python inside are C functions, too: those with a folder `native` in or beside theirs are stepped by it. A
+library that is missing, or of another version, is not used: the loop of `stepping` does the same in Python.
 """
 
 import hashlib
@@ -62,6 +63,12 @@ def prepared(call: Call) -> Prepared:
 def c_function(call: Call) -> Any:
     """What a call calls: of FMI 3.0, the C function in what makes it look like one of FMI 2.0."""
     return call.function.function if isinstance(call.function, (Exchange3, Step3)) else call.function
+
+
+def folders_for(fmu: Path) -> tuple[Path, ...]:
+    """Folders in which the C loop may lie that steps an FMU."""
+    folder = fmu.absolute().parent
+    return folder, folder.parent, folder / "native", folder.parent / "native"
 
 
 def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path], counter: memoryview) -> StepLoop | None:

@@ -15,7 +15,7 @@ from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.run import TIMEOUT, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
-from maglev.cosim.step_loop import LIBRARY
+from maglev.cosim.step_loop import LIBRARY, folders_for
 from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
 from maglev.experiment.ports.inserted import needless_delays, with_generated_references
@@ -374,7 +374,7 @@ def as_it_is(path: Path) -> Path:
 @lru_cache(maxsize=64)
 def copied_once(path: Path, *_file: int) -> Path:
     """Copy of an FMU, and of the C loop that steps it, once for as long as the file stays as it is."""
-    loop = next((folder / LIBRARY for folder in path.absolute().parents[:2] if (folder / LIBRARY).is_file()), None)
+    loop = next((found for folder in folders_for(path) if (found := folder / LIBRARY).is_file()), None)
     loops = {} if loop is None else {LIBRARY: loop.read_bytes()}
     return copied({path.name: path.read_bytes(), **loops}, path.parent) / path.name
 

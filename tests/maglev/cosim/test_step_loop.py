@@ -109,6 +109,28 @@ def test_refused_step(native_fmus: Path, without_loop: Path, loops: list[bool], 
     require_equal(failures[0].recording, failures[1].recording)
 
 
+@pytest.mark.parametrize("beside", [".", "python"])
+def test_fmus_that_run_python_take_the_loop_of_native_ones(fmus: Path, native_fmus: Path, loops: list[bool],
+                                                           tmp_path: Path, beside: str) -> None:
+    """With a folder of native FMUs in or beside their own: the same run, and the same refusal."""
+    drives = {"controller.x.reference": [0.005] * 550 + [math.nan] * 51}
+    (tmp_path / "plain").mkdir()
+    (tmp_path / "looped" / beside).mkdir(parents=True)
+    (tmp_path / "looped" / "native").symlink_to(native_fmus)
+    failures = []
+    for folder in (tmp_path / "looped" / beside, tmp_path / "plain"):
+        for name in ("Regulator3DOF.fmu", "Plant3DOF.fmu"):
+            (folder / name).symlink_to(fmus / name)
+        with pytest.raises(RunFailed) as failure:
+            flown(folder, 600, drives=drives)
+        failures.append(failure.value)
+    assert loops == [True, False]
+    assert str(failures[0]) == str(failures[1])
+    assert "x.reference = nan m" in str(failures[0])
+    assert len(failures[0].recording.time) == 551
+    require_equal(failures[0].recording, failures[1].recording)
+
+
 def test_interrupted_in_a_callback(native_fmus: Path, loops: list[bool]) -> None:
     """Python functions with C types are called as C functions are; Ctrl-C ends the run behind the steps under way."""
     calls = 0
