@@ -94,7 +94,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if "slow" in getattr(item, "fixturenames", ()):
             slow_files.add(item.path)
-        else:
+        elif item.get_closest_marker("thorough") is None:
             item.add_marker("quick")
 
     def place(item: pytest.Item) -> int:
