@@ -68,16 +68,16 @@ test: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --gate --fmus .venv/fmus
 	$(BIN)/python benchmarks/whole_run.py --gate --fmus .venv/fmus
 
-# They leave their FMUs behind, for the check. Three at a time on two cores: many wait for processes that start. Files go in
+# They leave their FMUs behind, for the check. Four at a time on two cores: many wait for processes that start. Files go in
 # the order of tests/conftest.py, the longest first.
 tests: .venv/.test
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
+	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
 # The tests that take long of what seldom changes.
 thorough: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
 
-# The tests that need no FMU, compiler or browser: to be run after every change.
+# The tests that need no FMU, compiler or browser, and do not fly for long: to be run after every change.
 quick: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m quick
 

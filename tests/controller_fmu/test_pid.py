@@ -105,6 +105,7 @@ def test_first_command_is_the_equilibrium(kind: type[PID], gap: float) -> None:
 
 
 @given(st.floats(0.5, 300.0), st.floats(-0.05, 0.05))
+@pytest.mark.usefixtures("slow")
 def test_prefilter_has_unit_gain_and_no_overshoot(corner: float, reference: float) -> None:
     prefilter, largest = ReferencePrefilter(), 0.0
     prefilter.seed(0.0)

@@ -111,6 +111,7 @@ IDEAL = pytest.mark.parametrize(("rig", "original"), [(2, False), (3, False), (3
     (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
     *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)
       for original, disturbance in ((False, "force"), (True, "bias")))])
+@pytest.mark.usefixtures("slow")
 def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance: str) -> None:
     """An external force or a constant acceleration; the regulators with their default limits."""
     controller, stage = ideal(rig, original)
@@ -123,6 +124,7 @@ def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance:
 
 
 @IDEAL
+@pytest.mark.usefixtures("slow")
 def test_sinusoid_of_the_internal_model_is_tracked(rig: int, original: bool) -> None:
     """1.5π rad/s, 5 mm on the gap and 30 mm across, all axes together, from rest."""
     controller, stage = ideal(rig, original)

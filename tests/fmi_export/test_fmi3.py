@@ -50,6 +50,7 @@ def told(variable: ModelVariable) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("name", DEFINITIONS)
+@pytest.mark.usefixtures("slow")
 def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -> None:
     block = definition(name)
     older = described(tmp_path, model_description(block, "{k}", "1", 0, ["a.c"]))

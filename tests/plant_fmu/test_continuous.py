@@ -32,6 +32,7 @@ EVERYTHING = {
 
 
 @pytest.mark.parametrize("name", EVERYTHING)
+@pytest.mark.usefixtures("slow")
 def test_solver_and_steps_agree(name: str) -> None:
     """Over 0.05 s from rest, with all that is continuous: 1e-9 m and rad."""
     continuous = ContinuousBlock(name, EVERYTHING[name])

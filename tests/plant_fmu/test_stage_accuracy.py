@@ -8,6 +8,8 @@ from stage_cases import IMPACTS, SMOOTH, Case, differences, equilibrium_current,
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 # What depends on the gap does so most where it is smallest and largest.
 BETWEEN = tuple(f"{rig}-DOF near {gap} mm" for rig, gap in ((2, 18), (2, 21), (3, 23), (3, 26)))
 

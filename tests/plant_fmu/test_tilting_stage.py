@@ -16,6 +16,8 @@ from plant_fmu.stage_3dof import Stage3DOF
 from plant_fmu.stage_5dof import Stage5DOF
 from plant_fmu.tilt_guide import TiltGuide
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 AXES, MOTORS = ("y", "x", "z", "roll", "pitch"), ("alpha1", "alpha2", "beta1", "beta2")
 STEP = 0.2e-3
 Commands = Callable[[int], np.ndarray]   # phase commands by step, shape (4, 3)

@@ -243,6 +243,7 @@ def test_help_shows_its_examples_one_on_a_line() -> None:
 
 @pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
                                                  ("run 3dof-setpoints-i", "3dof-setpoints-improved")])
+@pytest.mark.usefixtures("slow")
 def test_shell_completion(words: str, expected: str) -> None:
     """What the shell asks the command when a person presses the tabulator."""
     words = f"maglev {words}"

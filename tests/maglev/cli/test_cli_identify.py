@@ -23,6 +23,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("slow")
 def test_identify(recording: Path, tmp_path: Path) -> None:
     result = maglev("identify", recording, "--matched", "--epsilon", "10 ms", "--guess", "C1=9", "--out", tmp_path)
     assert result.exit_code == 0, result.output

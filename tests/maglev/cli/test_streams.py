@@ -24,6 +24,7 @@ def redirected(redirections: str, *command: str) -> subprocess.CompletedProcess[
 
 
 @pytest.mark.parametrize("what", PRINTED)
+@pytest.mark.usefixtures("slow")
 def test_a_reader_that_has_gone_ends_the_command_without_a_word(what: str) -> None:
     """As `maglev list | head` does; the exit code is that of SIGPIPE, not 1, which means that a check deviates."""
     reader, writer = os.pipe()
@@ -35,11 +36,13 @@ def test_a_reader_that_has_gone_ends_the_command_without_a_word(what: str) -> No
 
 
 @pytest.mark.parametrize("what", PRINTED)
+@pytest.mark.usefixtures("slow")
 def test_a_full_disk_behind_the_output_is_one_line(what: str) -> None:
     done = redirected(">/dev/full", *MAGLEV, *PRINTED[what])
     assert (done.returncode, done.stderr) == (2, "maglev: standard output: No space left on device\n")
 
 
+@pytest.mark.usefixtures("slow")
 def test_errors_that_cannot_be_written_keep_their_exit_code() -> None:
     for redirection in ("2>/dev/full", "2>&-"):
         assert redirected(redirection, *MAGLEV, "run", "no-such-run").returncode == 2

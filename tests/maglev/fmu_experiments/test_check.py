@@ -186,6 +186,7 @@ def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) ->
     assert "there is no file 'in.csv'" in problems["e"] and "there is no file 'lost.csv'" in problems["lost"]
 
 
+@pytest.mark.usefixtures("slow")
 def test_an_fmu_that_hangs(tmp_path: Path) -> None:
     """It never comes back from a step: a line, and the exit code of what could not be checked."""
     path = faulty("hang", tmp_path)

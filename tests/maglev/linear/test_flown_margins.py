@@ -105,6 +105,7 @@ def test_margins_of_the_2dof_stage_at_12_mm() -> None:
 
 
 @pytest.mark.parametrize("stage", PLACES)
+@pytest.mark.usefixtures("slow")
 def test_the_same_with_phase_currents_as_commands(stage: str) -> None:
     """A controller that commutates itself has both uses of the measurement in its matrices."""
     place: Any = loop_of(stage).plant.equilibrium

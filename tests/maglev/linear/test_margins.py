@@ -65,12 +65,13 @@ def test_gain_and_delay_to_the_limit_and_beyond(controller: str, at: str) -> Non
 
 
 @pytest.mark.parametrize(("controller", "at"), OPENINGS)
+@pytest.mark.usefixtures("slow")
 def test_margins_are_those_of_python_control(controller: str, at: str) -> None:
     """On a grid of its own; python-control has the smallest phase margin, and one of the gain margins."""
     loop, margins = opened(controller, at)
     system = loop.to_control()
     grid = np.geomspace(0.3, 0.999 * np.pi / system.dt, 4000)
-    response = control.frd(system(np.exp(1j * grid * system.dt)), grid, smooth=True)
+    response = control.FrequencyResponseData(system(np.exp(1j * grid * system.dt)), grid, smooth=True)
     gains, phases, distances, *_ = control.stability_margins(response, returnall=True)
     assert 1.0 / margins.sensitivity_peak == pytest.approx(min(distances), rel=1e-3)
     assert np.degrees(margins.phase) == pytest.approx(min(np.abs(phases)), rel=1e-3)

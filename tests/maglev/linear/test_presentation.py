@@ -82,6 +82,7 @@ def test_command_line_of_one_model(tmp_path: Path) -> None:
     assert data["sample_time"] == 0.2e-3
 
 
+@pytest.mark.usefixtures("slow")
 def test_command_line_of_a_loop(tmp_path: Path) -> None:
     file = tmp_path / "loop.json"
     result = maglev("linearise", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "v", "--open", "motor.i_q",

@@ -98,6 +98,7 @@ def test_a_law_finds_its_parts_of_which_each_is_there_once() -> None:
         assert all(f'"{motor}.i_a_cmd"' in law for motor in rig.motor_names)
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_controller_of_ones_own_becomes_a_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     new_controller("lqi.py", "2dof")

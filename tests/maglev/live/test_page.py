@@ -110,6 +110,7 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
         assert [run["plant"], *run["laws"]] == models_of(RIGS[run["rig"]])
 
 
+@pytest.mark.usefixtures("slow")
 def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
     assert not flies_live(load_plan("2dof-identification-rig"))   # estimators
     assert not flies_live(load_plan("3dof-laws-nonlinear"))       # for the check alone

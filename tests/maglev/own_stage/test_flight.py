@@ -18,6 +18,8 @@ from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.flyable import flyable
 from maglev.own_stage.new import new_stage
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 # From the 3-DOF stage that everybody begins with: two motors that share each current become single ones.
 SINGLE = {"sharing = 2 ": "sharing = 1 "}
 FOUR = {**SINGLE, '[motors.alpha]\ndrives = "x"': '[motors.a1]\ndrives = "x"\n\n[motors.a2]\ndrives = "x"',
@@ -148,7 +150,6 @@ def test_what_cannot_fly_says_why(tmp_path: Path, like: str, changes: dict[str, 
         flyable(path)
 
 
-@pytest.mark.usefixtures("slow")
 def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Regions, environments and controllers to begin with, by the file of its description."""
     monkeypatch.chdir(tmp_path)
@@ -203,7 +204,6 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
         model_settings(model)
 
 
-@pytest.mark.usefixtures("slow")
 def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)

@@ -90,6 +90,7 @@ def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
     return found
 
 
+@pytest.mark.usefixtures("slow")
 def test_with_every_run_every_value_is_there(rig: str, results: dict[str, RunResult]) -> None:
     assert found_in(list(results.values())) == set(needed(rig))
     named = {result.plan.procedure.name for result in results.values() if result.plan.procedure}
@@ -98,6 +99,7 @@ def test_with_every_run_every_value_is_there(rig: str, results: dict[str, RunRes
 
 
 @pytest.mark.parametrize("fails", [True, False], ids=["failed", "missing"])
+@pytest.mark.usefixtures("slow")
 def test_what_rests_on_a_run_is_left_out_without_it(rig: str, results: dict[str, RunResult], fails: bool) -> None:
     for name, result in results.items():
         others = [other for other in results.values() if other is not result]

@@ -78,6 +78,7 @@ def wait_for_ever(progress: Callable[[int, int], None]) -> int:
     return 0
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_task_that_hangs_is_ended(idle: Idle) -> None:
     """The one after it gets another process."""
     said = []

@@ -23,11 +23,13 @@ def test_every_run_named_exists():
 
 
 @pytest.mark.parametrize("name", packaged_runs())
+@pytest.mark.usefixtures("slow")
 def test_a_scenario_is_in_the_figures_that_it_names(name):
     (plan,) = load_plans(name)
     assert set(plan.figures) <= {figure.number for figure in FIGURES if name in figure.runs}
 
 
+@pytest.mark.usefixtures("slow")
 def test_every_figure_is_shown_with_all_its_runs_and_panels():
     results = all_recorded()
     shown = shown_figures(FIGURES, results)

@@ -24,6 +24,8 @@ from maglev.report.plots import data as data_module
 from maglev.report.plots.data import FEWEST_ROWS, LARGEST_DATA, runs_data
 from maglev.report.plots.figures import MOVING, read_figures, shown_figures
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 SETPOINTS = packaged("2dof-setpoints")
 HOSTILE = '</script><script>alert("1 & 2")</script>'
 

@@ -58,6 +58,7 @@ def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Run
         assert not any(source.startswith(f"{name}.") for source, _ in run.wires.values())
 
 
+@pytest.mark.usefixtures("slow")
 def test_names_are_those_of_the_files_and_variants() -> None:
     assert packaged_runs() == {run.name: run.path.stem for run in RUNS}
     for run in RUNS:

@@ -90,6 +90,7 @@ def test_antiwindup_that_is_off_has_no_gains() -> None:
     assert not axis_loop("3dof", "z", "25 mm", controller_parameters={"antiwindup": False}).gains.any()
 
 
+@pytest.mark.usefixtures("slow")
 def test_the_linear_loop_without_antiwindup_is_lost_where_it_was_found_to_be() -> None:
     loop = axis_loop("3dof", "x", "25 mm")
     found = certify(loop, np.zeros(3))
@@ -123,6 +124,7 @@ def test_limits_of_a_platform_that_tilts_move_other_axes(axis: str, axes: tuple[
 
 
 @pytest.mark.parametrize(("axis", "step"), [("roll", 15e-3), ("x", 40e-3)])
+@pytest.mark.usefixtures("slow")
 def test_large_steps_are_those_of_the_regulator_itself_where_the_platform_tilts(axis: str, step: float) -> None:
     """Limits and antiwindup of all motors, of the linear law, on the linear plant with all its axes."""
     known = {"C3": 327.5, "C4": 8.48, "C5": 0.007, "y.ripple.amplitude": 0.0}   # so that the controller rests

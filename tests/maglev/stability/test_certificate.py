@@ -10,6 +10,8 @@ from maglev.stability.axis_loop import AxisLoop, axis_loop
 from maglev.stability.certificate import Certificate, Inequalities, Scaled, certify, decrease_of, solver, synthesise
 from maglev.stability.simulation import comes_back, largest_step
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 NONE = np.zeros(3)
 
 

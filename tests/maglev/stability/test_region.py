@@ -17,6 +17,8 @@ from maglev.stability.axis_loop import axis_loop
 from maglev.stability.flight import Flights
 from maglev.stability.result import Region
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 SMOOTH = {f"plant.{axis}.{effect}": 0.0 for axis in "yxz" for effect in ("bias", "friction.coulomb",
                                                                         "friction.viscous")}
 
