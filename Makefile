@@ -158,7 +158,7 @@ pace: pages
 accuracy: .venv/.demo
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
 
-# What the check would miss: one line of the blocks changed at a time. It takes a quarter of an hour.
+# What the check would miss: one line of the blocks changed at a time. It takes half an hour.
 mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
 
