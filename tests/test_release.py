@@ -68,6 +68,21 @@ def shipped(native_fmus: Path, tmp_path: Path) -> Path:
     return path
 
 
+def test_fmus_with_a_clock_are_taken_beside_a_plant_that_has_none(clocked_fmus: Path, tmp_path: Path) -> None:
+    """A release has one plant of FMI 3.0, in fmi3, for both."""
+    given, made = tmp_path / "given", tmp_path / "made"
+    loop = f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}"
+    for file in ("clocked/Regulator3DOF.fmu", "fmi3/Plant3DOF.fmu", loop):
+        (given / file).parent.mkdir(parents=True)
+        shutil.copy(clocked_fmus / Path(file).name, given / file)
+    taken = maglev.build("Stage3DOF", fmus=made, native=True, fmi=3, clocked=True, source=given)
+    assert [path.relative_to(made).as_posix() for path in taken] == [
+        f"clocked/{name}" for name in ("Plant3DOF.fmu", "Regulator3DOF.fmu", "Stage3DOF.ssp")]
+    assert taken[1].read_bytes() == (clocked_fmus / "Regulator3DOF.fmu").read_bytes()
+    with pytest.raises(maglev.MaglevError, match="there is no fmi3/Regulator3DOF.fmu"):
+        maglev.build("Stage3DOF", fmus=made, native=True, fmi=3, source=given)
+
+
 def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Path, tmp_path: Path,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of the archive or a folder, with the system of them and the loop that steps them; others are refused."""

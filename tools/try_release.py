@@ -33,6 +33,8 @@ def main() -> None:
         for kind in ((), ("--fmi", "3")):
             said("maglev", "build", "--native", *kind, "--from", native)
             said("maglev", "check", "--native", *kind, *RUNS)
+        said("maglev", "build", "--native", "--fmi", "3", "--clocked", "--from", native)
+        said("maglev", "check", "--fmus", Path("fmus", "clocked"), RUNS[0])
         said("maglev", "run", RUNS[0], "--native")
 
 

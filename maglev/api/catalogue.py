@@ -128,9 +128,9 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:
-        if not native or target != "all" or rig is not None or files or clocked:
+        if not native or target != "all" or rig is not None or files:
             raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
-        return take_native(map(str, given or every), Path(source), folder, fmi)
+        return take_native(map(str, given or every), Path(source), folder, fmi, clocked)
     kind = Kind(native, target, fmi, clocked)
     written = [build_written(path, folder, kind) for path in files]
     chosen = chosen if given else every

@@ -9,7 +9,7 @@ from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import PLATFORMS, library
 from maglev.catalogue import build_errors, build_systems, with_parts
 from maglev.errors import BuildError
-from maglev.own_fmus import built_here, kind_folder, project, systems
+from maglev.own_fmus import built_here, definition, kind_folder, project, systems
 from maglev_files.whole_file import whole_files
 
 
@@ -25,19 +25,21 @@ def build_step_loops(folder: Path) -> list[Path]:
 
 
 @build_errors()
-def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2) -> list[Path]:
+def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, clocked: bool = False) -> list[Path]:
     """Copy native FMUs out of what a release ships, and make systems of them; returns their paths.
 
     They are `given` as the archive `…-native.zip` of a release, or as a folder with what was in it: FMUs in `native`
-    and `fmi3`, loops that step them in `step_loop`. After an error the folder is as it was. BuildError if one is not
-    there, or is not what this installation makes of its own sources.
+    and `fmi3`, those with a clock in `clocked`, loops that step them in `step_loop`. Of what has no clock `clocked`
+    ones are those in `fmi3`. After an error the folder is as it was. BuildError if one is not there, or is not what
+    this installation makes of its own sources.
     """
     from maglev.cosim.step_loop import LIBRARY
 
-    names, kind = list(names), kind_folder(Path(), True, fmi)
+    names = list(names)
     loop = f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}"
     with whole_files(folder) as unfinished:
         for part in with_parts(names):
+            kind = kind_folder(Path(), True, fmi, clocked and definition(part).sampled)
             file = f"{(kind / part).as_posix()}.fmu"
             path = unfinished / f"{part}.fmu"
             path.write_bytes(file_of(given, file))

@@ -83,7 +83,7 @@ def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described:
             or kind_of(v) != "Real"}
     moving = {name for name, values in columns.items() if (values != values[0]).any()}
     if moving <= held and not described.coSimulation.canHandleVariableCommunicationStepSize:
-        changed = np.any([np.diff(values) != 0.0 for values in columns.values()], axis=0) if columns else []
+        changed = np.any([np.diff(values) != 0.0 for values in columns.values()], axis=0)
         rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
         times = times[rows] - np.array([0.0, *[experiment.step / 2.0] * (len(rows) - 1)])
         columns = {name: values[rows] for name, values in columns.items()}

@@ -110,7 +110,7 @@ def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
             break
         change = np.linalg.lstsq(loop.controller.C[:, integrators], missing, rcond=None)[0]
         names = [loop.controller.states[k] for k in integrators]
-        set_all(controller, names, np.array(read_all(controller, names)) + change)
+        set_all(controller, names, (np.array(read_all(controller, names)) + change).tolist())
         assert controller.step(0.0, controller.sample_time) == 0
     state = read_all(controller, loop.controller.states)
     modes = np.zeros(2 * len(flexible(plant, stage)))

@@ -21,7 +21,7 @@ def largest_differences(folder: Path, scratch: Path, stop_time: float) -> tuple[
     """Of positions (m) and of velocities (m/s), in closed loop with steps of the references."""
     plants = folder / "Plant3DOF.fmu", for_exchange_alone(folder / "Plant3DOF.fmu", scratch / "exchanged.fmu")
     time = STEP * np.arange(round(stop_time / STEP) + 1)
-    drives = {"controller.y.reference": 0.025 + 0.001 * (time >= 0.02),
+    drives = {"controller.y.reference": 0.025 + 0.001 * (time >= 0.02).astype(float),
               "controller.x.reference": 0.005 * np.sin(3.0 * time),
               "controller.x.reference_rate": 0.015 * np.cos(3.0 * time)}
     flown = []

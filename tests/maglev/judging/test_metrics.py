@@ -223,7 +223,7 @@ def test_a_fall_counts_as_one_failure(fallen, lost):
     reference = 1e-3 * np.floor(TIME / 2.0 + 1e-9).clip(max=4)
     down = np.any([(start <= TIME) & (end >= TIME) for start, end in fallen] or [np.zeros_like(TIME)], axis=0)
     columns = hold(**{"plant.y.position": np.where(down, -0.01, reference), "controller.y.reference": reference})
-    assert evaluate(plan(stop_flag="at_stop"), TIME, {**columns, "at_stop": down}).lost == lost
+    assert evaluate(plan(stop_flag="at_stop"), TIME, {**columns, "at_stop": down.astype(float)}).lost == lost
     assert evaluate(plan(), TIME, columns).lost == tuple(
         step for step in lost if any(start <= step + 2.0 - 1e-3 <= end for start, end in fallen)), "by its error alone"
 

@@ -20,7 +20,7 @@ def test_gains_place_the_poles(rates: list[float], omega0: float) -> None:
     polynomial = np.poly([-rate for rate in rates])
     found = regulator_polynomial(gains_of(polynomial.tolist(), omega0), omega0)
     # Differences of large numbers: an error is one of the largest of them.
-    assert found == pytest.approx(polynomial, rel=1e-9, abs=1e-12 * (1.0 + omega0 ** 4) * polynomial.max())
+    assert found == pytest.approx(polynomial, rel=1e-9, abs=1e-12 * (1.0 + omega0 ** 4) * float(polynomial.max()))
 
 
 def test_the_published_gains_come_of_their_poles() -> None:
