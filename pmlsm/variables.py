@@ -10,23 +10,25 @@ BAD_GEOMETRY = ("geometry.slot_width = {geometry.slot_width} m, geometry.slot_pi
                 "expected slots narrower than their pitch, and gaps from a lower to an upper one")
 
 
+# Parameters of the geometry of a motor: unit, meaning, source, lowest and highest value.
+GEOMETRY = {
+    "slot_width": ("m", "width b0 of the slots", STATED, 1e-5, 0.1),
+    "slot_pitch": ("m", "pitch t1 of the slots", STATED, 1e-4, 1.0),
+    "pole_pitch": ("m", "pole pitch τ", STATED, 1e-3, 1.0),
+    "magnet_height": ("m", "height hm of the magnets", STATED, 1e-5, 0.1),
+    "recoil_permeability": ("", "recoil permeability µrec of the magnets, relative", "assumed", 0.1, 100.0),
+    "field.lower": ("m", "smallest air gap of the field's polynomial; smaller ones count as this", "assumed", 1e-4,
+                    0.1),
+    "field.upper": ("m", "largest air gap of the field's polynomial; larger ones count as this", "assumed", 1e-4,
+                    0.1),
+    "field.centre": ("m", "air gap at which s = 0 in the field's polynomial, the sum of B_k s^k", "assumed", 0.0, 0.1),
+    "field.scale": ("m", "distance from the centre to s = 1", "assumed", 1e-4, 1.0),
+    **{f"field.B{k}": ("T", f"coefficient of s^{k} in the field B over the air gap",
+                       "assumed: fitted to the thesis's figures", -10.0, 10.0) for k in range(13)}}
+
+
 def motor_geometry(rig: Rig) -> tuple[Variable, ...]:
     """Geometry of the motors, and the field of their magnets over the air gap."""
-    rows = [("slot_width", "width b0 of the slots", STATED, 1e-5, 0.1),
-            ("slot_pitch", "pitch t1 of the slots", STATED, 1e-4, 1.0),
-            ("pole_pitch", "pole pitch τ", STATED, 1e-3, 1.0),
-            ("magnet_height", "height hm of the magnets", STATED, 1e-5, 0.1),
-            ("recoil_permeability", "recoil permeability µrec of the magnets, relative", "assumed", 0.1, 100.0),
-            ("field.lower", "smallest air gap of the field's polynomial; smaller ones count as this", "assumed", 1e-4,
-             0.1),
-            ("field.upper", "largest air gap of the field's polynomial; larger ones count as this", "assumed", 1e-4,
-             0.1),
-            ("field.centre", "air gap at which s = 0 in the field's polynomial, the sum of B_k s^k", "assumed", 0.0,
-             0.1),
-            ("field.scale", "distance from the centre to s = 1", "assumed", 1e-4, 1.0)]
-    field = [(f"field.B{k}", f"coefficient of s^{k} in the field B over the air gap",
-              "assumed: fitted to the thesis's figures", -10.0, 10.0) for k in range(13)]
     return tuple(
-        parameter(f"geometry.{name}", "T" if name.startswith("field.B") else "" if "permeability" in name else "m",
-                  text, rig.source(f"geometry.{name}") if name in rig.geometry else source, low, high,
-                  1e-2, fixed=True) for name, text, source, low, high in [*rows, *field])
+        parameter(f"geometry.{name}", unit, text, rig.source(f"geometry.{name}") if name in rig.geometry else source,
+                  low, high, 1e-2, fixed=True) for name, (unit, text, source, low, high) in GEOMETRY.items())

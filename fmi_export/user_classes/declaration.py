@@ -157,7 +157,7 @@ def read_table(written: type, table: str) -> dict[str, str]:
     place = f"class {written.__name__}: {table}"
     if not isinstance(found, Mapping):
         raise ExportError(f"{place} = {found!r}, expected a table from names to units, such as {{\"y.measured\": "
-                          "\"m\"}}")
+                          "\"m\"}")
     for port, unit in found.items():
         if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
             raise ExportError(f"{place} has {port!r}, expected a name such as \"y.measured\"")

@@ -11,8 +11,8 @@ from maglev.errors import QuantityError, RigError, nearest
 from maglev.rig.writer import own_names
 from maglev.toml_file import read_toml
 from maglev.units import parse_quantity
-from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import ROTATION, Rig
+from pmlsm.variables import GEOMETRY
 
 # Those of the thesis are a folder beside the package in the repository, and in it where it is installed.
 HERE = Path(__file__).parents[1]
@@ -76,6 +76,8 @@ class Reader:
         if get_origin(hint) is not None:   # a mapping
             if not isinstance(given, dict):
                 self.refuse(key, f"{given!r}, expected a table")
+            if key == "geometry":
+                return {name: self.geometry(name, each) for name, each in given.items()}
             inner = get_args(hint)[1]
             return {name: self.value(inner, each, f"{key}.{name}", metadata) for name, each in given.items()}
         if hint is float:
@@ -116,6 +118,14 @@ class Reader:
             self.refuse(key, f"{value:g}, expected {low:g}…{high:g}")
         return value
 
+    def geometry(self, name: str, given: Any) -> float:
+        """A parameter of the geometry of a motor, by its path."""
+        key = f"geometry.{name}"
+        if name not in GEOMETRY:
+            self.refuse(key, f"no such key; nearest is {nearest(name, GEOMETRY)}")
+        unit, _, _, low, high = GEOMETRY[name]
+        return self.number(given, key, unit or "1", low, high)
+
     def check(self, rig: Rig) -> None:
         """Refuse what does not fit together."""
         if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
@@ -147,6 +157,8 @@ class Reader:
             for name in names:
                 if name in own_names() or name in rig.axis_names and place == "motors":
                     self.refuse(f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so")
+        if rig.sharing != round(rig.sharing):
+            self.refuse("sharing", f"{rig.sharing:g}, expected a whole number of motors")
         for motor in rig.motors:
             if motor.drives not in horizontal:
                 self.refuse(f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}")
@@ -167,14 +179,3 @@ class Reader:
             if list(constants.thrust) != horizontal:
                 self.refuse(f"{place}.thrust", f"of {', '.join(constants.thrust) or 'no axis'}, expected of "
                             f"{', '.join(horizontal)}")
-        known = geometry_values(MotorGeometry())
-        for key in rig.geometry:
-            if key not in known:
-                self.refuse(f"geometry.{key}", f"no such key; nearest is {nearest(key, known)}")
-
-
-def geometry_values(motor: MotorGeometry) -> dict[str, float]:
-    """Parameters of a motor's geometry by their paths in a description."""
-    own = ("slot_width", "slot_pitch", "pole_pitch", "magnet_height", "recoil_permeability")
-    return {**{name: float(getattr(motor, name)) for name in own},
-            **{f"field.{name}": float(value) for name, value in vars(motor.field).items()}}

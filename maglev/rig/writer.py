@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).with_name("templates")
 MARKED = re.compile(r"\{[{%].*?[%}]\}", re.DOTALL)
+KEYWORDS_OF_C = {
+    "auto", "case", "char", "const", "default", "do", "double", "enum", "extern", "float", "goto", "inline", "int",
+    "long", "register", "restrict", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
+    "unsigned", "void", "volatile"}
 OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 
 
@@ -34,7 +38,7 @@ def environment() -> "Environment":
 @cache
 def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
-    found = {*kwlist, "self", "t", "dt", "law"}
+    found = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law"}
     for path in TEMPLATES.rglob("*.j2"):
         if path.name.endswith((".html.j2", ".toml.j2")):
             continue

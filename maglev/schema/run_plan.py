@@ -131,14 +131,14 @@ class MetricSettings(Table):
 
     PLACE = "[metrics]"
 
-    bands: list[Metres] = Field(default=[], description="bands about a set-point: the time until the error stays "
-                                "within is measured for each")
-    tilt_bands: list[Radians] = Field(default=[], description="the same of rotations")
+    bands: list[Annotated[Metres, Field(gt=0.0)]] = Field(
+        default=[], description="bands about a set-point: the time until the error stays within is measured for each")
+    tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same of rotations")
     tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
                                           "steadily: tracking errors count from there")
-    fail_error: Metres = Field(default=1e-3, description="error at the end that is a failure")
+    fail_error: Metres = Field(default=1e-3, gt=0.0, description="error at the end that is a failure")
     fail_tilt: Radians = Field(   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
-        default=5e-3, description="the same of rotations")
+        default=5e-3, gt=0.0, description="the same of rotations")
 
     def bands_of(self, axis: Axis) -> list[float]:
         """Settling bands of an axis, m or rad."""

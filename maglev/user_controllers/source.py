@@ -189,15 +189,15 @@ def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
     blocks = [each for each, found in classes.items() if hasattr(found, "outputs") or hasattr(found, "inputs")]
     if name is not None:
         if name not in classes:
-            raise ControllerError(f"{file}:{name}: there is no class {name} in it, nearest is "
+            raise ControllerError(f"{file.name}:{name}: there is no class {name} in it, nearest is "
                                   f"{nearest(name, blocks or classes)}")
         return classes[name]
     if not blocks:
-        raise ControllerError(f"{file}: there is no class with ports in it, expected one with inputs, outputs and "
+        raise ControllerError(f"{file.name}: there is no class with ports in it, expected one with inputs, outputs and "
                               f"step; {HELP}")
     if len(blocks) > 1:
-        raise ControllerError(f"{file}: there are {len(blocks)} classes with ports in it, {', '.join(blocks)}; "
-                              f"expected one of them to be named: {file}:{blocks[0]}")
+        raise ControllerError(f"{file.name}: there are {len(blocks)} classes with ports in it, {', '.join(blocks)}; "
+                              f"expected one of them to be named: {file.name}:{blocks[0]}")
     return classes[blocks[0]]
 
 

@@ -28,10 +28,14 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     ('name = "3dof"', 'name = "3 dof"', "name: '3 dof', expected letters, digits and _"),
     ("[design]", "[geometry]\npole_pich = 0.06\n\n[design]",
      "geometry.pole_pich: no such key; nearest is 'pole_pitch'"),
+    ("[design]", "[geometry]\nslot_pitch = 0\n\n[design]", "geometry.slot_pitch: 0, expected 0.0001…1"),
+    ("[design]", '[geometry]\npole_pitch = "57 g"\n\n[design]',
+     "geometry.pole_pitch: '57 g' is in g, expected a quantity in m"),
+    ("sharing = 2", "sharing = 1.5", "sharing: 1.5, expected a whole number of motors"),
     ("[stage]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[stage]',
      "motor_stop: expected only where the platform tilts"),
     *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
-       "called so") for name in ("gamma", "lambda", "z")),
+       "called so") for name in ("gamma", "lambda", "double", "z")),
     ('title = "3-DOF stage"', "title = 'the \"fast\" stage'", "title: 'the \"fast\" stage', expected words on one line "
                                                                 "without \" and \\"),
     ('equation = "(5.3)"', 'equation = """(5.3)\nimport os"""', "equation: '(5.3)\\nimport os', expected words on one "

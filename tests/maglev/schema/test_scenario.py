@@ -126,6 +126,9 @@ def test_csv_lies_beside_its_scenario(write):
     ('axis = "y"', 'axis = "yy"', ["hold.toml: claims[0].axes = 'yy'", "nearest is 'y'"]),
     ('band = "10 um"', 'band = "20 um"', ["hold.toml: claims[0].band = 2e-05", "metrics.bands"]),
     ('relation = "<"', "", ["hold.toml: claims[0].relation", "required"]),
+    ('title = "', 'metrics = { bands = [-1e-4] }\ntitle = "',
+     ["hold.toml: metrics.bands[0] = -0.0001", "greater than 0"]),
+    ('title = "', 'metrics.fail_error = -1\ntitle = "', ["hold.toml: metrics.fail_error = -1.0", "greater than 0"]),
     ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
     ('"loops/loop.toml"', '"loops/lop.toml"', ["lop.toml: cannot be read"]),
     ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"])])
