@@ -7,8 +7,7 @@ from typing import TypeVar, Unpack
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
 from maglev.baselines.check import check_all
-from maglev.baselines.junit import write_junit
-from maglev.baselines.outcome import CheckResult, UpdateResult
+from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
 from maglev.experiment.selection import needed, select

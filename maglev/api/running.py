@@ -23,11 +23,10 @@ from maglev.procedures.judging import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
 from maglev.processes.side_by_side import Watcher
-from maglev.report.outcome_text import write_outcomes
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of
-from maglev.report.text import claims_markdown, short_outcome, text_of
+from maglev.report.text import claims_markdown, short_outcome, text_of, write_outcomes
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

@@ -1,4 +1,4 @@
-"""Check of runs against their committed baselines."""
+"""Check of runs against their committed baselines, and of these: what was cut or outgrown would go unchecked."""
 
 import time
 from collections.abc import Sequence
@@ -6,15 +6,17 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.baselines.baseline import Baseline, read_baseline
+from maglev.baselines.baseline import ON_GRID, Baseline, baseline_files, read_baseline, rows_before_contact
 from maglev.baselines.deviation import Deviation, first_deviation, worst
-from maglev.baselines.fit import BEYOND, require_fit, require_whole
 from maglev.baselines.outcome import CheckResult
 from maglev.cosim.master import Progress, Recording, RunFailed
-from maglev.errors import FAILURES, in_one_line
+from maglev.errors import FAILURES, BaselineError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
 from maglev.processes.side_by_side import Watcher
+from maglev.schema.run_plan import RunPlan
+
+BEYOND = 2   # check intervals that a run goes on after the end of its baseline, to see why it ends there
 
 
 def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
@@ -84,3 +86,35 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
                               (repr(deviation.expected), repr(deviation.got), f"{deviation.allowed:.6g}"))
     return (f"deviates first at t = {deviation.time:.9g} s: {deviation.signal} expected {expected}, got {got}, "
             f"allowed {allowed}")
+
+
+def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
+    """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
+    samples, options = baseline_files(folder, plan.name)
+    if abs(plan.step - baseline.step) > ON_GRID * baseline.step:
+        raise BaselineError(f"{options}: StepSize = {baseline.step}: expected the communication step of the scenario, "
+                            f"{plan.step} s; `maglev check --update` writes a new baseline")
+    if baseline.stop_time > plan.stop_time + ON_GRID * baseline.step:
+        raise BaselineError(f"{options}: StopTime = {baseline.stop_time}: expected at most the stop time of the "
+                            f"scenario, {plan.stop_time} s; `maglev check --update` writes a new baseline")
+    if abs(plan.check.interval - baseline.interval) > ON_GRID * baseline.step:
+        raise BaselineError(f"{options}: OutputInterval = {baseline.interval}: expected check.interval of the "
+                            f"scenario, {plan.check.interval} s; `maglev check --update` writes a new baseline")
+    for name, expected in plan.check.signals.items():
+        if name in baseline.columns and baseline.tolerances[name] != (expected.absolute, expected.relative):
+            raise BaselineError(f"{options}: the tolerance of {name} is {baseline.tolerances[name].absolute} + "
+                                f"{baseline.tolerances[name].relative} relative, expected that of the scenario, "
+                                f"{expected.absolute} + {expected.relative} relative; `maglev check --update` writes a "
+                                "new baseline")
+        if name not in baseline.columns:
+            raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
+                                f"{plan.path}; `maglev check --update` writes a new baseline")
+
+
+def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path) -> None:
+    """Refuse a baseline that ends before its run does, and before a stop is touched or the controller trips."""
+    untouched = rows_before_contact(plan, recording) == len(recording.time)
+    if untouched and plan.stop_time - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
+        raise BaselineError(f"{baseline_files(folder, plan.name)[0]}: ends at t = {baseline.stop_time:.9g} s, expected "
+                            f"samples to {plan.stop_time} s, for no stop is touched and nothing trips; `maglev check "
+                            "--update` writes a new baseline")

@@ -1,11 +1,19 @@
-"""What a check or an update of baselines comes to."""
+"""What a check or an update of baselines comes to, in words and as JUnit XML, which servers of CI show."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
+from xml.etree import ElementTree
 
 from maglev.baselines.baseline import Baseline
 from maglev.baselines.deviation import Deviation, WorstDifference
+from maglev_files.whole_file import whole_file
+
+# Everything but the characters of XML 1.0, section 2.2: no parser accepts the rest, escaped or not.
+NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+ELEMENTS = {"deviated": "failure", "error": "error"}
 
 
 @dataclass(frozen=True)
@@ -51,3 +59,29 @@ def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
     if "error" in statuses or not statuses:
         return 2
     return 1 if "deviated" in statuses else 0
+
+
+def write_junit(path: Path, results: Sequence[CheckResult]) -> None:
+    """Write one test case for each run; a deviation is a failure, what could not be checked an error.
+
+    The file appears under its name when it is complete.
+    """
+    statuses = [result.status for result in results]
+    suite = ElementTree.Element("testsuite", {
+        "name": "maglev check", "tests": str(len(results)), "failures": str(statuses.count("deviated")),
+        "errors": str(statuses.count("error")), "time": f"{sum(result.elapsed for result in results):.3f}"})
+    for result in results:
+        case = ElementTree.SubElement(suite, "testcase", {
+            "classname": "maglev.check", "name": printable(result.name), "time": f"{result.elapsed:.3f}"})
+        if result.status in ELEMENTS:
+            message = printable(result.message)
+            reason = ElementTree.SubElement(case, ELEMENTS[result.status], {"message": message, "type": result.status})
+            reason.text = message
+    ElementTree.indent(suite)
+    with whole_file(path) as unfinished:
+        ElementTree.ElementTree(suite).write(unfinished, encoding="utf-8", xml_declaration=True)
+
+
+def printable(text: str) -> str:
+    """The text without characters that XML cannot hold."""
+    return NO_XML.sub("", text)

@@ -26,9 +26,8 @@ from maglev.cli.options import (
 from maglev.cli.pack import pack
 from maglev.cli.region import region
 from maglev.cli.streams import CommandLine
-from maglev.cli.study import study, sweep
+from maglev.cli.study import study, sweep, tune
 from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, say
-from maglev.cli.tune import tune
 from maglev.errors import ScenarioError
 
 # One paragraph for each line: the help joins the lines of a paragraph.

@@ -45,8 +45,7 @@ def check(names: NamesOrFmus = None,
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
         from maglev.api.options import timeout_of
-        from maglev.baselines.junit import write_junit
-        from maglev.baselines.outcome import exit_code
+        from maglev.baselines.outcome import exit_code, write_junit
 
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
         runs = [name for name in names or () if not name.lower().endswith(".fmu")]

@@ -1,4 +1,4 @@
-"""The commands `maglev study` and `maglev sweep`."""
+"""The commands that fly a scenario many times: `maglev study`, `maglev sweep` and `maglev tune`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -101,3 +101,27 @@ def finish(flown: "Study") -> None:
     if table["failure"].null_count == 0:
         say(f"{flown.name}: none of {table.num_rows} samples was flown to its end; of the first: {table['failure'][0]}")
         raise typer.Exit(2)
+
+
+@with_flight_options("timeout")
+def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
+         out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
+         debug: Debug = False, **options: Any) -> None:
+    """Search parameters of a controller for the least of what is measured on many plants (docs/tuning.md).
+
+    The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
+    not searched with. After Ctrl-C, `--resume` goes on.
+
+    **Examples:**
+
+    `maglev tune horizontal-3dof --native`
+
+    `maglev tune my_tuning.toml --native --scheduler tcp://host:8786`
+    """
+    with one_line_errors(debug):
+        from maglev.api.tuning import tune as search
+
+        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
+                       **options)
+        tuned.show(report_console())
+        typer.echo(f"results: {tuned.path}")

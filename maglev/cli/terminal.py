@@ -131,8 +131,7 @@ def write_json(path: Path, data: object) -> None:
 
 def print_tables(results: "Results") -> None:
     """Print the text of the only run asked for, or a table of all, and what procedures found."""
-    from maglev.report.outcome_text import show_outcome
-    from maglev.report.text import show, study_tables
+    from maglev.report.text import show, show_outcome, study_tables
 
     console = report_console()
     if len(results.asked) == 1:

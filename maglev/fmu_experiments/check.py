@@ -14,8 +14,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.baselines.baseline import ON_GRID, Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
-from maglev.baselines.junit import write_junit
-from maglev.baselines.outcome import CheckResult
+from maglev.baselines.outcome import CheckResult, write_junit
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest
 from maglev.experiment.chain import in_order

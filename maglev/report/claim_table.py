@@ -23,8 +23,8 @@ from maglev.judging.verdicts import (
 from maglev.procedures.outcome import Outcome
 from maglev.report.findings import found_anchor, has_text, procedure_anchor
 from maglev.report.plots.charts import ShownChart
-from maglev.report.plots.citations import FIGURE_LIST, FIGURE_NUMBER, cited_figures
 from maglev.report.plots.figures import Shown, anchor, rig_name
+from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
 from maglev.report.status import Part, apart, is_listed, modification, run_status
 
 

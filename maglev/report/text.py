@@ -1,8 +1,10 @@
-"""Metrics and verdicts as tables for the terminal and the text report."""
+"""Metrics, verdicts and what procedures found: as tables for the terminal, the text report, Markdown and CSV."""
 
+import csv
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from io import StringIO
+from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
@@ -29,11 +31,12 @@ from maglev.judging.verdicts import (
     specification,
     those_that_count,
 )
-from maglev.procedures.outcome import Outcome
+from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import plain_console
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
 from maglev.schema.run_plan import RunPlan
+from maglev_files.whole_file import write_whole
 
 REPORT_WIDTH = 120   # characters
 
@@ -44,6 +47,8 @@ Starts = Mapping[tuple[str, float | None], Sequence[str]]   # first cells of a r
 COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
                                "not testable": "dim", "not run": "magenta",
                                "modified run": "cyan", "met": "green", "not met": "red"}
+
+CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
@@ -276,3 +281,61 @@ def end_error(plan: RunPlan, metrics: Metrics) -> list[str]:
         unit = plan.axes[axis].unit
         worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda found: found[0])
     return [f"{printed(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]
+
+
+def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResult]) -> None:
+    """Print what a procedure found, and the claims about it with their verdicts."""
+    console.print(heading(outcome.settings.name, outcome.settings.title))
+    for table in outcome.tables:
+        console.print(value_table(table))
+    for note in outcome.notes:
+        console.print(Text(f"note: {note}"))
+    for table_of_claims in claim_tables(claims):
+        console.print(table_of_claims)
+
+
+def value_table(table: ValueTable) -> Table:
+    shown = Table(title=Text(table.title, style="table.title"))
+    for name in table.header:
+        shown.add_column(Text(name))
+    for row in table.rows:
+        shown.add_row(*map(Text, row))
+    return shown
+
+
+def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:
+    """What `show_outcome` prints, as text."""
+    return as_text(lambda console: show_outcome(console, outcome, claims))
+
+
+def write_outcomes(outcomes: Iterable[Outcome], verdicts: Judgements, out: Path) -> list[Path]:
+    """Write `NAME.txt` of each outcome, and `NAME.curves.csv` if it has charts; returns the files."""
+    files = []
+    for outcome in outcomes:
+        name = outcome.settings.name
+        files.append(out / f"{name}.txt")
+        write_whole(files[-1], outcome_text(outcome, verdicts[name]))
+        if outcome.charts:
+            files.append(out / f"{name}.curves.csv")
+            write_whole(files[-1], curves_csv(outcome.charts))
+    return files
+
+
+def curves_csv(charts: Iterable[Chart]) -> str:
+    """Points of all curves, a row for each; numbers such that reading them gives the same bits.
+
+    A figure without a number goes by its caption. A panel is named by its place in the figure, from 1, and by what it
+    has over what. `margin` is the half width of the band about a curve, empty where it has none.
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(CURVE_COLUMNS)
+    for chart in charts:
+        for k, panel in enumerate(chart.panels, start=1):
+            name = f"{k}: {panel.y_title} over {panel.x_title}"
+            for curve in panel.curves:
+                place = chart.number or chart.caption, name, curve.label
+                margins = [""] * len(curve.x) if curve.margin is None else [repr(float(each)) for each in curve.margin]
+                writer.writerows((*place, repr(float(x)), repr(float(y)), margin)
+                                 for x, y, margin in zip(curve.x, curve.y, margins, strict=True))
+    return text.getvalue()

@@ -9,7 +9,6 @@ from maglev.live.content import tilts
 from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
-from maglev.report.plots.figure_bounds import figure_bounds
 from maglev.report.plots.figures import (
     MOVING,
     Shown,
@@ -20,8 +19,7 @@ from maglev.report.plots.figures import (
     shown_commands,
     speed_of,
 )
-from maglev.report.plots.limits import limits
-from maglev.report.plots.marks import figure_marks
+from maglev.report.plots.marks import figure_bounds, figure_marks, limits
 from maglev.report.plots.series import pack
 from maglev.report.status import events
 from maglev.schema.run_plan import RunPlan

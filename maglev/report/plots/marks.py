@@ -1,14 +1,19 @@
-"""Values that the thesis states in words, as marks in the panels of a figure: by when, how far, how much."""
+"""Marks in the panels of a figure: what the thesis states in words, the ends of its axes, and limits of the run."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.judging.verdicts import Judgements, sentences
-from maglev.report.plots.citations import cited_figures
-from maglev.report.plots.figure_bounds import draws
-from maglev.report.plots.figures import Panel, Shown
+from maglev.judging.verdicts import ClaimResult, Judgements, bounds, sentences
+from maglev.report.plots.figures import Panel, Shown, needed_columns
 from maglev.schema.claims import RunClaim
+from maglev.schema.run_plan import RunPlan
+
+# "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
+FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
+FIGURE_NUMBER = re.compile(r"\d+\.\d+")
+FIGURE_RANGE = re.compile(r"(\d+)\.(\d+)\s*(?:-|–|to)\s*(\d+)\.(\d+)")
 
 
 class Mark(NamedTuple):
@@ -88,3 +93,66 @@ def marks_of_steps(claim: RunClaim, target: float, run: RunResult, shown: Shown,
             yield Mark("position", step.axis, level=peak, start=step.time, end=end)
         elif claim.quantity == "steady_state_error":
             yield Mark("error", step.axis, level=target, start=step.time, end=end)
+
+
+def figure_bounds(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
+    """Ranges (SI) in a figure: the panel's number, the limits, and whether the bound is met; None if not judged."""
+    found = []
+    for run in shown.runs:
+        for result in bounds(judgements.get(run.plan.name, ())):
+            if result.claim.figure == shown.number and isinstance(result.claim, RunClaim):
+                panels = [k for k, panel in enumerate(shown.panels) if draws(shown, panel, result.claim.columns or ())]
+                found += [{"panel": k, "low": low, "high": high, "met": {"met": True, "not met": False}.get(
+                    result.verdict)} for k in panels for low, high in ranges(result)]
+    return found
+
+
+def draws(shown: Shown, panel: Panel, columns: Sequence[str]) -> bool:
+    """Whether a panel draws one of the columns, or the true position that an encoder measures."""
+    drawn = {column for run in shown.runs for column in needed_columns(run.plan, panel.kind, panel.of)}
+    return any(column.replace(".encoder", ".position") in drawn for column in columns)
+
+
+def ranges(result: ClaimResult) -> Iterator[tuple[float, float]]:
+    """The range of a bound; of an absolute value also that below zero."""
+    assert isinstance(result.claim.target, tuple)
+    low, high = result.claim.target
+    yield low, high
+    if result.claim.quantity == "largest":
+        yield -high, -low
+
+
+def cited_figures(source: str) -> set[str]:
+    """Numbers of the figures that a source cites, those within a range too."""
+    numbers: set[str] = set()
+    for text in FIGURE_LIST.findall(source):
+        numbers.update(FIGURE_NUMBER.findall(text))
+        for chapter, first, _, last in FIGURE_RANGE.findall(text):
+            numbers.update(f"{chapter}.{k}" for k in range(int(first), int(last) + 1))
+    return numbers
+
+
+class Limit(NamedTuple):
+    """Levels (SI) that a panel marks: its kind, the axis or motor it shows, what they are in words, and where."""
+
+    kind: str
+    of: str
+    text: str
+    values: list[float]
+
+
+def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
+    """Limits by the parameters (SI) that a run started with; of FMUs with other names none."""
+    found = []
+    for name, axis in plan.axes.items():
+        stop = axis.position.rpartition(".")[0] + ".stop."
+        if stop + "lower" in parameters and stop + "upper" in parameters:
+            found.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
+    for name, motor in plan.motors.items():
+        peak = parameters.get(motor.currents[0].rpartition(".")[0] + ".amplifier.peak") if motor.currents else None
+        limit = parameters.get(motor.commands[0].partition(".")[0] + ".current_limit") if motor.commands else None
+        if peak:
+            found.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
+        if limit:   # 0 is none
+            found.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
+    return found

@@ -12,7 +12,7 @@ from maglev.pages.shell import colour
 from maglev.panels import PANELS
 from maglev.pictures import FAINT
 from maglev.report.plots.figures import own_outputs, shown_commands
-from maglev.report.plots.limits import limits
+from maglev.report.plots.marks import limits
 from maglev.report.plots.static import COLOURS, current_colour
 from maglev.report.status import events, shown_until
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import TempPathFactory
 
-from maglev.baselines.junit import write_junit
-from maglev.baselines.outcome import CheckResult
+from maglev.baselines.outcome import CheckResult, write_junit
 
 
 def result(name: str, status: Literal["passed", "deviated", "error"], message: str = "") -> CheckResult:

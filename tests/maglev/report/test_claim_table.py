@@ -7,9 +7,9 @@ from report_runs import failed, judged, packaged, page_of, recorded
 
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
 from maglev.report.claim_table import linked_source
-from maglev.report.plots.citations import cited_figures
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.figures import read_figures, shown_figures
+from maglev.report.plots.marks import cited_figures
 from maglev.schema.claims import RunClaim
 
 SETPOINTS = packaged("2dof-setpoints")

@@ -18,9 +18,16 @@ from maglev.pages.shell import colour
 from maglev.pictures import write_figure
 from maglev.procedures.judging import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
-from maglev.report.outcome_text import curves_csv, outcome_text, write_outcomes
 from maglev.report.plots.picture import figure_of, overlay
-from maglev.report.text import claims_markdown, short_outcome, study_table, text_of
+from maglev.report.text import (
+    claims_markdown,
+    curves_csv,
+    outcome_text,
+    short_outcome,
+    study_table,
+    text_of,
+    write_outcomes,
+)
 
 RUN = recorded(packaged("2dof-setpoints"))
 
