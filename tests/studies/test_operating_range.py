@@ -28,10 +28,8 @@ from maglev.studies.design import values_of
 from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
-from studies.laws import markdown_table, origin_of
-from studies.operating_range.__main__ import COLOURS
-from studies.operating_range.maps import outcomes, read_map, write_maps
-from studies.pictures import write_picture
+from studies.laws import markdown_table, origin_of, write_picture
+from studies.operating_range import COLOURS, outcomes, read_map, write_maps
 
 DOCS = Path(__file__).parents[2] / "docs"
 

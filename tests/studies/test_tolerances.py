@@ -18,8 +18,7 @@ from maglev.maps.tolerances import (
 )
 from pmlsm.rigs import RIGS
 from studies.laws import LAWS, NAMES, markdown_table
-from studies.tolerances.__main__ import study_of
-from studies.tolerances.maps import outcomes, write_found
+from studies.tolerances import outcomes, study_of, write_found
 
 DOCS = Path(__file__).parents[2] / "docs"
 FOUND = read_tolerances()

@@ -1,5 +1,14 @@
-"""How far a law can go: maps of a study over two gaps, what else steps and constants."""
+"""Fly the studies of the operating range with every law; their maps are for docs/operating_range.md and the report.
 
+    python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+
+It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
+package, which the report draws; with --rig those of one rig, and the others stay. It needs native FMUs
+(`maglev build --native --target host`) and takes some twenty minutes on two processors. A study that is done is not
+flown again.
+"""
+
+import argparse
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,22 +20,30 @@ from numpy.typing import NDArray
 from maglev.errors import MaglevError
 from maglev.maps.operating_range import (
     ASTRAY,
+    FILE,
     LIMITED,
     NEAR,
     OUTCOMES,
     RECOVERED,
     SETTLED,
+    SETTLED_NOMINAL,
     STEPS,
     STOPPED,
     TRIPPED,
     Map,
     RigMaps,
+    read_maps,
 )
 from maglev.maps.rows import Outcomes, texts_of
+from maglev.studies.schema import StudyFile, load_study
 from maglev_files.whole_file import write_whole
+from pmlsm.rigs import RIGS
+from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of, write_picture
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
+
+COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")   # of the outcomes
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> Outcomes:
@@ -87,3 +104,25 @@ def rig_data(maps: RigMaps) -> dict[str, object]:
 def lengths(values: NDArray[np.float64]) -> list[float]:
     """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
     return [round(value, 9) for value in values.tolist()]
+
+
+def study_of(rig: str, law: str) -> StudyFile:
+    """The study of a rig, flown with one of its laws; the linear regulator is linearised about each target."""
+    study, path = load_study(f"range-{rig}")
+    scenario = (path.parent / study.scenario).with_name(f"{rig}-{law}.toml").resolve()
+    vary = [varied.model_copy(update={"set": [*varied.set, "controller.setpoint"]})
+            if law == "linear" and varied.column == "target gap" else varied for varied in study.vary]
+    return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
+
+
+def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
+    flown = {law: fly(study_of(rig, law)) for law in laws}
+    maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in flown.items()}, origin_of(flown.values()))
+    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.rows(),
+                  OUTCOMES, COLOURS, SETTLED_NOMINAL)
+    print(f"\n{rig}\n\n{markdown_table(maps.table())}", flush=True)
+    return maps
+
+
+if __name__ == "__main__":
+    map_laws(__doc__, FILE, read_maps, write_maps, fly_rig)

@@ -1,1 +1,0 @@
-"""How far each law can go: the flights, the maps and their pictures."""

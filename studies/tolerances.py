@@ -1,0 +1,144 @@
+"""Fly every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
+
+    python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+
+It draws the pictures of docs/tolerances.md, prints its tables, and writes what was found as data that come with the
+package, which the report draws; with --rig that of one rig, and the others stay. It needs native FMUs
+(`maglev build --native --target host`) and takes some ten minutes on two processors. A study that is done is not flown
+again.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.errors import MaglevError
+from maglev.maps.rows import Outcomes, texts_of
+from maglev.maps.tolerances import (
+    ASTRAY,
+    FILE,
+    HOLDS,
+    OUTCOMES,
+    QUESTIONS,
+    STOPPED,
+    TRIPPED,
+    Question,
+    RigMaps,
+    Worse,
+    read_tolerances,
+)
+from maglev.schema.layers import PACKAGED
+from maglev.studies.page.text import units_of
+from maglev.studies.schema import StudyFile, read_study
+from maglev_files.whole_file import write_whole
+from pmlsm.rig import Rig
+from pmlsm.rigs import RIGS
+from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of, write_picture
+
+FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
+
+SIZES = (1.0, 3.0)    # mm, by which the gap is asked to become smaller, from where the loops of the steps begin
+BESIDE = {False: "5 mm", True: "2 mrad"}   # steps of horizontal axes with it, or of the tilts of a platform that tilts
+
+COLOURS = ("#2a9d5c", "#f4c152", "#c8503c", "#8e6bb0")   # of the outcomes
+
+SCENARIO = """\
+extends = ["{steps}", "{measurement}"]
+name = "tolerance-{rig}-{law}"
+title = "{title}: a step with measurements and a supply that are not ideal"
+stop_time = "5 s"
+"""
+
+
+def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Outcomes:
+    """Outcome of each sample by a study's metrics, shape (samples,), some axes being tilts; the first cause counts.
+
+    These are "trip time", "stop contact time", and "end error of" every axis.
+    """
+    far = np.any([~(values <= (TILTED if name.removeprefix("end error of ") in tilts else FAR))
+                  for name, values in columns.items() if name.startswith("end error of ")], axis=0)
+    tripped, touched = columns["trip time"], columns["stop contact time"]
+    return np.select([np.isfinite(tripped) & (tripped <= touched), np.isfinite(touched), far],
+                     [TRIPPED, STOPPED, ASTRAY], HOLDS)
+
+
+def read_outcomes(path: Path, question: Question) -> Outcomes:
+    """Outcomes in a study's dataset; what the sides vary over has to be there once for each step."""
+    import pyarrow.parquet as pq  # an extra: only who studies needs it
+
+    table = pq.read_table(path)
+    columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
+    tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()
+                  if name.startswith("end error of ") and unit == "rad")
+    found = outcomes(columns, tilts)
+    # A flight that its FMUs ended, by running away, was beyond a stop before.
+    found[[failure is not None for failure in table["failure"].to_pylist()]] = STOPPED
+    shape = len(question.down.values), len(question.along.values)
+    if len(found) % (shape[0] * shape[1]):
+        raise MaglevError(f"{path}: {len(found)} samples, expected {shape[0]} by {shape[1]} for each step")
+    order = np.lexsort([place(columns[question.along.name], question.along),
+                        place(columns[question.down.name], question.down), -columns["target gap"]])
+    return np.asarray(found[order].reshape(-1, *shape))
+
+
+def place(values: NDArray[np.float64], side: Worse) -> NDArray[np.int64]:
+    """Where values of a column (SI) lie along a side."""
+    factor = {"ms": 1e3, "um": 1e6, "%": 1e2, "V": 1.0}[side.unit]
+    return np.asarray(np.argmin(np.abs(factor * values[:, None] - np.array(side.values)), axis=1))
+
+
+def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
+    """Write maps as JSON: a text of digits, indices of "outcomes", for each value down a map."""
+    data = {name: {"version": rig.origin.version, "commit": rig.origin.commit, "steps of the gap, mm": rig.sizes,
+                   "maps": {question: {law: texts_of(found) for law, found in laws.items()}
+                            for question, laws in rig.maps.items()}} for name, rig in rigs.items()}
+    sides = {question.name: {side: {"name": worse.name, "unit": worse.unit, "values": worse.values}
+                             for side, worse in (("down", question.down), ("along", question.along))}
+             for question in QUESTIONS}
+    write_whole(path, json.dumps({"outcomes": OUTCOMES, "sides": sides, "rigs": data}, indent=1) + "\n")
+
+
+def encoders(rig: Rig) -> list[str]:
+    """Names of what is measured."""
+    return [axis.name for axis in rig.measured] + [motor for motor in rig.motor_names if rig.rotations]
+
+
+def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
+    """Study of a question with a law; its scenario is written into a folder."""
+    scenario = folder / f"tolerance-{rig.name}-{law}.toml"
+    folder.mkdir(parents=True, exist_ok=True)
+    scenario.write_text(SCENARIO.format(
+        steps=(PACKAGED / "steps" / f"{rig.name}-{law}.toml").as_posix(), title=rig.title, rig=rig.name, law=law,
+        measurement=(PACKAGED / "loops" / f"{rig.name}-measurement.toml").as_posix()), encoding="utf-8")
+    gap, start = rig.vertical.name, 1e3 * rig.vertical.start
+    vary = [{"name": each.name, "kind": "list", "values": [f"{value:g} {each.unit}" for value in each.values],
+             "set": [each.sets.format(encoder) for encoder in encoders(rig)] if "{}" in each.sets else [each.sets]}
+            for each in (question.down, question.along)]
+    steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
+             "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}
+    beside = {f"reference.{axis.name}.end": BESIDE[bool(rig.rotations)] for axis in rig.rotations or rig.horizontal}
+    return read_study({"name": f"tolerance-{rig.name}-{law}-{question.name}", "scenario": str(scenario.resolve()),
+                       "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
+
+
+def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
+    rig, paths = RIGS[name], list[Path]()
+    maps: dict[str, dict[str, Outcomes]] = {}
+    for question in QUESTIONS:
+        for law in laws:
+            paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
+            maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
+    found = RigMaps(SIZES, maps, origin_of(paths))
+    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", found.rows(),
+                  OUTCOMES, COLOURS)
+    print(f"\n{name}\n\n{markdown_table(found.table())}", flush=True)
+    return found
+
+
+if __name__ == "__main__":
+    map_laws(__doc__, FILE, read_tolerances, write_found, fly_rig)

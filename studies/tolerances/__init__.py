@@ -1,1 +1,0 @@
-"""What each law tolerates of measurements and of its supply: the flights, the maps and their pictures."""
