@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from itertools import accumulate
 from typing import Any
 
@@ -45,10 +45,16 @@ def stop_of(axis: RigAxis) -> Stop:
     return axis.stop or NO_STOP
 
 
+def said(part: Any) -> dict[str, Any]:
+    """Names and values of a description's dataclass that have no default, or are not as their class has them."""
+    values = {member.name: getattr(part, member.name) for member in fields(part)}
+    return {member.name: values[member.name] for member in fields(part) if values[member.name] != (
+        member.default if member.default_factory is MISSING else member.default_factory())}
+
+
 def not_default(part: Ripple | Stop | Mode) -> list[tuple[str, float]]:
     """Names and values of what the constructor of an axis does not take and is not as it has it."""
-    default = Stop(part.lower, part.upper) if isinstance(part, Stop) else type(part)()
-    return [(name, value) for name, value in vars(part).items() if value != getattr(default, name)]
+    return [(name, value) for name, value in said(part).items() if hasattr(type(part), name)]   # a default is there
 
 
 def imports(text: str) -> str:
@@ -126,22 +132,22 @@ def open_brackets(text: str) -> list[int]:
 
 
 def classes(value: Any) -> list[str]:
-    """Names of the classes in a description."""
+    """Names of the classes that a description says."""
     return sorted({type(part).__name__ for part in parts(value)})
 
 
 def parts(value: Any) -> list[Any]:
-    """Dataclasses of a description, itself first."""
+    """Dataclasses that a description says, itself first."""
     if is_dataclass(value):
-        return [value, *(inner for member in fields(value) for inner in parts(getattr(value, member.name)))]
+        return [value, *(inner for member in said(value).values() for inner in parts(member))]
     return [inner for item in value for inner in parts(item)] if isinstance(value, tuple) else []
 
 
 def literal(value: Any, depth: int = 0) -> str:
-    """Text of a value of a description, a line for each of its members."""
+    """Text of a value of a description, a line for each of its members that is not as its class has it."""
     inner = " " * (4 * depth + 4)
     if is_dataclass(value):
-        members = [f"{member.name}={literal(getattr(value, member.name), depth + 1)}" for member in fields(value)]
+        members = [f"{name}={literal(member, depth + 1)}" for name, member in said(value).items()]
         short = f"{type(value).__name__}({', '.join(members)})"
         if "\n" not in short and len(short) < 100 - 4 * depth:
             return short
