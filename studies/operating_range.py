@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.arrays import Array, Bools
 from maglev.errors import MaglevError
 from maglev.maps.operating_range import (
     ASTRAY,
@@ -46,7 +47,7 @@ ENDING = 1.0          # s, in which a command at its limit counts
 COLOURS = ("#2a9d5c", "#a8d5a2", "#f4c152", "#8fa7c4", "#8e6bb0", "#c8503c")   # of the outcomes
 
 
-def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: NDArray[np.bool_]) -> Outcomes:
+def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
     """Outcome of each sample, an index of `OUTCOMES`, by a study's metrics and whether a command ends at its limit.
 
     All have the shape (samples,); of the metrics "trip time", "stop contact time", and "end error of" every axis count.
@@ -101,7 +102,7 @@ def rig_data(maps: RigMaps) -> dict[str, object]:
             "laws": {law: texts_of(found.outcomes.transpose(2, 3, 0, 1)) for law, found in maps.laws.items()}}
 
 
-def lengths(values: NDArray[np.float64]) -> list[float]:
+def lengths(values: Array) -> list[float]:
     """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
     return [round(value, 9) for value in values.tolist()]
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import MaglevError
 from maglev.maps.rows import Outcomes, texts_of
 from maglev.maps.tolerances import (
@@ -86,7 +87,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     return np.asarray(found[order].reshape(-1, *shape))
 
 
-def place(values: NDArray[np.float64], side: Worse) -> NDArray[np.int64]:
+def place(values: Array, side: Worse) -> NDArray[np.int64]:
     """Where values of a column (SI) lie along a side."""
     factor = {"ms": 1e3, "um": 1e6, "%": 1e2, "V": 1.0}[side.unit]
     return np.asarray(np.argmin(np.abs(factor * values[:, None] - np.array(side.values)), axis=1))

@@ -38,7 +38,7 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "processes", "copies", "units", "quantities", "panels", "csv_table", "toml_file",
+ROOMS = ("errors", "arrays", "processes", "copies", "units", "quantities", "panels", "csv_table", "toml_file",
          "pictures", "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym",
          "stability",
          "schema", "maps", "pages", "live", "judging", "experiment", "analysis", "catalogue",

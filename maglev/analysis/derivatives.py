@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from maglev.analysis.participant import Participant
-
-Rows = NDArray[np.float64]
+from maglev.arrays import Array
 
 SIZES = (20.0, 10.0, 2.0, 1.0, 0.2, 0.1)   # of a push, in units of the input's scale
 LARGE = (100.0, 1000.0)                    # of one that has no response to these
@@ -45,14 +43,14 @@ class Derivative:
     """
 
     name: str
-    response: Rows
-    coarse: Rows
+    response: Array
+    coarse: Array
     error: float
     holds_to: float
     verdict: str = ""
 
 
-def derivative(part: Participant, base: Rows, number: int, scale: float, samples: int,
+def derivative(part: Participant, base: Array, number: int, scale: float, samples: int,
                check: bool = True) -> Derivative:
     """Derivative of a participant's outputs with respect to one of its inputs, from the point that it has marked.
 
@@ -91,20 +89,20 @@ def derivative(part: Participant, base: Rows, number: int, scale: float, samples
     return Derivative(part.inputs[number], best, small, error, holds_to)
 
 
-def central(part: Participant, base: Rows, number: int, push: float, samples: int) -> Rows:
+def central(part: Participant, base: Array, number: int, push: float, samples: int) -> Array:
     """Central difference of the responses to a push of one sample and to its opposite."""
     up, down = (part.response(pushed(base, number, sign * push, samples)) for sign in (1.0, -1.0))
     return (up - down) / (2.0 * push)
 
 
-def pushed(base: Rows, number: int, push: float, samples: int) -> Rows:
+def pushed(base: Array, number: int, push: float, samples: int) -> Array:
     """Inputs that are held but for one sample of one of them."""
     rows = np.tile(base, (samples, 1))
     rows[0, number] += push
     return rows
 
 
-def look(part: Participant, base: Rows, number: int, pushes: Sequence[float]) -> tuple[int | None, str]:
+def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -> tuple[int | None, str]:
     """Which pushes the derivative holds for: the first of the largest two; or None, and why there is none."""
     rest = part.response(pushed(base, number, 0.0, WINDOW))
     up, down = ([(part.response(pushed(base, number, sign * push, WINDOW)) - rest) / push for push in pushes]

@@ -12,12 +12,13 @@ from maglev.analysis.apart import apart
 from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
 from maglev.analysis.realisation import Realisation, realise
+from maglev.arrays import Array
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.equilibrium import check_amplifiers
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins
-from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
 from maglev.linear.plant import linear_plant
 from maglev.linear.text import aligned
@@ -210,6 +211,6 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
     for kind in ("response", "coarse"):
         responses = np.stack([getattr(each, kind) for each in found], axis=2)
         # What a plant gives after a step is measured at the next sample.
-        later: Matrix = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
+        later: Array = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
         stages.append(model_of(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
     return stages, found

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 from fmpy.model_description import ModelDescription
-from numpy.typing import NDArray
 
 from maglev.analysis.participant import Participant
+from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
@@ -37,7 +37,6 @@ NOT_THERE = 1e-3     # m or rad, by which it may miss the place that was asked f
 SMOOTH = (".friction.coulomb", "encoder.resolution")   # ends of the names of what has no derivative in a plant
 
 Settings = Mapping[str, Quantity | bool]
-Rows = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class Pair:
         return self.plant_name if self.plant_name in PLANTS else None
 
     @property
-    def openings(self) -> dict[str, tuple[Rows, Rows]]:
+    def openings(self) -> dict[str, tuple[Array, Array]]:
         """Where the loop can be opened or injected to: how each reads in the signals, and how they change with it.
 
         Shapes (signals,), (signals,). Where the platform tilts, a tilt lies in the gaps at all motors.
@@ -100,8 +99,8 @@ class Rest:
     pair: Pair
     controller: Participant    # its inputs are the signals, then the references
     plant: Participant
-    measured: Rows             # last values of the signals, m or rad
-    commanded: Rows            # and of the commands, A
+    measured: Array            # last values of the signals, m or rad
+    commanded: Array           # and of the commands, A
     equilibrium: Equilibrium   # where it rests, with the currents that are commanded there
     moving: float              # how far what is measured still moved in the last half second, m or rad
 
@@ -265,13 +264,13 @@ def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator
         yield Rest(pair, controller, plant, last, commands[-1], equilibrium_from(pair, positions, commands[-1]), moving)
 
 
-def positions_of(pair: Pair, measured: Rows) -> dict[str, float]:
+def positions_of(pair: Pair, measured: Array) -> dict[str, float]:
     """Positions of the axes by what is measured, m or rad, to a nanometre."""
     openings = pair.openings
     return {axis: round(float(openings[f"{axis}.measured"][0] @ measured), 9) for axis in pair.rig.axis_names}
 
 
-def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Rows) -> Equilibrium:
+def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -> Equilibrium:
     """The equilibrium in which a stage rests with phase currents (A) that are commanded."""
     along = tuple((MotorPlaces.of(pair.rig).along @ list(positions.values())).tolist())
     motor = pair.rig.motor()

@@ -9,8 +9,8 @@ from ctypes import c_double, c_int
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.cosim.fmu import Buffer, Fmu
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import open_fmu, read_description
@@ -18,8 +18,6 @@ from maglev.cosim.port_map import apply
 from maglev.cosim.user_classes.fmu import WrittenController
 from maglev.cosim.versions.fmi import WARNING
 from maglev.errors import FmuError, LinearModelError
-
-Rows = NDArray[np.float64]
 
 FOREVER = 1e6      # s, stop time that is given at the initialization
 OFTEN = 500        # steps between two signs of life
@@ -92,7 +90,7 @@ class Participant:
                 raise FmuError(f"{self.setup.name}.{variable.name} is of type {variable.type}, expected a Real")
         return self.fmu.buffers(variables)[0]
 
-    def factors(self, names: Sequence[str]) -> Rows | None:
+    def factors(self, names: Sequence[str]) -> Array | None:
         """What SI values are multiplied by to be in the FMU's units; None if it counts in SI."""
         assert self.fmu is not None
         if not any(name in self.fmu.scales for name in names):
@@ -122,7 +120,7 @@ class Participant:
         found = list(self.got.values)
         return found if self.down is None else (np.array(found) / self.down).tolist()
 
-    def mark(self, past: Rows, last: Sequence[float]) -> None:
+    def mark(self, past: Array, last: Sequence[float]) -> None:
         """Take the present as the point to return to.
 
         `past` are the inputs of every step so far, shape (steps, inputs), `last` the outputs of the last one.
@@ -168,7 +166,7 @@ class Participant:
             fmu.instance.setFMUState(self.saved)
         self.count = len(self.past)
 
-    def response(self, inputs: Rows) -> Rows:
+    def response(self, inputs: Array) -> Array:
         """Outputs (steps, outputs) to inputs (steps, inputs) from the point that was marked."""
         self.back()
         return np.array([self.step(row) for row in inputs.tolist()])

@@ -11,9 +11,8 @@ Regelungstechnik 14, 1966.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Rows = NDArray[np.float64]
+from maglev.arrays import Array
 
 EACH = 8            # first samples, all of which are on the grid
 GROWING = 26        # further ones
@@ -25,14 +24,14 @@ AS_GOOD = 100.0     # times the least misfit, with which a number of states is e
 class Realisation(NamedTuple):
     """A sampled state space and how far its responses are from those that it was made of, relative to the largest."""
 
-    A: Rows
-    B: Rows
-    C: Rows
-    D: Rows
+    A: Array
+    B: Array
+    C: Array
+    D: Array
     misfit: float
 
 
-def realise(responses: Rows) -> Realisation:
+def realise(responses: Array) -> Realisation:
     """State space of responses to one sample, shape (samples, outputs, inputs), the first of which is D.
 
     The number of states is where the singular values fall most, of those that are enough for the responses: what is
@@ -52,8 +51,8 @@ def realise(responses: Rows) -> Realisation:
     grid = np.unique(np.concatenate([np.arange(min(EACH, last)), np.geomspace(EACH, last, GROWING)]).astype(int))
     places = grid[:, None] + grid[None, :] + 1
 
-    def blocks(ahead: int) -> Rows:
-        chosen: Rows = scaled[places + ahead].transpose(0, 2, 1, 3)
+    def blocks(ahead: int) -> Array:
+        chosen: Array = scaled[places + ahead].transpose(0, 2, 1, 3)
         return chosen.reshape(len(grid) * outputs, len(grid) * inputs)
 
     left, values, right = np.linalg.svd(blocks(0), full_matrices=False)
@@ -74,7 +73,7 @@ def realise(responses: Rows) -> Realisation:
 
 
 @np.errstate(over="ignore", invalid="ignore")   # one that grows beyond all numbers fits least
-def misfit(a: Rows, b: Rows, c: Rows, responses: Rows) -> float:
+def misfit(a: Array, b: Array, c: Array, responses: Array) -> float:
     """Largest difference between the responses of a state space and given ones, over the largest of these."""
     state, worst = b, 0.0
     for each in responses[1:]:

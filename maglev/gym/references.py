@@ -5,9 +5,8 @@ from math import pi
 import numpy as np
 import numpy.typing as npt
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError
-
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("hold", "setpoints", "sinusoids")
 OMEGA0 = 1.5 * pi      # rad/s, the sinusoids of the thesis (section 5.6.4)
@@ -36,7 +35,7 @@ class References:
         If the kind is unknown, or the table does not fit.
     """
 
-    def __init__(self, kind: str | npt.ArrayLike, low: Floats, high: Floats, count: int, sample_time: float):
+    def __init__(self, kind: str | npt.ArrayLike, low: Array, high: Array, count: int, sample_time: float):
         self.kind = kind if isinstance(kind, str) else "table"
         if isinstance(kind, str) and kind not in KINDS:
             raise ScenarioError(f"reference = {kind!r}, expected {', '.join(map(repr, KINDS))}, or an array")
@@ -44,7 +43,7 @@ class References:
         self.times = sample_time * np.arange(count)
         self.given = table(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
 
-    def draw(self, random: np.random.Generator, start: Floats) -> Floats:
+    def draw(self, random: np.random.Generator, start: Array) -> Array:
         """References of an episode that starts at places (m), shape (samples, axes)."""
         axes = len(self.low)
         found = np.empty((len(self.times), axes))
@@ -66,7 +65,7 @@ class References:
         return found
 
 
-def table(given: npt.ArrayLike, low: Floats, high: Floats) -> Floats:
+def table(given: npt.ArrayLike, low: Array, high: Array) -> Array:
     """References of a user's table, shape (samples, axes)."""
     found = np.asarray(given, dtype=np.float64)
     if found.ndim != 2 or found.shape[1] != len(low) or not len(found):

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
+from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage, encoders_of
 from maglev.gym.parameters import PlantParameters, Setting
@@ -18,14 +19,12 @@ from maglev.own_stage.adoption import rig_named
 from maglev.units import parse_quantity
 from pmlsm.rig import RigAxis
 
-Floats = npt.NDArray[np.float64]
-
 HIGHEST_SPEED = 10.0   # m/s, more than twice what the amplifiers' peak current reaches between the stops
 
 ACTIONS = ("dq", "phases")
 
 
-class Stage(gymnasium.Env[Floats, Floats]):
+class Stage(gymnasium.Env[Array, Array]):
     """Stage of a rig, as the native FMU of its plant, sampled as the rig's controllers are.
 
     An action is held for a sample: direct and quadrature current of each motor (A), which the rig's commutation turns
@@ -105,7 +104,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
         self.episode = np.zeros((1, len(stops)))   # references, sample by sample
         self.sample = 0
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode; `info["parameters"]` has the plant's parameters that are not its own."""
         super().reset(seed=seed)
         for name in options or {}:
@@ -122,7 +121,7 @@ class Stage(gymnasium.Env[Floats, Floats]):
         self.sample = 0
         return stage.observation.copy(), {"parameters": drawn}
 
-    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold the currents (A) of an action for a sample."""
         stage = self.stage
         stage.commands[:] = action

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.identification.identify import Identification
-from maglev.identification.rigs import Array
 from maglev.pictures import write_figure
 from maglev_files.whole_file import write_whole
 

@@ -13,8 +13,9 @@ from operator import mul
 import numpy as np
 from scipy.signal import lfilter
 
+from maglev.arrays import Array
 from maglev.errors import IdentificationError, nearest
-from maglev.identification.rigs import Array, RowData
+from maglev.identification.rigs import RowData
 from maglev.identification.settings import EPSILON, GAMMA, METHODS
 
 TINY_Q0 = 1e-3     # ε diag(max AᵀA), for (3.3) and (3.8)

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.estimators import Estimate, estimate
 from maglev.identification.recording import Recording
 from maglev.identification.replay import replay
-from maglev.identification.rigs import Array, regressors
+from maglev.identification.rigs import regressors
 from maglev.identification.settings import EPSILON, GAMMA
 from maglev.identification.velocity import matched, observed
 

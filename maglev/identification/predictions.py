@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from controller_fmu.feedback_linearisation import equilibrium_current
+from maglev.arrays import Array
 from maglev.errors import IdentificationError
-from maglev.identification.rigs import Array, Rig, Row, shape_functions
+from maglev.identification.rigs import Rig, Row, shape_functions
 
 
 def row_of(rig: Rig, axis: str) -> Row:

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest
-from maglev.identification.rigs import RIGS, Array, Rig, rig_of
+from maglev.identification.rigs import RIGS, Rig, rig_of
 from maglev.own_stage.adoption import rig_named
 from pmlsm.dq_transform import clarke, park
 

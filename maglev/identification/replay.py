@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import savgol_filter
 
+from maglev.arrays import Array
 from maglev.identification.recording import Recording
-from maglev.identification.rigs import Array, accelerations
+from maglev.identification.rigs import accelerations
 
 HORIZON = 0.05      # s; open loop the vertical axis is unstable, with rates of 20 to 45 1/s
 WINDOWS = 50        # at most, spread over the recording

@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.linear.motors.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig as RigDescription
 from pmlsm.rigs import RIGS as DESCRIPTIONS
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
-
-Array = NDArray[np.float64]
 
 # Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).
 Columns = Callable[[Array, Array, Array], Array]

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
-from maglev.identification.rigs import Array
+from maglev.arrays import Array
 
 
 def observer_filter(dt: float) -> ObserverFilter:

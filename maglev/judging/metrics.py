@@ -6,14 +6,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import MeasurementError, nearest
 from maglev.judging.windings import winding_of
 from maglev.schema.run_plan import RunPlan
 from plant_fmu.winding import COPPER
-
-Array = NDArray[np.float64]
 
 STEADY_SHARE = 0.1      # of a window, at its end
 TRANSIENT = 1.1         # times the steady peak of the tracking error; what is beyond belongs to the transient

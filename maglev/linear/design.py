@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from maglev.linear.model import Matrix
+from maglev.arrays import Array
 
 
-def regulator_polynomial(gains: Sequence[float], omega0: float) -> Matrix:
+def regulator_polynomial(gains: Sequence[float], omega0: float) -> Array:
     """Characteristic polynomial of e'' = K [e, ė, ξ1, ξ2, ξ3]ᵀ + ξ1, ξ' = φ ξ + N e (4.15), (4.16).
 
     s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1): what a feedback-linearised axis has but

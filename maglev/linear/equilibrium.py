@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
+from maglev.arrays import Array
 from maglev.errors import LinearModelError, nearest
 from maglev.linear.model import Equilibrium
 from maglev.linear.motors.forces import MotorForces
-from maglev.linear.motors.places import Matrix
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
 from maglev.units import parse_quantity, refused_as
 from plant_fmu.attraction import attraction_factor
@@ -106,7 +106,7 @@ def check_gaps(place: str, rig: Rig, block: Any, forces: MotorForces, positions:
                                    f"{1e3 * high:g} mm{'' if mount is None else ', its end stops'}")
 
 
-def present_masses(rig: Rig, block: Any) -> Matrix:
+def present_masses(rig: Rig, block: Any) -> Array:
     """Mass or inertia of each axis of a plant with the payload on it, shape (axes,)."""
     masses = np.array([getattr(block, axis).mass for axis in rig.axis_names])
     if rig.rotations:
@@ -116,12 +116,12 @@ def present_masses(rig: Rig, block: Any) -> Matrix:
     return masses
 
 
-def mass_factors(rig: Rig, block: Any) -> Matrix:
+def mass_factors(rig: Rig, block: Any) -> Array:
     """Nominal over actual mass of each axis of a plant: the constants C are accelerations at the nominal masses."""
     return np.array([getattr(block, axis).nominal_mass for axis in rig.axis_names]) / present_masses(rig, block)
 
 
-def loads(rig: Rig, block: Any, positions: Mapping[str, float]) -> Matrix:
+def loads(rig: Rig, block: Any, positions: Mapping[str, float]) -> Array:
     """Accelerations (m/s²) of a plant by what is neither motor nor ripple: gravity, bias, payload, guides."""
     found = np.array([getattr(block, axis).bias for axis in rig.axis_names])
     found[0] += GRAVITY
@@ -135,7 +135,7 @@ def loads(rig: Rig, block: Any, positions: Mapping[str, float]) -> Matrix:
     return found
 
 
-def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], needed: Matrix,
+def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], needed: Array,
           split: MotorForces | None) -> Equilibrium:
     """Solve 0 = needed + motors, the accelerations of the axes at nominal masses (m/s²), for i_q and i_d.
 
@@ -171,8 +171,8 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
                        forces.motor)
 
 
-def balanced(place: str, forces: MotorForces, positions: list[float], needed: Matrix, currents: Matrix,
-             split: MotorForces | None) -> Matrix:
+def balanced(place: str, forces: MotorForces, positions: list[float], needed: Array, currents: Array,
+             split: MotorForces | None) -> Array:
     """Currents (A) from which no axis accelerates, and of which, or of whose forces, all is spread evenly."""
     uneven = null_space(forces.places.even.T).T
     for _ in range(ITERATIONS):

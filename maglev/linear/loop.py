@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError, nearest
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import linearise
 from maglev.linear.margins import Margins, margins_of
-from maglev.linear.model import Complex, LinearModel, Matrix
+from maglev.linear.model import LinearModel
 from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity, block_of
 
 
@@ -60,7 +61,7 @@ class Loop:
         return {name: output for name, output in names.items() if name in self.controller.inputs}
 
     @property
-    def sensed(self) -> Matrix:
+    def sensed(self) -> Array:
         """Signals by the states of the plant, shape (signals, states)."""
         return self.plant.select(self.plant.inputs, tuple(self.signals.values())).C
 
@@ -142,7 +143,7 @@ class Loop:
                            -c, np.zeros((1, 1)), {**closed.units, name: unit, returned: unit},
                            closed.sample_time, closed.equilibrium)
 
-    def measurement(self, name: str) -> tuple[Matrix, Matrix]:
+    def measurement(self, name: str) -> tuple[Array, Array]:
         """How a measurement reads in the signals, and how they change with it; shapes (1, signals) and (signals, 1)."""
         signals = tuple(self.signals)
         if name in signals:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from maglev.linear.model import Complex, LinearModel, Matrix
+from maglev.arrays import Array, Complex
+from maglev.linear.model import LinearModel
 
 LOWEST = 1e-2          # rad/s, where frequencies begin
 PER_DECADE = 300       # frequencies on which crossings and peaks are looked for, before they are refined
@@ -71,7 +72,7 @@ class Margins:
                 f"{self.sensitivity_frequency:.4g} rad/s, disk {self.disk:.3g}")
 
 
-def frequencies_of(loop: LinearModel) -> Matrix:
+def frequencies_of(loop: LinearModel) -> Array:
     """Frequencies (rad/s) on which a sampled loop is looked at, up to that of half a sample rate."""
     assert loop.sample_time is not None
     highest = pi / loop.sample_time
@@ -92,7 +93,7 @@ def margins_of(loop: LinearModel, at: str) -> Margins:
     return margins_between(at, grid, values, response, ends)
 
 
-def margins_between(at: str, grid: Matrix, values: Complex, response: Callable[[float], complex],
+def margins_between(at: str, grid: Array, values: Complex, response: Callable[[float], complex],
                     ends: Sequence[float] = ()) -> Margins:
     """Margins of a loop L, stable when it is closed by 1 + L, by what it is between two frequencies.
 
@@ -124,7 +125,7 @@ def margins_between(at: str, grid: Matrix, values: Complex, response: Callable[[
                    sensitivity_peak=sensitivity, sensitivity_frequency=peak_frequency, disk=1.0 / balanced)
 
 
-def crossings(grid: Matrix, values: Matrix, function: Callable[[float], float]) -> list[float]:
+def crossings(grid: Array, values: Array, function: Callable[[float], float]) -> list[float]:
     """Frequencies (rad/s) at which a function that has these values on the grid is zero."""
     changes: NDArray[np.intp] = np.flatnonzero(np.diff(np.signbit(values)))
     found = [float(brentq(function, grid[k], grid[k + 1], rtol=FREQUENCY)) for k in changes]
@@ -133,7 +134,7 @@ def crossings(grid: Matrix, values: Matrix, function: Callable[[float], float]) 
             if abs(function(w)) <= max(abs(values[k]), abs(values[k + 1]))]
 
 
-def peak(grid: Matrix, values: Matrix, function: Callable[[float], float]) -> tuple[float, float]:
+def peak(grid: Array, values: Array, function: Callable[[float], float]) -> tuple[float, float]:
     """Largest value of a function that has these values on the grid, and where it is (rad/s)."""
     k = int(np.argmax(values))
     found = minimize_scalar(lambda w: -function(w), method="bounded",

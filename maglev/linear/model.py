@@ -5,16 +5,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError, nearest
 from maglev.linear.text import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
-
-Matrix = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Equilibrium:
         return self.rig.motor_names
 
     @property
-    def dq(self) -> Matrix:
+    def dq(self) -> Array:
         """Direct and quadrature current of each motor in turn, A, shape (2 motors,)."""
         return np.array(list(self.currents.values()))
 
@@ -100,14 +97,14 @@ class LinearModel:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-    A: Matrix
-    B: Matrix
-    C: Matrix
-    D: Matrix
+    A: Array
+    B: Array
+    C: Array
+    D: Array
     units: dict[str, str]
     sample_time: float | None
     equilibrium: Equilibrium
-    commutation: Matrix | None = None
+    commutation: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse entries that are no finite numbers."""
@@ -175,7 +172,7 @@ class LinearModel:
                                    f"nearest is {nearest(name, names)}")
         return names.index(name)
 
-    def frequency_response(self, frequencies: Matrix) -> Complex:
+    def frequency_response(self, frequencies: Array) -> Complex:
         """Response C (s I − A)⁻¹ B + D at frequencies (rad/s), shape (frequencies, outputs, inputs).
 
         s is jω, of a sampled model z = exp(jω Ts).

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
+from maglev.arrays import Array
 from maglev.linear.equilibrium import mass_factors, present_masses
-from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.motors.forces import MotorForces
 from maglev.linear.motors.places import MotorPlaces
 from plant_fmu.flexible_mode import FlexibleMode
@@ -73,7 +74,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     return model if forces else model.select(commands, model.outputs)
 
 
-def with_modes(motion: Matrix, drives: Matrix, modes: Mapping[int, FlexibleMode]) -> tuple[Matrix, Matrix]:
+def with_modes(motion: Array, drives: Array, modes: Mapping[int, FlexibleMode]) -> tuple[Array, Array]:
     """Add deflection and rate of flexible modes as states, by the rows of the accelerations that they change.
 
     p'' = a/(1 − μ) + μ e, r'' = −a/(1 − μ) − e with e = ω² r + 2 ζ ω r'; a is the row of a rigid mover.
@@ -95,7 +96,7 @@ def with_modes(motion: Matrix, drives: Matrix, modes: Mapping[int, FlexibleMode]
 
 
 def by_encoders(rig: Rig, places: MotorPlaces, modes: Mapping[int, FlexibleMode],
-                states: Sequence[str]) -> dict[str, Matrix]:
+                states: Sequence[str]) -> dict[str, Array]:
     """What encoders measure by the states, by name, where it is not the position or the gap: they see a mode."""
     shares = np.zeros((len(rig.axes), len(states)))
     for k, mode in modes.items():
@@ -108,7 +109,7 @@ def by_encoders(rig: Rig, places: MotorPlaces, modes: Mapping[int, FlexibleMode]
     return rows
 
 
-def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Matrix:
+def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
     """Positions that a controller commutates with by the outputs, (axes, outputs): the true ones, or by encoders."""
     found = np.eye(len(rig.axes), len(outputs))
     if f"{rig.motor_names[0]}.gap_encoder" in outputs:
@@ -122,7 +123,7 @@ def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Matrix:
     return found
 
 
-def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, Matrix, Matrix]:
+def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Array, Array, Array]:
     """Derivatives of the accelerations of the axes with respect to positions, velocities and currents.
 
     Shapes (axes, axes), (axes, axes), (axes, 2 motors). The forces of the motors and the ripple are
@@ -144,7 +145,7 @@ def acceleration_slopes(rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, 
     return by_position, by_velocity, factors * by_current
 
 
-def rotation_of(places: MotorPlaces, at: Equilibrium) -> Matrix:
+def rotation_of(places: MotorPlaces, at: Equilibrium) -> Array:
     """Derivatives of i_d, i_q with respect to the positions while the phase currents stay, A/m, (2 motors, axes).
 
     di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d, with x the displacement of the motor.
@@ -155,21 +156,21 @@ def rotation_of(places: MotorPlaces, at: Equilibrium) -> Matrix:
     return rotation
 
 
-def park_matrix(at: Equilibrium) -> Matrix:
+def park_matrix(at: Equilibrium) -> Array:
     """Matrix of (2.1) from the phase currents of all motors to i_d, i_q at the positions, (2 motors, 3 motors)."""
     inverse = inverse_park_matrix(at)
     # The three columns of phases are 120° apart: inverseᵀ inverse = 3/2 I.
     return np.asarray(2.0 / 3.0 * inverse.T)
 
 
-def inverse_park_matrix(at: Equilibrium) -> Matrix:
+def inverse_park_matrix(at: Equilibrium) -> Array:
     """Matrix of (C.1) from i_d, i_q to the phase currents of all motors at the positions, (3 motors, 2 motors)."""
     angles = [at.motor.electrical_angle(along) for along in at.along]
     blocks = [np.array([phase_currents(1.0, 0.0, angle), phase_currents(0.0, 1.0, angle)]).T for angle in angles]
     return np.asarray(block_diag(*blocks))
 
 
-def sampled(model: LinearModel, rotation: Matrix, phases: bool, hold: float) -> LinearModel:
+def sampled(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
     """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled.
 
     `rotation` is that of i_d, i_q by the outputs, A/m, shape (2 motors, outputs).

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
+
+from maglev.arrays import Array, Complex
 
 SLOWEST = 1e-9   # 1/s, below it a rate is written as 0
 
@@ -14,7 +15,7 @@ def numbered(names: Sequence[str], units: dict[str, str]) -> str:
     return ", ".join(f"{k} {name} ({units[name]})" for k, name in enumerate(names, 1))
 
 
-def matrix_text(title: str, matrix: NDArray[np.float64], rows: Sequence[str]) -> str:
+def matrix_text(title: str, matrix: Array, rows: Sequence[str]) -> str:
     """Matrix with a name for each row, a number for each column; zeros are dots, a matrix of zeros is its size."""
     if not matrix.any():
         return f"{title} = 0, {matrix.shape[0]} × {matrix.shape[1]}"
@@ -24,7 +25,7 @@ def matrix_text(title: str, matrix: NDArray[np.float64], rows: Sequence[str]) ->
     return aligned(cells)
 
 
-def poles_text(rates: NDArray[np.complex128]) -> str:
+def poles_text(rates: Complex) -> str:
     """Table of rates: real and imaginary part, natural frequency, damping; a pair of conjugates in one row."""
     cells = [["real (1/s)", "imaginary (rad/s)", "frequency (Hz)", "damping"]]
     for rate in rates:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array, Bools
 from maglev.maps.rows import Origin, Outcomes, Row, Side, cells_of, seen
 from maglev.schema.layers import PACKAGED
 
@@ -31,10 +31,10 @@ TOOL = "python -m studies.operating_range"
 class Map:
     """Outcomes of one law."""
 
-    initial: NDArray[np.float64]     # gaps at the start, m, shape (n,)
-    target: NDArray[np.float64]      # gaps at the end, m, shape (m,)
-    steps: NDArray[np.float64]       # what else steps, m or rad, shape (k,)
-    constants: NDArray[np.float64]   # factors on the plant's constants, shape (p,)
+    initial: Array                   # gaps at the start, m, shape (n,)
+    target: Array                    # gaps at the end, m, shape (m,)
+    steps: Array                     # what else steps, m or rad, shape (k,)
+    constants: Array                 # factors on the plant's constants, shape (p,)
     outcomes: Outcomes               # indices of `OUTCOMES`, shape (n, m, k, p)
     what: str = "horizontal step"    # what else steps, of `STEPS`
 
@@ -48,12 +48,12 @@ class Map:
         return np.asarray(self.outcomes[..., np.argmin(np.abs(self.constants - 1.0))])
 
     @property
-    def always_settles(self) -> NDArray[np.bool_]:
+    def always_settles(self) -> Bools:
         """Where it settles with all constants, shape (n, m, k)."""
         return np.asarray((self.outcomes == SETTLED).all(axis=-1))
 
     @property
-    def fragile(self) -> NDArray[np.bool_]:
+    def fragile(self) -> Bools:
         """Where it settles with the constants as they are, but not with all, shape (n, m, k)."""
         return np.asarray((self.nominal == SETTLED) & ~self.always_settles)
 

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.arrays import Bools
+
 Outcomes = NDArray[np.int64]   # indices of the outcomes of a kind
 
 
@@ -26,7 +28,7 @@ class Row:
     along: Side
     cells: Mapping[str, Outcomes]   # outcomes by law, shape (down, along)
     # Cells that are marked, by law, shape (down, along)
-    dots: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    dots: Mapping[str, Bools] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate as estimate_offline
 from maglev.identification.identify import Identification, identify
@@ -19,7 +20,6 @@ from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, Value
 from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
 from maglev.procedures.rig_data import (
     EPSILON,
-    Array,
     Runs,
     column,
     estimate,

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
 from maglev.identification.predictions import equilibrium_currents
 from maglev.identification.rigs import Rig
@@ -12,7 +13,6 @@ from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
 from maglev.procedures.rig_data import (
     EPSILON,
-    Array,
     Runs,
     column,
     entry,

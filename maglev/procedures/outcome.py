@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from maglev.arrays import Array
 from maglev.schema.procedure import ProcedureSettings
 
-Values = Sequence[float] | NDArray[np.float64]
+Values = Sequence[float] | Array
 
 
 @dataclass(frozen=True)

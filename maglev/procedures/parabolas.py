@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.identification.predictions import fitted_parabola, row_of, thrust_of_parabola, thrust_shape
@@ -13,7 +14,6 @@ from maglev.identification.rigs import Rig
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from maglev.procedures.rig_data import (
     EPSILON,
-    Array,
     Runs,
     column,
     estimators,

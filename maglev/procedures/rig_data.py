@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig
@@ -15,7 +15,6 @@ from maglev.units import to_unit
 
 T = TypeVar("T")
 
-Array = NDArray[np.float64]
 Runs = Mapping[str, RunResult]   # runs that completed, by name
 
 EPSILON = 0.01   # s, of the estimates that the thesis goes on with

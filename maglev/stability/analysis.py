@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.errors import StabilityError
-from maglev.linear.model import Matrix
 from maglev.linear.parameters import Quantity
 from maglev.own_fmus import kind_folder
 from maglev.stability.axis_loop import axis_loop, rig_named
@@ -107,7 +107,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
             for name, each in certificates.items()))
 
 
-def flown(flights: list[Flights], axis: str, gains: Matrix, step: float) -> Flown:
+def flown(flights: list[Flights], axis: str, gains: Array, step: float) -> Flown:
     """Steps flown with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs

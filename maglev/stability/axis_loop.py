@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.loop import Loop, linearise_loop
-from maglev.linear.model import Matrix, equivalents, slowest_first
+from maglev.linear.model import equivalents, slowest_first
 from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import BLOCKS, Quantity, block_of
 from maglev.own_stage.adoption import rig_named as own_or_ours
@@ -69,20 +70,20 @@ class AxisLoop:
     axes: tuple[str, ...]
     states: tuple[str, ...]
     commands: tuple[tuple[str, ...], ...]
-    A: Matrix
-    B: Matrix
-    E: Matrix
-    w: Matrix
-    K: Matrix
-    at_step: Matrix
-    in_motion: Matrix
+    A: Array
+    B: Array
+    E: Array
+    w: Array
+    K: Array
+    at_step: Array
+    in_motion: Array
     sample_time: float
-    lower: Matrix
-    upper: Matrix
-    gains: Matrix
+    lower: Array
+    upper: Array
+    gains: Array
 
     @property
-    def limits(self) -> Matrix:
+    def limits(self) -> Array:
         """Deviations of the commands that both sides allow, A, shape (m,)."""
         return np.minimum(-self.lower, self.upper)
 
@@ -96,7 +97,7 @@ class AxisLoop:
         """Places of positions and velocities among the states."""
         return list(range(2 * len(self.axes)))
 
-    def injected(self, gains: Matrix) -> Matrix:
+    def injected(self, gains: Array) -> Array:
         """B + E Ec wᵀ with antiwindup gains Ec, shape (n, m)."""
         return np.asarray(self.B + np.outer(self.E @ gains, self.w))
 
@@ -171,7 +172,7 @@ def currents_of(rig: Rig, axis: str) -> list[str]:
     return [current for current, share in zip(rig.dq_names, shares, strict=True) if share != 0.0]
 
 
-def coupled(loop: Loop, rig: Rig, axis: str, commanded: Matrix) -> tuple[list[str], list[list[str]]]:
+def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str], list[list[str]]]:
     """The axes that an axis and the limits of its currents move, itself first, and the commands that are always alike.
 
     A current that the limit cuts off moves what it would have moved, whoever asked for it; several that are alike in
@@ -247,7 +248,7 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
     in_motion[[states.index(f"{axis}.{state}") for state in ("velocity", "observer.velocity")]] = 1.0
     # At a constant speed the low-passed position is behind by Ts/a1 when the next measurement comes.
     in_motion[states.index(f"{axis}.observer.position")] = -dt / block.observer.share1
-    at_step: Matrix = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
+    at_step: Array = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
     return AxisLoop(name, axis, rig.axes[rig.axis_names.index(axis)].unit("m"), tuple(axes), states,
                     tuple(tuple(each) for each in sets), (full - np.eye(n)) / dt, np.asarray(drive / dt + others),
                     inject[axis], weights[axis], k, at_step, in_motion, dt,

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from maglev.arrays import Array
 from maglev.errors import StabilityError
-from maglev.linear.model import Matrix
 from maglev.stability.axis_loop import AxisLoop
 
 # The optimum itself lies on the border of what the inequalities allow, where rounding decides: shares of its step with
@@ -42,22 +42,22 @@ class Certificate:
         V decreases by at least this share of itself and of Σ φ² T a second, 1/s.
     """
 
-    gains: Matrix
-    P: Matrix
-    G: Matrix
-    T: Matrix
+    gains: Array
+    P: Array
+    G: Array
+    T: Array
     step: float
     decrease: float
 
-    def level(self, states: Matrix) -> Matrix:
+    def level(self, states: Array) -> Array:
         """V of states, the columns of an array of shape (n, c): at most 1 inside."""
         return np.asarray(np.einsum("ic,ij,jc->c", states, self.P, states))
 
-    def section(self, directions: Matrix) -> Matrix:
+    def section(self, directions: Array) -> Array:
         """Shape matrix of the ellipse {c: V(directions c) ≤ 1} for two directions, shape (n, 2)."""
         return np.asarray(directions.T @ self.P @ directions)
 
-    def projection(self, first: int, second: int) -> Matrix:
+    def projection(self, first: int, second: int) -> Array:
         """Shape matrix of the ellipsoid's shadow on two states."""
         return np.asarray(np.linalg.inv(np.linalg.inv(self.P)[np.ix_([first, second], [first, second])]))
 
@@ -73,7 +73,7 @@ def solver() -> Any:
     return cvxpy
 
 
-def certify(loop: AxisLoop, gains: Matrix, decay: float = 0.0) -> Certificate:
+def certify(loop: AxisLoop, gains: Array, decay: float = 0.0) -> Certificate:
     """Find the ellipsoid with the largest step in it, with gains Ec of the antiwindup, shape (3,), zeros for none.
 
     V is to decrease at least as exp(−2 decay t), `decay` in 1/s. StabilityError if there is none, or cvxpy is missing.
@@ -90,7 +90,7 @@ def certify(loop: AxisLoop, gains: Matrix, decay: float = 0.0) -> Certificate:
                          f"decay than {decay:g} 1/s")
 
 
-def synthesise(loop: AxisLoop, decay: float) -> Matrix:
+def synthesise(loop: AxisLoop, decay: float) -> Array:
     """Antiwindup gains Ec, shape (3,), with the largest certified step at a rate of decay (1/s).
 
     S = 1/T is the same number of all commands that the antiwindup acts on, and Z = Ec S takes the place of the product:
@@ -114,20 +114,20 @@ class Scaled:
         modes = [part for value, vector in zip(values, vectors.T, strict=True) if value.imag >= 0.0
                  for part in ([vector.real, vector.imag] if value.imag > 0.0 else [vector.real])]
         rates = [abs(value) for value in values if value.imag >= 0.0 for _ in range(2 if value.imag > 0.0 else 1)]
-        basis: Matrix = np.array(modes, dtype=np.float64).T
+        basis: Array = np.array(modes, dtype=np.float64).T
         driven = np.linalg.solve(basis, np.column_stack([loop.B * loop.limits, self.STEP * loop.A @ loop.at_step]))
-        self.rates: Matrix = np.array(rates)   # 1/s, of the modes
+        self.rates: Array = np.array(rates)   # 1/s, of the modes
         sizes = np.linalg.norm(driven, axis=1) / self.rates
-        self.modes: Matrix = np.asarray(basis * sizes, dtype=np.float64)
-        self.back: Matrix = np.asarray(np.linalg.inv(self.modes), dtype=np.float64)
-        self.A: Matrix = self.back @ loop.A @ self.modes
+        self.modes: Array = np.asarray(basis * sizes, dtype=np.float64)
+        self.back: Array = np.asarray(np.linalg.inv(self.modes), dtype=np.float64)
+        self.A: Array = self.back @ loop.A @ self.modes
         # Currents in units of the limit.
         self.limits = loop.limits
-        self.B: Matrix = self.back @ loop.B * self.limits
-        self.E: Matrix = self.back @ loop.E
-        self.w: Matrix = loop.w * self.limits
-        self.K: Matrix = loop.K @ self.modes / self.limits[:, None]
-        self.at_step: Matrix = self.back @ loop.at_step * self.STEP
+        self.B: Array = self.back @ loop.B * self.limits
+        self.E: Array = self.back @ loop.E
+        self.w: Array = loop.w * self.limits
+        self.K: Array = loop.K @ self.modes / self.limits[:, None]
+        self.at_step: Array = self.back @ loop.at_step * self.STEP
         self.sample_time, self.name = loop.sample_time, loop.name
 
 
@@ -137,7 +137,7 @@ class Inequalities:
     `gains` are given, or looked for where None.
     """
 
-    def __init__(self, cvxpy: Any, scaled: Scaled, decay: float, gains: Matrix | None):
+    def __init__(self, cvxpy: Any, scaled: Scaled, decay: float, gains: Array | None):
         m, n = scaled.K.shape
         self.cvxpy, self.scaled, self.fixed = cvxpy, scaled, gains
         self.Q = cvxpy.Variable((n, n), symmetric=True)
@@ -199,24 +199,24 @@ class Inequalities:
             raise StabilityError(f"{self.scaled.name}: the inequalities are {problem.status}, expected a solution; "
                                  "try a smaller rate of decay")
 
-    def gains(self) -> Matrix:
+    def gains(self) -> Array:
         """Ec of the solution."""
         if self.fixed is not None:
             return self.fixed
         return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[np.argmax(np.abs(self.scaled.w))])
 
-    def values(self) -> tuple[Matrix, Matrix, Matrix]:
+    def values(self) -> tuple[Array, Array, Array]:
         """Q, Y and S of the solution."""
         return np.asarray(self.Q.value), np.asarray(self.Y.value), np.asarray(self.S.value)
 
 
-def certificate(loop: AxisLoop, scaled: Scaled, gains: Matrix, solution: tuple[Matrix, Matrix, Matrix], decay: float
+def certificate(loop: AxisLoop, scaled: Scaled, gains: Array, solution: tuple[Array, Array, Array], decay: float
                 ) -> Certificate | None:
     """Certificate of a solution if it is one, by eigenvalues and without the solver's word."""
     q, y, s = solution
     if s.min() <= 0.0 or np.linalg.eigvalsh(q)[0] <= 0.0:
         return None
-    p: Matrix = np.asarray(np.linalg.inv(q), dtype=np.float64)
+    p: Array = np.asarray(np.linalg.inv(q), dtype=np.float64)
     g = y @ p
     b = scaled.B + np.outer(scaled.E @ gains, scaled.w)
     decrease = decrease_of(scaled.A, b, g, p, 1.0 / s, scaled.sample_time, decay)
@@ -231,7 +231,7 @@ def certificate(loop: AxisLoop, scaled: Scaled, gains: Matrix, solution: tuple[M
                        float(1.0 / np.sqrt(loop.at_step @ original @ loop.at_step)), decrease)
 
 
-def decrease_of(a: Matrix, b: Matrix, g: Matrix, p: Matrix, t: Matrix, sample_time: float, decay: float) -> float:
+def decrease_of(a: Array, b: Array, g: Array, p: Array, t: Array, sample_time: float, decay: float) -> float:
     """Least decrease of V + 2 decay V + 2 φᵀ T (φ − G χ) for χᵀ P χ + φᵀ T φ = 1, 1/s; negative where it grows.
 
     Parameters

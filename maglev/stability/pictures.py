@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from maglev.linear.model import Matrix
+from maglev.arrays import Array
 from maglev.pictures import require_matplotlib
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import Certificate
@@ -68,7 +68,7 @@ def draw_plane(panel: Any, loop: AxisLoop, found: Certificate, color: str) -> No
               ylabel=f"velocity ({loop.unit}/s)")
 
 
-def ellipse(shape: Matrix, points: int = 200) -> Matrix:
+def ellipse(shape: Array, points: int = 200) -> Array:
     """Points c with cᵀ shape c = 1, shape (2, points)."""
     angle = np.linspace(0.0, 2.0 * np.pi, points)
     return np.asarray(np.linalg.solve(np.linalg.cholesky(shape).T, np.array([np.cos(angle), np.sin(angle)])))

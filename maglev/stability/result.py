@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from maglev.arrays import Array
 from maglev.errors import StabilityError
-from maglev.linear.model import Matrix
 from maglev.linear.text import aligned
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import LARGEST_STEP, Certificate
@@ -72,7 +72,7 @@ class Candidate:
     flown: Flown | None
 
     @property
-    def gains(self) -> Matrix:
+    def gains(self) -> Array:
         """Ec, shape (3,): m s²/A, m s/A, m/A."""
         return self.certificate.gains
 

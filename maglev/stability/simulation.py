@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array, Bools
 from maglev.errors import StabilityError
-from maglev.linear.model import Matrix
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import LARGEST_STEP, Certificate
 
@@ -31,9 +30,9 @@ class Response:
     """
 
     step: float
-    time: Matrix
-    position: Matrix
-    command: Matrix
+    time: Array
+    position: Array
+    command: Array
 
     @property
     def overshoot(self) -> float:
@@ -52,14 +51,14 @@ class Response:
 class Samples:
     """One sample of a loop after the other, of many states at a time."""
 
-    def __init__(self, loop: AxisLoop, gains: Matrix):
+    def __init__(self, loop: AxisLoop, gains: Array):
         if loop.sample_time <= 0.0:
             raise StabilityError(f"{loop.name}: sample_time = {loop.sample_time:g} s, expected a sampled loop")
         self.K, self.lower, self.upper = loop.K, loop.lower[:, None], loop.upper[:, None]
-        self.A: Matrix = np.eye(len(loop.A)) + loop.sample_time * loop.A
-        self.B: Matrix = loop.sample_time * loop.injected(gains)
+        self.A: Array = np.eye(len(loop.A)) + loop.sample_time * loop.A
+        self.B: Array = loop.sample_time * loop.injected(gains)
 
-    def after(self, states: Matrix) -> tuple[Matrix, Matrix]:
+    def after(self, states: Array) -> tuple[Array, Array]:
         """States after one sample, shape (n, c), and the limited commands, A, as deviations, shape (m, c)."""
         wanted = self.K @ states
         # np.clip takes five times as long for as few.
@@ -67,7 +66,7 @@ class Samples:
         return self.A @ states - self.B @ (wanted - command), command
 
 
-def comes_back(loop: AxisLoop, found: Certificate, states: Matrix) -> NDArray[np.bool_]:
+def comes_back(loop: AxisLoop, found: Certificate, states: Array) -> Bools:
     """Whether states, the columns of an array of shape (n, c), come back to rest: into the certified ellipsoid."""
     samples = Samples(loop, found.gains)
     back = np.zeros(states.shape[1], bool)
@@ -103,7 +102,7 @@ def largest_step(loop: AxisLoop, found: Certificate) -> float:
     return float(low)
 
 
-def respond(loop: AxisLoop, gains: Matrix, step: float) -> Response:
+def respond(loop: AxisLoop, gains: Array, step: float) -> Response:
     """Response of a loop to a step of its reference (m)."""
     samples, count = Samples(loop, gains), int(SHOWN / loop.sample_time)
     state = -step * loop.at_step[:, None]

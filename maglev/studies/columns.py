@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import inf, isnan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.judging.measures import measures
 from maglev.judging.metrics import Metrics, evaluate
@@ -55,8 +55,8 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
     return {**found, **steps}
 
 
-def known_values(plan: RunPlan, time: NDArray[np.float64],
-                 drives: Mapping[str, NDArray[np.float64]]) -> dict[str, tuple[float, str]]:
+def known_values(plan: RunPlan, time: Array,
+                 drives: Mapping[str, Array]) -> dict[str, tuple[float, str]]:
     """Named values of a flight that follows its references exactly: what can be measured, without a flight."""
     rest = np.zeros(len(time))
     columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}

@@ -11,14 +11,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.studies.columns import passed
 from maglev.studies.flying.samples import Flown, Job
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000
 METADATA = b"maglev"   # key of the schema's metadata, JSON
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.studies.schema import DISCRETE, MOST_SAMPLES, StudyFile, Varied
-
-Array = NDArray[np.float64]
 
 SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution has no end
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.cosim.master import whole_steps
 from maglev.errors import FmuError, ScenarioError, nearest
 from maglev.experiment.preparation import Experiment, is_foreign
@@ -23,8 +23,6 @@ from maglev.studies.flying.batches import Batch, batches_of
 from maglev.studies.flying.samples import Job
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
-
-Array = NDArray[np.float64]
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project

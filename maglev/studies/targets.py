@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import StartValue
@@ -28,7 +28,7 @@ class Target:
     low: float       # end of its range
     high: float
 
-    def values(self, column: NDArray[np.float64]) -> NDArray[np.float64]:
+    def values(self, column: Array) -> Array:
         """Its values, from those of the design's column."""
         if self.mode == "factor":
             return self.nominal * column
@@ -112,7 +112,7 @@ def bound(text: str | None, without: float) -> float:
     return without if text is None else float(text)
 
 
-def target_values(targets: Sequence[Target], design: NDArray[np.float64], origin: str) -> NDArray[np.float64]:
+def target_values(targets: Sequence[Target], design: Array, origin: str) -> Array:
     """Values of the targets, shape (number of samples, number of targets); ScenarioError if some are out of range."""
     values = np.column_stack([target.values(design[:, target.column]) for target in targets])
     for i, target in enumerate(targets):

@@ -4,11 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.studies.columns import Column
-
-Array = NDArray[np.float64]
 
 REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
 SMALLEST = 1e-6        # by which an excess is divided at least

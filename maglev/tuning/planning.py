@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.cosim.master import whole_steps
 from maglev.errors import ScenarioError
 from maglev.experiment.preparation import Experiment
@@ -18,8 +18,6 @@ from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.cost import Cost
 from maglev.tuning.schema import TuneFile
 from maglev.tuning.unknowns import Unknowns, unknowns_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

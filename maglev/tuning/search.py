@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from distributed import Client
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
+from maglev.arrays import Array
 from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, signal_of
 from maglev.studies.flying.batches import batches_of, fly_all
 from maglev.studies.flying.cluster import connected
@@ -19,7 +19,6 @@ from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
 
-Array = NDArray[np.float64]
 Watcher = Callable[[int, int], None]   # flights done, flights in all
 Say = Callable[[str], None]
 

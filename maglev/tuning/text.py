@@ -1,17 +1,15 @@
 """What a tuning found, for the terminal, and its gains as a file that a scenario extends."""
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Column, Table
 
+from maglev.arrays import Array
 from maglev.quantities import metric_text
 from maglev.studies.columns import EVENTS
 from maglev.tuning.cost import Cost
 from maglev.tuning.schema import TuneFile
 from maglev.tuning.search import Found
-
-Array = NDArray[np.float64]
 
 
 def gains_toml(tuning: TuneFile, found: Found) -> str:

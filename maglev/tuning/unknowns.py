@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.linear.design import gains_of
 from maglev.tuning.schema import TuneFile
-
-Array = NDArray[np.float64]
 
 DIGITS = 5   # of the parameters that are flown, and written: those of the published gains, and one more
 

@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from maglev.arrays import Array
 from pmlsm.rigs import RIGS
 from studies.estimation.evidence import Judged, residual
-from studies.estimation.fit import Array, Fit, fit
+from studies.estimation.fit import Fit, fit
 from studies.estimation.flights import fly_all, judge, prepare
 from studies.estimation.page import ScaleRow, best_scale, page, scale_row, write_between
 from studies.estimation.settings import FILE, Defaults, Rig, Settings, read_settings, times

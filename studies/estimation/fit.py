@@ -4,10 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-Array = NDArray[np.float64]
+from maglev.arrays import Array
 
 HIGHEST = 4.0                              # of u: four standard deviations of what was assumed
 PROFILE = (-2.0, -1.0, 1.0, 2.0)           # places of a profile, in deviations found

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from maglev.arrays import Array
 
 FILE = Path(__file__).with_name("estimation.toml")
 
@@ -54,12 +53,12 @@ class Rig:
     training: tuple[str, ...]
     parameters: tuple[Parameter, ...]
 
-    def defaults(self, u: NDArray[np.float64] | Sequence[float]) -> dict[str, float]:
+    def defaults(self, u: Array | Sequence[float]) -> dict[str, float]:
         """Defaults of variables at u, shape (parameters,)."""
         return {variable: parameter.value(float(each)) for parameter, each in zip(self.parameters, u, strict=True)
                 for variable in parameter.variables}
 
-    def following(self, u: NDArray[np.float64] | Sequence[float]) -> dict[str, float]:
+    def following(self, u: Array | Sequence[float]) -> dict[str, float]:
         """Values, at u, of variables that follow a parameter where a scenario gives them."""
         return {parameter.follows[0]: parameter.follows[1] * parameter.value(float(each))
                 for parameter, each in zip(self.parameters, u, strict=True) if parameter.follows is not None}

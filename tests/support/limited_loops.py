@@ -6,7 +6,7 @@ import numpy as np
 from motor import MOTOR
 
 from controller_fmu.regulator_3dof import Regulator3DOF
-from maglev.linear.model import Matrix
+from maglev.arrays import Array
 from maglev.stability.axis_loop import AxisLoop
 from pmlsm.gap_functions import gap_functions
 
@@ -27,8 +27,8 @@ def five_states(limit: float = 4.0) -> AxisLoop:
                           inject, -demand / thrust, 0.0, limit, THESIS)
 
 
-def of_one_command(name: str, states: tuple[str, ...], a: Matrix, b: Matrix, inject: Matrix, k: Matrix, dt: float,
-                   limit: float, gains: Matrix) -> AxisLoop:
+def of_one_command(name: str, states: tuple[str, ...], a: Array, b: Array, inject: Array, k: Array, dt: float,
+                   limit: float, gains: Array) -> AxisLoop:
     """Loop of x alone, whose first state is the error and whose second one is its rate."""
     at_step, in_motion = np.eye(max(2, len(a)))[:2, :len(a)]
     return AxisLoop(name, "x", "m", ("x",), states, (("i_q",),), a, b[:, None], inject, np.ones(1), k[None], at_step,

@@ -6,9 +6,10 @@ from typing import Any
 
 import dask
 
+from maglev.arrays import Array
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.samples import Array, Flown, Job, each_flown, gathered
+from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import StudyFile, read_study
 

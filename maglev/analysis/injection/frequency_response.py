@@ -19,10 +19,10 @@ from maglev.analysis.injection.multisine import Grid, crest_factor, make_grid, m
 from maglev.analysis.injection.response import FrequencyResponse
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.arrays import Array, Complex
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
-from maglev.linear.model import Complex, Matrix
 from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
 from maglev.units import parse_quantity, refused_as
 
@@ -156,7 +156,7 @@ def linear_loop_of(plant: str | Path, controller: str | Path | type, at: Mapping
     return found.loop, found.why_not
 
 
-def injected(rest: Rest, name: str, added: Matrix) -> tuple[Matrix, Matrix]:
+def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
     """Fly on with something added to a signal (m or rad): what came back, −y, and what was measured, shapes (samples,).
 
     As deviations from where it rested.
@@ -175,7 +175,7 @@ def injected(rest: Rest, name: str, added: Matrix) -> tuple[Matrix, Matrix]:
     return -true, true + added * float(read @ changed)
 
 
-def spectra(grid: Grid, returned: Matrix, measured: Matrix, lead: int, periods: int) -> tuple[Complex, Complex]:
+def spectra(grid: Grid, returned: Array, measured: Array, lead: int, periods: int) -> tuple[Complex, Complex]:
     """Spectra at the lines, shape (multisines · periods, lines), of the periods after the lead of each multisine."""
     found = []
     for signal in (returned, measured):

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import LinearModelError
-
-Rows = NDArray[np.float64]
 
 CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
 CLIPPINGS = 40
@@ -28,7 +26,7 @@ class Grid:
         return self.samples * self.step
 
     @property
-    def frequencies(self) -> Rows:
+    def frequencies(self) -> Array:
         """Of the lines, rad/s, shape (lines,)."""
         return 2.0 * pi / self.period * np.array(self.harmonics)
 
@@ -47,7 +45,7 @@ def make_grid(lowest: float, highest: float, lines: int, step: float) -> Grid:
     return Grid(samples, tuple(np.unique(np.geomspace(1, max(most, 1), lines).round().astype(int)).tolist()), step)
 
 
-def multisine(grid: Grid, peak: float, seed: int) -> Rows:
+def multisine(grid: Grid, peak: float, seed: int) -> Array:
     """One period, shape (samples,), of lines with one amplitude and random phases, scaled to a peak.
 
     The phases are improved by clipping (van der Ouderaa, Schoukens, Renneboog, IEEE Trans. Instrum. Meas. 37, 1988):
@@ -66,13 +64,13 @@ def multisine(grid: Grid, peak: float, seed: int) -> Rows:
     return np.asarray(peak / np.abs(best).max() * best)
 
 
-def sum_of(grid: Grid, phases: Rows) -> Rows:
+def sum_of(grid: Grid, phases: Array) -> Array:
     """One period of sines, shape (samples,)."""
     spectrum = np.zeros(grid.samples // 2 + 1, dtype=complex)
     spectrum[list(grid.harmonics)] = np.exp(1j * phases)
     return np.fft.irfft(spectrum, grid.samples) * grid.samples / 2.0
 
 
-def crest_factor(signal: Rows) -> float:
+def crest_factor(signal: Array) -> float:
     """Peak over root mean square."""
     return float(np.abs(signal).max() / np.sqrt(np.mean(signal ** 2)))

@@ -4,15 +4,16 @@ from typing import Any
 
 import numpy as np
 
+from maglev.arrays import Array, Complex
 from maglev.linear.margins import frequencies_of
-from maglev.linear.model import Complex, LinearModel, Matrix
+from maglev.linear.model import LinearModel
 from maglev.pictures import FAINT, require_matplotlib
 
 FLOWN = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
 LINEAR = {"linewidth": 1.0, "color": "0.45"}
 
 
-def response_figure(title: str, lines: Matrix, loop: Complex, error: Matrix, coherence: Matrix,
+def response_figure(title: str, lines: Array, loop: Complex, error: Array, coherence: Array,
                     opened: LinearModel | None) -> Any:
     """Figure with gain, phase, sensitivity and coherence of a loop at lines (rad/s); opened is the linear one.
 

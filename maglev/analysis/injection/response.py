@@ -10,10 +10,11 @@ from scipy.interpolate import CubicSpline
 
 from maglev.analysis.injection.multisine import Grid
 from maglev.analysis.injection.pictures import response_figure
+from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins, margins_between, margins_of
-from maglev.linear.model import Complex, Equilibrium, Matrix, python_control
+from maglev.linear.model import Equilibrium, python_control
 from maglev.linear.text import aligned
 
 FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
@@ -62,12 +63,12 @@ class FrequencyResponse:
     periods: int
     returned: Complex
     measured: Complex
-    coherence: Matrix
+    coherence: Array
     linear: Loop | None
     why_not: str
 
     @property
-    def frequencies(self) -> Matrix:
+    def frequencies(self) -> Array:
         """Lines, rad/s, shape (lines,)."""
         return self.grid.frequencies
 
@@ -77,10 +78,10 @@ class FrequencyResponse:
         return np.asarray(self.returned.mean(axis=0) / self.measured.mean(axis=0))
 
     @property
-    def error(self) -> Matrix:
+    def error(self) -> Array:
         """Standard error of L, shape (lines,): of its mean over the multisines, by leaving out one at a time."""
         left_out = np.array([returned.mean(axis=0) / measured.mean(axis=0) for returned, measured in self.rest()])
-        found: Matrix = jackknife(left_out)
+        found: Array = jackknife(left_out)
         return found
 
     def rest(self) -> list[tuple[Complex, Complex]]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from controller_fmu.internal_model import OscillatorStep
-from maglev.linear.model import Matrix
+from maglev.arrays import Array
 
 INPUTS = ("reference", "reference_rate", "measured")
 REFERENCE, RATE, MEASURED = range(3)
@@ -20,13 +20,13 @@ class AxisLaw:
     """
 
     states: dict[str, str]   # names of the n states in the block of the axis, with their units
-    A: Matrix                # shape (n, n)
-    B: Matrix                # shape (n, 3)
-    C: Matrix                # shape (1, n)
-    D: Matrix                # shape (1, 3)
+    A: Array                 # shape (n, n)
+    B: Array                 # shape (n, 3)
+    C: Array                 # shape (1, n)
+    D: Array                 # shape (1, 3)
 
 
-def observer(filters: Any, sample_time: float) -> tuple[Matrix, Matrix]:
+def observer(filters: Any, sample_time: float) -> tuple[Array, Array]:
     """A and B of the states l and v̂ of the velocity observer (Fig. 4.7), shapes (2, 2) and (2, 3).
 
     l⁺ = l + a1 (y − l), v̂⁺ = v̂ + a2 (a1 (y − l)/Ts − v̂).

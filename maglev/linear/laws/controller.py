@@ -8,9 +8,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from controller_fmu.linearisation import Linearisation
+from maglev.arrays import Array
 from maglev.errors import LinearModelError
 from maglev.linear.laws.axis_laws import INPUTS, output_regulator, pid
-from maglev.linear.model import Equilibrium, LinearModel, Matrix
+from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.motors.forces import MotorForces
 from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import prepare
@@ -23,10 +24,10 @@ class Seen:
     """What a controller takes from its k inputs."""
 
     inputs: dict[str, str]   # names and units
-    references: Matrix       # shape (axes, k)
-    rates: Matrix            # shape (axes, k)
-    measured: Matrix         # shape (axes, k); tilts and the gap at the centre are fitted to the gaps at the motors
-    gaps: Matrix             # shape (motors, k)
+    references: Array        # shape (axes, k)
+    rates: Array             # shape (axes, k)
+    measured: Array          # shape (axes, k); tilts and the gap at the centre are fitted to the gaps at the motors
+    gaps: Array              # shape (motors, k)
 
     @classmethod
     def of(cls, rig: Rig, places: MotorPlaces) -> "Seen":
@@ -38,7 +39,7 @@ class Seen:
         at_motors = [f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations]
         inputs |= dict.fromkeys(at_motors, "m")
 
-        def picked(names: Sequence[str]) -> Matrix:
+        def picked(names: Sequence[str]) -> Array:
             return np.array([[float(name == each) for each in inputs] for name in names])
 
         references, rates = (picked([f"{axis}.{kind}" for axis in rig.axis_names]) for kind in INPUTS[:2])
@@ -74,7 +75,7 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
                        {**states, **seen.inputs, **dict.fromkeys(commands, "A")}, block.sample_time, at)
 
 
-def current_law(name: str, rig: Rig, block: Any, at: Equilibrium) -> tuple[Matrix, Matrix, Matrix]:
+def current_law(name: str, rig: Rig, block: Any, at: Equilibrium) -> tuple[Array, Array, Array]:
     """How i_d and i_q of each motor follow from what the axes ask for, from the gaps and from the references.
 
     Shapes (2 motors, axes), (2 motors, motors), (2 motors, axes). What a regulator's axes ask for are accelerations w.

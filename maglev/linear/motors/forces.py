@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from maglev.linear.motors.places import Matrix, MotorPlaces
+from maglev.arrays import Array
+from maglev.linear.motors.places import MotorPlaces
 from plant_fmu.attraction import attraction_factor
 from plant_fmu.magnets import magnet_strength
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
@@ -48,11 +49,11 @@ class MotorForces:
                    tuple(thrust * strength for motor in rig.motors for thrust in values(motor.drives)),
                    block.geometry, MotorPlaces.of(rig, block), getattr(block, "attraction_modulation", 0.0))
 
-    def accelerations(self, positions: Sequence[float], currents: Matrix) -> Matrix:
+    def accelerations(self, positions: Sequence[float], currents: Array) -> Array:
         """Accelerations of the axes (m/s²), shape (axes,), with i_d and i_q of each motor in turn (A)."""
         return np.asarray(self.places.effects @ self.of_motors(positions, currents)[0])
 
-    def slopes(self, positions: Sequence[float], currents: Matrix) -> tuple[Matrix, Matrix]:
+    def slopes(self, positions: Sequence[float], currents: Array) -> tuple[Array, Array]:
         """Derivatives of the accelerations with respect to positions and currents.
 
         Parameters
@@ -74,7 +75,7 @@ class MotorForces:
         effects = self.places.effects
         return effects @ (by_gap[:, None] * gaps + by_slot[:, None] * slots), effects @ by_current
 
-    def of_motors(self, positions: Sequence[float], currents: Matrix) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    def of_motors(self, positions: Sequence[float], currents: Array) -> tuple[Array, Array, Array, Array]:
         """Vertical and horizontal acceleration by each motor in turn, f, with its derivatives.
 
         Returns

@@ -5,28 +5,26 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from pmlsm.rig import Rig
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class MotorPlaces:
     """Matrices of the motors' places, with n axes and m motors."""
 
-    gaps: Matrix    # J, (m, n): derivatives of the motors' air gaps with respect to the positions
-    along: Matrix   # J, (m, n): derivatives of their displacements
+    gaps: Array    # J, (m, n): derivatives of the motors' air gaps with respect to the positions
+    along: Array   # J, (m, n): derivatives of their displacements
     # (m, n), of the displacement along which the slots modulate the attraction: where no platform tilts, of the first
     # horizontal axis; otherwise of the motor's own.
-    slots: Matrix
+    slots: Array
     # (n, 2 m): accelerations of the axes, at nominal masses, by those that motors give the vertical axis and the one
     # that they drive, motor by motor.
-    effects: Matrix
+    effects: Array
     # (2 m, n): currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over
     # the platform, and one for the motors of each horizontal axis.
-    even: Matrix
+    even: Array
 
     @classmethod
     def of(cls, rig: Rig, block: Any = None) -> "MotorPlaces":
@@ -41,7 +39,7 @@ class MotorPlaces:
         masses = [getattr(block, axis).nominal_mass for axis in rig.axis_names]
         return cls.at(rig, [getattr(block, f"{name}_mount") for name in names], block.height, masses)
 
-    def measuring(self, rig: Rig) -> Matrix:
+    def measuring(self, rig: Rig) -> Array:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
         if not rig.rotations:
             return np.eye(len(rig.axes))

@@ -8,17 +8,14 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment
 from maglev.studies.flying.other_process import each_flown_apart
 from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
-
-Array = NDArray[np.float64]
 
 
 @cache

@@ -5,10 +5,9 @@ from contextlib import suppress
 from itertools import islice
 from typing import NamedTuple
 
-import numpy as np
 from distributed import Client, Future, KilledWorker, as_completed
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
 from maglev.studies.flying.batch import StudyFiles, files_of, fly_batch
 from maglev.studies.flying.samples import Flown, Job, Sample, failed, gathered
@@ -41,7 +40,7 @@ def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
             for number, first in enumerate(range(0, samples, size))]
 
 
-def fly_all(client: Client, job: Job, batches: list[Batch], values: NDArray[np.float64], store: Store) -> None:
+def fly_all(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches and store each as it is done; `values` are those of the targets by sample.
 
     A batch whose worker dies is flown again elsewhere. One that took several workers with it is flown sample by sample,
@@ -61,7 +60,7 @@ def fly_all(client: Client, job: Job, batches: list[Batch], values: NDArray[np.f
             client.unregister_worker_plugin(plugin.name)
 
 
-def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: NDArray[np.float64],
+def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array,
                 store: Store) -> Iterator[Batch]:
     """Fly batches, a bounded number at a time; gives those whose workers died again and again."""
     waiting = iter(batches)
@@ -89,7 +88,7 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: NDArr
             client.cancel(list(under_way))
 
 
-def submit(client: Client, plugin: str, batch: Batch, values: NDArray[np.float64]) -> Future[Flown]:
+def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[Flown]:
     """Give a batch to the cluster."""
     # Not pure: a batch that was cancelled is not to be found again.
     return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], pure=False, retries=1)
@@ -106,7 +105,7 @@ def result(future: Future[Flown]) -> Flown:
     return found
 
 
-def alone(client: Client, plugin: str, number: int, values: NDArray[np.float64], job: Job) -> Sample:
+def alone(client: Client, plugin: str, number: int, values: Array, job: Job) -> Sample:
     """Fly one sample with nothing else under way: if workers die now, they die of it."""
     future = submit(client, plugin, Batch(0, number, number + 1), values)
     try:

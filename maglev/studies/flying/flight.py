@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.schema.settings import REFERENCE, start_values, with_references
@@ -52,7 +52,7 @@ class Flight:
             self.redriven = False
         return self.master
 
-    def fly(self, changes: Changes) -> tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]]]:
+    def fly(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
         """Fly with other values.
 
         Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next flight overwrites. MaglevError

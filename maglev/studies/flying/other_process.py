@@ -3,9 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
+from maglev.arrays import Array
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError
 from maglev.processes.beside import Gone, Send
@@ -15,7 +13,7 @@ STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for
 FLIGHTS = 2             # of a sample whose process dies: the first time it may be want of memory
 
 
-def each_flown_apart(job: Job, values: NDArray[np.float64], limit: float) -> Iterator[Sample]:
+def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
     """Fly samples in a process beside this one, and in another after each that takes longer than `limit`, s.
 
     MaglevError if the FMUs cannot be loaded.
@@ -43,7 +41,7 @@ def each_flown_apart(job: Job, values: NDArray[np.float64], limit: float) -> Ite
                 done, deaths = done + 1, 0
 
 
-def fly(job: Job, values: NDArray[np.float64], send: Send) -> None:
+def fly(job: Job, values: Array, send: Send) -> None:
     """Fly samples in this process, and send first that the FMUs are loaded, then each sample."""
     for sample in each_flown(job, values, partial(send, None)):
         send(sample)

@@ -6,8 +6,8 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
 from maglev.judging.metrics import evaluate
@@ -15,8 +15,6 @@ from maglev.judging.windings import phase_resistances
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
 from maglev.studies.targets import Target
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.report.plots.static import labels
 from maglev.studies.page.sensitivity import Indices
 
@@ -15,7 +15,7 @@ MOST_BARS = 20
 ROW, NAMES, SPAN = 17, 150, 330   # units of the indices: of a bar, of the names before the bars, and of an index of 1
 
 
-def histogram(name: str, unit: str, values: NDArray[np.float64], limits: Mapping[str, float]) -> str:
+def histogram(name: str, unit: str, values: Array, limits: Mapping[str, float]) -> str:
     """Histogram of a metric as SVG, all in one unit: bars, those beyond a limit striped, and the limits.
 
     What is infinite is in no bar; how many these are stands below.

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Column, Table
 
+from maglev.arrays import Array, Bools
 from maglev.quantities import metric_text
 from maglev.studies.page.again import command_of
 
@@ -36,7 +36,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
                       highlight=False, soft_wrap=True)
 
 
-def metrics_of(table: pa.Table) -> list[tuple[str, str, NDArray[np.float64]]]:
+def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:
     """Names, units and values, without those that were not measured, of the metrics that are numbers."""
     found = []
     for field in table.schema:
@@ -51,7 +51,7 @@ def units_of(table: pa.Table) -> dict[str, str]:
     return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
 
 
-def beyond_limits(values: NDArray[np.float64], about: Mapping[str, Any], name: str) -> NDArray[np.bool_]:
+def beyond_limits(values: Array, about: Mapping[str, Any], name: str) -> Bools:
     """Which values of a metric are beyond its limits; one that was not measured, NaN, is not."""
     limits = about["limits"].get(name, {})
     low, high = limits.get("min"), limits.get("max")

@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
+from maglev.arrays import Array, Bools
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
 from maglev.studies.page.text import beyond_limits, limits_text, units_of
 from maglev.units import known_unit, to_unit
-
-Bools = NDArray[np.bool_]
 
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
@@ -58,7 +56,7 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
     return sorted((each["name"] for each in about["vary"]), key=lambda name: -apart(name))
 
 
-def numbers(table: pa.Table, name: str) -> NDArray[np.float64]:
+def numbers(table: pa.Table, name: str) -> Array:
     """A column as numbers, shape (samples,); NaN where nothing was measured."""
     return np.array(table[name].to_pylist(), dtype=np.float64)
 
@@ -86,7 +84,7 @@ def nearest_words(share: float, name: str) -> str:
     return f"; nearest to its limit comes {escape(name)}, with {100.0 * share:.0f} % of it." if name else "."
 
 
-def edges(values: NDArray[np.float64], passed: Bools, unit: str) -> tuple[str, str, str]:
+def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     """Range of values that were flown, at which values all samples pass, and at which all fail; in one unit."""
     shown = common_unit(values.tolist(), unit)
     flown, place, samples = np.unique(values, return_inverse=True, return_counts=True)
@@ -116,7 +114,7 @@ def outer(inside: Bools) -> Bools:
     return np.logical_and.accumulate(inside) | np.logical_and.accumulate(inside[::-1])[::-1]
 
 
-def least_and_largest(name: str, values: NDArray[np.float64], unit: str) -> list[str]:
+def least_and_largest(name: str, values: Array, unit: str) -> list[str]:
     """Least, median and largest value of a metric, in one unit."""
     shown = common_unit(values.tolist(), unit)
     return [f"{to_unit(value, shown):.4g} {shown}".rstrip() if np.isfinite(value) and known_unit(shown)
