@@ -66,7 +66,7 @@ def read_guesses(texts: list[str]) -> dict[str, str]:
 
 def show(console: Console, found: "Identification") -> None:
     """Print constants, rows and warnings."""
-    from maglev.identification.replay import HORIZON
+    from maglev.identification.identify import HORIZON
 
     recording, estimate = found.recording, found.estimate
     length = recording.time[-1] - recording.time[0]

@@ -1,17 +1,16 @@
-"""What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, failure."""
+"""What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, losses, failure."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
-
 import numpy as np
-
 from maglev.arrays import Array
 from maglev.errors import MeasurementError, nearest
-from maglev.judging.windings import winding_of
 from maglev.schema.run_plan import RunPlan
 from plant_fmu.winding import COPPER
+from collections.abc import Mapping
+from maglev.schema.run_plan import Motor, RunPlan
 
 STEADY_SHARE = 0.1      # of a window, at its end
 TRANSIENT = 1.1         # times the steady peak of the tracking error; what is beyond belongs to the transient
@@ -332,3 +331,26 @@ def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequenc
 def integral(time: Array, values: Array) -> float:
     """Integral over time (s) by the trapezoidal rule."""
     return float(np.sum((values[1:] + values[:-1]) * np.diff(time)) / 2.0)
+
+
+def winding_of(motor: Motor) -> str:
+    """What the plant calls the winding of a motor, such as "plant.alpha.winding", by its currents."""
+    return f"{motor.currents[0].rpartition('.')[0]}.winding" if motor.currents else ""
+
+
+def phase_resistances(plan: RunPlan, settings: Mapping[str, Any] | None = None) -> dict[str, float]:
+    """Resistance of a phase (ohm, cold) of each motor of which it is known.
+
+    By what a sample of a study sets, `fmu.variable`, or else by the scenario's start values, or by the description of
+    the stage; a plant that was put in and has no such parameter is taken for that stage.
+    """
+    described = {motor.name: motor.winding.resistance for motor in plan.rig.motors} if plan.rig is not None else {}
+    found = {}
+    for name, motor in plan.motors.items():
+        full = f"{winding_of(motor)}.resistance"
+        fmu, _, variable = full.partition(".")
+        start = plan.fmus[fmu].start.get(variable) if fmu in plan.fmus else None
+        value = (settings or {}).get(full, start.value if start is not None else described.get(name))
+        if motor.currents and value is not None:
+            found[name] = float(value)
+    return found

@@ -8,12 +8,11 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate as estimate_offline
-from maglev.identification.identify import Identification, identify
+from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.predictions import equilibrium_currents, row_of, thrust_shape
 from maglev.identification.recording import Recording
 from maglev.identification.rigs import Rig, regressors
 from maglev.identification.settings import METHODS
-from maglev.identification.velocity import observed
 from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable

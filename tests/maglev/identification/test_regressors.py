@@ -9,8 +9,8 @@ from identification_data import new_blocks
 from motor import MOTOR
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
+from maglev.identification.identify import matched, observed
 from maglev.identification.rigs import RIGS, accelerations, regressors, shape_functions
-from maglev.identification.velocity import matched, observed
 from pmlsm.gap_functions import gap_functions
 
 
