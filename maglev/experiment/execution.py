@@ -19,10 +19,9 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging.measures import measures, measures_data
-from maglev.judging.metrics import Metrics, evaluate, metrics_data
+from maglev.judging.metrics import Metrics, evaluate, metrics_data, phase_resistances
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
-from maglev.judging.windings import phase_resistances
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole

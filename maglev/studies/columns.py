@@ -10,8 +10,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.judging.measures import measures
-from maglev.judging.metrics import Metrics, evaluate
-from maglev.judging.windings import phase_resistances
+from maglev.judging.metrics import Metrics, evaluate, phase_resistances
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit

@@ -10,8 +10,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import evaluate
-from maglev.judging.windings import phase_resistances
+from maglev.judging.metrics import evaluate, phase_resistances
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
 from maglev.studies.targets import Target

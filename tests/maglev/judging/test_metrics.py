@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
 from maglev.judging.measures import measures
-from maglev.judging.metrics import evaluate, settling_time, step_samples
-from maglev.judging.windings import phase_resistances, winding_of
+from maglev.judging.metrics import evaluate, phase_resistances, settling_time, step_samples, winding_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import Axis, MetricSettings, Motor, StartValue
 
