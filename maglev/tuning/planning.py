@@ -1,15 +1,16 @@
 """A tuning made ready: what it looks for and what that costs; what would be refused is refused before a flight."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-import numpy as np
-from maglev.arrays import Array
-from maglev.linear.design import gains_of
-from maglev.tuning.schema import TuneFile
 from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from maglev.arrays import Array
 from maglev.cosim.master import whole_steps
 from maglev.errors import ScenarioError
 from maglev.experiment.preparation import Experiment
+from maglev.linear.design import gains_of
 from maglev.studies.columns import Column, columns_of, known_values, meant
 from maglev.studies.design import samples
 from maglev.studies.flying.batch import code_of_package
@@ -18,6 +19,9 @@ from maglev.studies.planning import key_of, limit_of
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.cost import Cost
+from maglev.tuning.schema import Range, TuneFile
+
+Ends = tuple[float, float]   # of a range
 
 DIGITS = 5   # of the parameters that are flown, and written: those of the published gains, and one more
 
@@ -28,6 +32,7 @@ class PlacedPoles:
 
     axes: tuple[str, ...]
     omega0: float   # rad/s
+    bounds: tuple[Ends, ...]
 
     @property
     def names(self) -> list[str]:
@@ -45,19 +50,17 @@ class PlainParameters:
     """Parameters that take the number itself."""
 
     names: list[str]
+    bounds: tuple[Ends, ...]
 
     def parameters(self, numbers: Sequence[float]) -> list[float]:
-        number, = numbers
-        return [number] * len(self.names)
+        return [*numbers] * len(self.names)
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """All that a search looks for."""
+    """All that a search looks for, by what makes parameters of numbers."""
 
-    parts: tuple[PlacedPoles | PlainParameters, ...]   # what makes parameters of numbers
-    lows: tuple[tuple[float, ...], ...]                # lower ends of the ranges of the numbers of each part
-    highs: tuple[tuple[float, ...], ...]               # upper ends
+    parts: tuple[PlacedPoles | PlainParameters, ...]
 
     @property
     def names(self) -> list[str]:
@@ -65,35 +68,29 @@ class Unknowns:
         return [name for part in self.parts for name in part.names]
 
     @property
-    def bounds(self) -> list[tuple[float, float]]:
-        return [pair for lows, highs in zip(self.lows, self.highs, strict=True)
-                for pair in zip(lows, highs, strict=True)]
+    def bounds(self) -> list[Ends]:
+        """Ends of the ranges of the numbers."""
+        return [ends for part in self.parts for ends in part.bounds]
 
     def parameters(self, numbers: Array) -> Array:
         """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
-        found: list[float] = []
-        start = 0
-        for part, lows in zip(self.parts, self.lows, strict=True):
-            found += part.parameters(numbers[start:start + len(lows)].tolist())
-            start += len(lows)
+        waiting = iter(numbers.tolist())
+        found = [value for part in self.parts for value in part.parameters([*islice(waiting, len(part.bounds))])]
         return np.array([float(f"{value:.{DIGITS}g}") for value in found])
 
 
 def unknowns_of(tuning: TuneFile, omega0: dict[str, float]) -> Unknowns:
     """What a tuning file searches; `omega0` are the frequencies of the internal models by FMU, rad/s."""
     parts: list[PlacedPoles | PlainParameters] = []
-    lows: list[tuple[float, ...]] = []
-    highs: list[tuple[float, ...]] = []
     for poles in tuning.poles:
-        parts.append(PlacedPoles(tuple(poles.of), omega0[poles.of[0].partition(".")[0]]))
-        for ends, found in (("low", lows), ("high", highs)):
-            rate, damping = (float(getattr(each, ends).value) for each in (poles.rate, poles.damping))
-            found.append((rate, rate, damping, rate, damping))
-    for searched in tuning.search:
-        parts.append(PlainParameters(list(searched.set)))
-        lows.append((float(searched.low.value),))
-        highs.append((float(searched.high.value),))
-    return Unknowns(tuple(parts), tuple(lows), tuple(highs))
+        rate, damping = ends_of(poles.rate), ends_of(poles.damping)
+        parts.append(PlacedPoles(tuple(poles.of), omega0[poles.of[0].partition(".")[0]],
+                                 (rate, rate, damping, rate, damping)))
+    return Unknowns((*parts, *(PlainParameters(each.set, (ends_of(each),)) for each in tuning.search)))
+
+
+def ends_of(searched: Range) -> Ends:
+    return float(searched.low.value), float(searched.high.value)
 
 
 @dataclass(frozen=True)

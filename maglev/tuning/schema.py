@@ -47,12 +47,10 @@ class Poles(Table):
         return self
 
 
-class Searched(Table):
+class Searched(Range):
     """One or several parameters that take one value, which is searched."""
 
     set: Annotated[list[str], Field(min_length=1)]
-    low: Quantity
-    high: Quantity
 
 
 class TuneFile(Table):

@@ -84,6 +84,7 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
     ({"search": [{**START, "set": ["plant.h.positon_start"]}]}, "nearest is 'h.position_start'"),
     ({"search": [{**START, "set": ["plant.h.mass"]}]}, "plant.h.mass: 1 of 2 samples are out of range"),
     ({"search": [START, START]}, "plant.h.position_start is set twice"),
+    ({"search": [{**START, "low": "1 mm"}]}, "expected more than low = 1 mm"),
     ({"search": [START], "vary": [FRICTION]}, "expected grid or list in a design of kind 'grid'"),
     ({"search": [START], "fresh": 3}, "expected [[vary]] with a [design]"),
     ({"search": [START], "minimise": ["rms eror of h"]}, "nearest is 'rms error of h'"),

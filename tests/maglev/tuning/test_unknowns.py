@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.linear.design import gains_of, regulator_polynomial
+from maglev.tuning.planning import PlacedPoles, unknowns_of
 from maglev.tuning.schema import read_tuning
-from maglev.tuning.unknowns import PlacedPoles, unknowns_of
 
 OMEGA0 = 1.5 * np.pi
 TABLE = {"name": "tuning", "scenario": "tiny.toml", "minimise": ["overshoot"]}
@@ -26,7 +26,7 @@ def test_gains_place_the_poles(rates: list[float], omega0: float) -> None:
 def test_the_published_gains_come_of_their_poles() -> None:
     """(5.14): -5, -6, -7, -8, -9 are a real pole and the pairs of -6, -7 and of -8, -9."""
     numbers = (5.0, np.sqrt(42.0), 13.0 / (2.0 * np.sqrt(42.0)), np.sqrt(72.0), 17.0 / (2.0 * np.sqrt(72.0)))
-    found = PlacedPoles(("controller.x", "controller.z"), OMEGA0).parameters(numbers)
+    found = PlacedPoles(("controller.x", "controller.z"), OMEGA0, ()).parameters(numbers)
     assert found == pytest.approx(2 * [-463.0, -35.0, -15121.0, -997.0, -2548.0], rel=1e-3)
 
 
