@@ -46,8 +46,7 @@ if TYPE_CHECKING:
     from maglev.linear.loop import linearise_loop
     from maglev.live.page import write_live
     from maglev.own_stage.adoption import know_stage
-    from maglev.own_stage.new import new_stage
-    from maglev.own_stage.new_scenario import new_scenario
+    from maglev.own_stage.new import new_scenario, new_stage
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
     from maglev.studies.new import new_study
@@ -65,7 +64,7 @@ PLACES = {
     "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
-    "new_scenario": "maglev.own_stage.new_scenario", "new_stage": "maglev.own_stage.new",
+    "new_scenario": "maglev.own_stage.new", "new_stage": "maglev.own_stage.new",
     "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
     "region": "maglev.stability.analysis", "run": "maglev.api.running",
     "run_all": "maglev.api.running",

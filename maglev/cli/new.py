@@ -51,7 +51,7 @@ def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file
     `maglev run mine.toml --plot`
     """
     with one_line_errors(debug):
-        from maglev.own_stage.new_scenario import new_scenario
+        from maglev.own_stage.new import new_scenario
 
         file = new_scenario(path, stage)
         typer.echo(f"{file}: flies with `maglev run {file} --plot`")

@@ -1,12 +1,19 @@
-"""A stage to begin with: a commented description, and a scenario of set-points beside it."""
+"""What a user begins with, as files: a stage with a scenario beside it, a scenario, the text of a study."""
 
 from pathlib import Path
 
-from maglev.errors import RigError, nearest
-from maglev.own_stage.new_scenario import file_named, write_new
+from maglev.errors import MaglevError, RigError, nearest
+from maglev.own_stage.adoption import OWN, rig_named
 from maglev.own_stage.reading import read_own
-from maglev.own_stage.template import scenario_text, stage_text
+from maglev.rig.writer import render
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
 from pmlsm.rigs import EXAMPLE, RIGS
+
+# Set-points of the scenario, as shares of the way from the start to the nearer stop, for every axis in turn; of a tilt
+# that of the outermost motor.
+SHARES = ((0.0, 0.2, -0.2, 0.1), (0.0, 0.08, -0.08, 0.12), (0.0, -0.08, 0.08, -0.12), (0.0, 0.1, -0.1, 0.05),
+          (0.0, -0.1, 0.05, 0.1))
 
 
 def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
@@ -46,3 +53,94 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
         file.unlink()
         raise
     return file, scenario
+
+
+def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
+    """Write a scenario that flies, to begin with; nothing is overwritten.
+
+    Parameters
+    ----------
+    path : path
+        The file, NAME or NAME.toml; the run in it is named after it.
+    stage : str or path
+        Name of a rig, or the description of a stage of yours, NAME.toml.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    RigError
+        If the file is there already, or its name or the stage is no such thing.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> maglev.new_scenario("mine.toml", stage="2dof").name
+    'mine.toml'
+    """
+    rig = rig_named(str(stage))
+    file, own = toml_file(path), None
+    if rig.name in OWN:
+        description = Path(stage).absolute()
+        own = description.name if description.parent == file.absolute().parent else str(description)
+    write_new(file, scenario_text(rig, file, own, more=True))
+    return file
+
+
+def toml_file(path: str | Path) -> Path:
+    """File NAME.toml by its path or by NAME; RigError of a name after which no run can be named."""
+    file = file_named(path, ".toml")
+    if not file.stem.replace("-", "_").replace(".", "_").isidentifier() or not file.stem.isascii():
+        raise RigError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
+    return file
+
+
+def file_named(path: str | Path, suffix: str) -> Path:
+    """A new file by its path, with its suffix or without."""
+    return Path(path) if Path(path).suffix == suffix else Path(f"{path}{suffix}")
+
+
+def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> None:
+    """Write a new file; an error if it is there already, or has no folder."""
+    if not file.parent.is_dir():
+        raise error(f"{file}: there is no folder {file.parent}, expected one")
+    try:
+        with file.open("x", encoding="utf-8", newline="\n") as written:
+            written.write(text)
+    except FileExistsError:
+        raise error(f"{file}: it is there already, expected the name of a new file") from None
+
+
+def stage_text(rig: Rig, file: Path) -> str:
+    """Text of a description that begins as a rig is; a first motor's numbers are those of all."""
+    motor, first, vertical, stage = rig.motor(), rig.horizontal[0], rig.vertical, rig.stage
+    f1, f2, f3, f4 = gap_functions(motor, vertical.start)
+    gaps = [motor.field.lower + k * (motor.field.upper - motor.field.lower) / 8.0 for k in range(9)]
+    return render(
+        "new/stage.toml.j2", rig, file=file.name, name=file.stem, suffix=file.stem[:1].upper() + file.stem[1:],
+        sharing=f"{rig.sharing:g}", geometry=motor, force=f"{stage.thrust[first.name] * first.mass * f1:.4g}",
+        magnets=f"{stage.attraction * vertical.mass * f2:.4g}", direct=f"{stage.coils * vertical.mass * f3:.4g}",
+        windings=f"{stage.iron * vertical.mass * f4:.4g}", gaps=[round(gap, 6) for gap in gaps],
+        field=[float(f"{motor.field.value(gap):.5g}") for gap in gaps])
+
+
+def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool) -> str:
+    """Text of a scenario of set-points that lie well between the stops.
+
+    `own` is the description of a stage of the user's; with `more` it has claims, and comments on what else there is.
+    """
+    setpoints = {}
+    for axis, shares in zip(rig.axes, SHARES, strict=False):
+        stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
+        way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
+        setpoints[axis.name] = [round(1e3 * (axis.start + share * way), 1) for share in shares]
+    return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name, setpoints=setpoints,
+                  more=more)
+
+
+def study_text(rig: Rig, file: Path, scenario: str) -> str:
+    """Text of a study of a scenario: mass and friction."""
+    return render("new/study.toml.j2", rig, file=file.name, name=file.stem, scenario=scenario)

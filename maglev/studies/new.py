@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from maglev.errors import ScenarioError, key_path
-from maglev.own_stage.new_scenario import toml_file, write_new
-from maglev.own_stage.template import study_text
+from maglev.own_stage.new import study_text, toml_file, write_new
 from maglev.schema.loading import load_plan
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
 from maglev.own_stage.adoption import rig_named
-from maglev.own_stage.new_scenario import file_named, write_new
+from maglev.own_stage.new import file_named, write_new
 from maglev.rig.modules import controller
 from pmlsm.rigs import EXAMPLE
 
