@@ -28,9 +28,9 @@ from maglev.errors import (
 )
 
 if TYPE_CHECKING:
-    from maglev.analysis.injection.frequency_response import frequency_response
-    from maglev.analysis.injection.response import FrequencyResponse
+    from maglev.analysis.frequency_response import frequency_response
     from maglev.analysis.numerical import NumericalLoop, linearise_numerically
+    from maglev.analysis.response import FrequencyResponse
     from maglev.api.catalogue import build, fmus, scenarios
     from maglev.api.checking import check, update
     from maglev.api.comparing import Comparison, compare
@@ -54,12 +54,12 @@ if TYPE_CHECKING:
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.injection.response",
+    "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.response",
     "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
     "check": "maglev.api.checking", "check_fmus": "maglev.fmu_experiments.check",
     "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
-    "frequency_response": "maglev.analysis.injection.frequency_response",
+    "frequency_response": "maglev.analysis.frequency_response",
     "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
     "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",

@@ -52,7 +52,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
     `maglev frequency-response Plant3DOF theirs.fmu --map ports.toml --at y=25mm --native --smooth --json theirs.json`
     """
     # numpy and scipy take their time to load: only who asks waits for them.
-    from maglev.analysis.injection.frequency_response import frequency_response as measured
+    from maglev.analysis.frequency_response import frequency_response as measured
     from maglev.pictures import require_matplotlib, write_figure
 
     with one_line_errors(debug):

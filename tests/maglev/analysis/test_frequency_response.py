@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 
-from maglev.analysis.injection.frequency_response import frequency_response
-from maglev.analysis.injection.multisine import crest_factor, make_grid, multisine
-from maglev.analysis.injection.response import FrequencyResponse
+from maglev.analysis.frequency_response import frequency_response
+from maglev.analysis.multisine import crest_factor, make_grid, multisine
+from maglev.analysis.response import FrequencyResponse
 from maglev.errors import LinearModelError
 from maglev.linear.margins import Margins
 
@@ -28,7 +28,7 @@ def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.Monkey
     assert grid.frequencies[0] == pytest.approx(3.0, rel=1e-3)
     assert grid.frequencies[-1] <= 300.0
     clipped = np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
-    monkeypatch.setattr("maglev.analysis.injection.multisine.CLIPPINGS", 1)
+    monkeypatch.setattr("maglev.analysis.multisine.CLIPPINGS", 1)
     assert clipped < 0.9 * np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
 
 

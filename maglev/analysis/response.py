@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from maglev.analysis.injection.multisine import Grid
-from maglev.analysis.injection.pictures import response_figure
+from maglev.analysis.multisine import Grid
 from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop
-from maglev.linear.margins import Margins, margins_between, margins_of
+from maglev.linear.margins import Margins, frequencies_of, margins_between, margins_of
 from maglev.linear.model import Equilibrium, python_control
 from maglev.linear.text import aligned
+from maglev.pictures import FAINT, require_matplotlib
 
 FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
 TITLES = {"gain_down": "gain down to", "gain_up": "gain up to", "phase": "phase (°)", "delay": "delay (ms)",
@@ -23,6 +23,9 @@ TITLES = {"gain_down": "gain down to", "gain_up": "gain up to", "phase": "phase 
 SCALES = {"phase": degrees(1.0), "delay": 1e3}
 WIDTH = 80
 MANY = 4   # lines, with which there are margins
+
+FLOWN = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
+LINEAR = {"linewidth": 1.0, "color": "0.45"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +156,41 @@ class FrequencyResponse:
         return "\n\n".join(parts) + "\n"
 
     def plot(self) -> Any:
-        """Figure of matplotlib: gain, phase, sensitivity and coherence, flown and linear."""
-        opened = None if self.linear is None else self.linear.opened(self.at)
-        return response_figure(f"{self.name}, opened at {self.at}", self.frequencies, self.loop, self.error,
-                               self.coherence, opened)
+        """Figure of matplotlib: gain, phase, sensitivity and coherence, flown and linear; MaglevError without it."""
+        require_matplotlib()
+        from matplotlib.figure import Figure
+
+        lines, loop, error = self.frequencies, self.loop, self.error
+        figure = Figure(figsize=(8, 9), layout="constrained")
+        gain, phase, sensitivity, agreement = figure.subplots(4, 1, sharex=True, height_ratios=(3, 2, 3, 1))
+        figure.suptitle(f"{self.name}, opened at {self.at}")
+        angle = np.unwrap(np.angle(loop))
+        if self.linear is not None:
+            opened = self.linear.opened(self.at)
+            grid = frequencies_of(opened)
+            grid = grid[(grid >= 0.7 * lines[0]) & (grid <= 1.4 * lines[-1])]
+            values = opened.frequency_response(grid)[:, 0, 0]
+            smooth = np.unwrap(np.angle(values))
+            # Both begin within half a turn of each other.
+            smooth += 2.0 * np.pi * np.round((angle[0] - np.interp(lines[0], grid, smooth)) / (2.0 * np.pi))
+            gain.loglog(grid, np.abs(values), label="linear", **LINEAR)
+            phase.semilogx(grid, np.degrees(smooth), **LINEAR)
+            sensitivity.loglog(grid, np.abs(1.0 / (1.0 + values)), **LINEAR)
+        gain.errorbar(lines, np.abs(loop), yerr=np.minimum(error, 0.99 * np.abs(loop)), label="flown, ± standard error",
+                      **FLOWN)
+        phase.errorbar(lines, np.degrees(angle), yerr=np.degrees(np.minimum(error / np.abs(loop), np.pi)), **FLOWN)
+        sensitivity.loglog(lines, np.abs(1.0 / (1.0 + loop)), **FLOWN)
+        agreement.semilogx(lines, self.coherence, **FLOWN)
+        gain.set(xscale="log", yscale="log")
+        gain.axhline(1.0, **FAINT)
+        sensitivity.axhline(1.0, **FAINT)
+        agreement.set_ylim(0.0, 1.05)
+        gain.legend(fontsize="small")
+        for panel, label in ((gain, "|L|"), (phase, "phase of L (°)"), (sensitivity, "|S| = |1/(1 + L)|"),
+                             (agreement, "coherence")):
+            panel.set_ylabel(label)
+        agreement.set_xlabel("frequency (rad/s)")
+        return figure
 
 
 def jackknife(left_out: Any) -> Any:

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from maglev.analysis.apart import apart
-from maglev.analysis.injection.multisine import Grid, crest_factor, make_grid, multisine
-from maglev.analysis.injection.response import FrequencyResponse
+from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
