@@ -87,28 +87,34 @@ def built_here(path: Path) -> bool:
     that somebody changed, nor one of another version of the sources is; its file's name, the date of the build and the
     machine that built it do not matter. False also of a user's class as an FMU, and of what is no FMU at all.
     """
+    return own_kind(path) is not None
+
+
+def own_kind(path: Path) -> str | None:
+    """Kind of an FMU that was built here, "Python" or "native"; None of what was not."""
     try:
         written = path.stat()
     except OSError:
-        return False
-    return is_own(path, written.st_mtime_ns, written.st_size, written.st_ino,
-                  tuple(str(own.folder) for own in OWN.values()))
+        return None
+    return kind_of_build(path, written.st_mtime_ns, written.st_size, written.st_ino,
+                         tuple(str(own.folder) for own in OWN.values()))
 
 
 @lru_cache(maxsize=64)
-def is_own(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> bool:
-    """Whether a file is an FMU of this installation, looked at once for as long as it stays as it is."""
+def kind_of_build(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> str | None:
+    """Kind of a file that is an FMU of this installation, looked at once for as long as it stays as it is."""
     try:
         contents = files_in(path)
         found = NAME.search(contents["modelDescription.xml"])
         name = found[1].decode("ascii") if found else ""
         if name not in places():
-            return False
+            return None
         if PYTHON_KIND in contents:
-            return is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
-        return is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES)
+            same = is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
+            return "Python" if same else None
+        return "native" if is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES) else None
     except (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError):
-        return False   # whatever is wrong with it, loading it will say
+        return None   # whatever is wrong with it, loading it will say
 
 
 def files_in(path: Path) -> dict[str, bytes]:

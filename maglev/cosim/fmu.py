@@ -43,7 +43,8 @@ IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")   # and rad, which some leave out
 UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 
-NOT_NEEDED = ("documentation/", "sources/")   # to run it
+NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, but for those
+HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")                    # of this machine
 
 OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}   # the last one as it is accessed
 
@@ -73,9 +74,15 @@ def read_description(name: str, path: Path) -> ModelDescription:
                        "`maglev build --native` those in fmus/native, with --fmi 3 in fmus/fmi3"
                        f"{of_own_stage(path.stem)}")
     written = path.stat()
+    # Who gives the variables other names and units does it on a list of their own.
+    return copy(described(name, path, written.st_mtime_ns, written.st_size))
+
+
+@lru_cache(maxsize=64)
+def described(name: str, path: Path, _written: int, _size: int) -> ModelDescription:
+    """Model description of a file, read once for as long as the file stays as it is."""
     try:
-        # Who gives the variables other names and units does it on a list of their own.
-        description = copy(parsed(path, written.st_mtime_ns, written.st_size))
+        description = fmpy.read_model_description(str(path))
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         raise FmuError(f"{name}: {original(path)} cannot be read as an FMU: {error}") from error
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
@@ -145,12 +152,6 @@ def require_known_units(place: str, description: ModelDescription) -> None:
                 raise FmuError(f"{place} defines the unit {unit.name!r} with {key} = {given:g}, expected {expected:g}")
 
 
-@lru_cache(maxsize=64)
-def parsed(path: Path, _written: int, _size: int) -> ModelDescription:
-    """Model description of a file, read once for as long as the file stays as it is."""
-    return fmpy.read_model_description(str(path))
-
-
 class Fmu:
     """An instance of an FMU; a context manager that frees it and the folder it was unpacked to.
 
@@ -180,8 +181,7 @@ class Fmu:
 
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
-        require_unpackable(self.path)
-        fmpy.extract(str(self.path), str(self.folder), include=lambda name: not name.startswith(NOT_NEEDED))
+        unpack(self.path, self.folder)
         instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
@@ -296,14 +296,16 @@ class Fmu:
             raise self.failed(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
 
 
-def require_unpackable(path: Path) -> None:
-    """Refuse an archive that is a bomb."""
+def unpack(path: Path, folder: Path) -> None:
+    """Unpack what it takes to run an FMU on this machine; FmuError if the archive is a bomb."""
     with zipfile.ZipFile(path) as archive:
         size = sum(entry.file_size for entry in archive.infolist())
     if size > MOST_UNPACKED:
         raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most "
                        f"{1e-6 * MOST_UNPACKED:.0f} MB; the environment variable MAGLEV_MOST_UNPACKED sets another "
                        "number of bytes")
+    fmpy.extract(str(path), str(folder),
+                 include=lambda name: name.startswith(HERE) or not name.startswith(NOT_NEEDED))
 
 
 def unpacking_folder() -> Path:

@@ -48,8 +48,8 @@ EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
 EXPORT unsigned int maglev_step_over(const struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
                                      int64_t last, int64_t origin, int64_t *begun, int64_t *refused)
 {
-    for (int64_t k = first; k < last; ++k) {
-        const int64_t phase = k % phases;
+    int64_t phase = first % phases;
+    for (int64_t k = first; k < last; ++k, phase = phase + 1 < phases ? phase + 1 : 0) {
         for (int64_t i = phase > 0 ? ends[phase - 1] : 0; i < ends[phase]; ++i) {
             const struct call *c = &calls[i];
             ++*begun;

@@ -5,7 +5,6 @@ import platform
 import shlex
 import subprocess
 import sys
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
@@ -16,7 +15,7 @@ from typing import Any
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.open import read_description
-from maglev.own_fmus import PYTHON_KIND, built_here
+from maglev.own_fmus import built_here, own_kind
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written
@@ -158,10 +157,7 @@ def kind(path: Path) -> str:
     """Kind of an FMU, or of what flew in its place."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
-    if not built_here(path):
-        return "foreign"
-    with zipfile.ZipFile(path) as archive:
-        return "Python" if PYTHON_KIND in archive.namelist() else "native"
+    return own_kind(path) or "foreign"
 
 
 def command() -> str:

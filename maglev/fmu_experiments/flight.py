@@ -11,14 +11,13 @@ import numpy.typing as npt
 from fmpy.model_description import ModelDescription
 from fmpy.simulation import simulate_fmu
 
-from maglev.cosim.fmu import IDENTIFIER, require_unpackable, unpacking_folder
+from maglev.cosim.fmu import IDENTIFIER, unpack, unpacking_folder
 from maglev.cosim.messages import Messages
 from maglev.cosim.versions.fmi import fmi_of
 from maglev.errors import FmuError, in_one_line, shortened
 from maglev.processes.side_by_side import Progress
 from maglev_files.scratch import remove_scratch
 
-NOT_NEEDED = ("documentation/", "sources/", "extra/")
 TOLERANCE = 1e-8   # relative, of the integration of model exchange, where nothing else is said
 KEY = b"checked"   # name of the instance
 
@@ -56,7 +55,6 @@ def fly(path: Path, description: ModelDescription, times: Times, parameters: Map
     Parameters are start values, as texts; inputs are as fmpy takes them: what is continuous is interpolated, the rest
     held. FmuError if the FMU refuses something, with what it says.
     """
-    require_unpackable(path)
     messages = Messages()
     folder = unpacking_folder()
     steps = max(1, round((times.stop - times.start) / times.step))
@@ -70,7 +68,7 @@ def fly(path: Path, description: ModelDescription, times: Times, parameters: Map
         return True
 
     try:
-        fmpy.extract(str(path), str(folder), include=lambda name: not name.startswith(NOT_NEEDED))
+        unpack(path, folder)
         instance = None
         if description.coSimulation is not None:
             instance = fmi_of(description).instantiated(description, folder, KEY, told)

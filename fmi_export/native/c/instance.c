@@ -211,13 +211,10 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
     return DONE;
 }
 
-enum Status refresh(struct Instance *instance)
+enum Status compute(struct Instance *instance)
 {
     struct RunState *state = instance->state;
     struct Progress *progress = &state->progress;
-    if (!progress->stale) {
-        return DONE;
-    }
     if (progress->sampling) {
         return take_sample(instance);
     }

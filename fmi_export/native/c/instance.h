@@ -106,9 +106,10 @@ double clock_rounding(const struct Instance *instance);
 void *allocate(const struct Importer *importer, size_t size);
 void release(const struct Importer *importer, void *memory);
 
-/* Compute the outputs from what is set so far. In the initialization that is done if it is in range: if not, its end says
- * so. In model exchange, what is out of range is refused, and a point at which there are no rates discarded. */
-enum Status refresh(struct Instance *instance);
+/* Compute the outputs, which are stale, from what is set so far. In the initialization that is done if it is in range: if
+ * not, its end says so. In model exchange, what is out of range is refused, and a point at which there are no rates
+ * discarded. */
+enum Status compute(struct Instance *instance);
 
 /* Leave the instance as one that can only be reset, restored or freed. */
 enum Status fail(struct Instance *instance);
@@ -220,8 +221,8 @@ enum Status discard(const struct Instance *instance, const char *format, ...);
 /* For a function that the model description says the FMU does not have. */
 enum Status absent(const struct Instance *instance, const char *call);
 
-/* Whether a call is allowed in the instance's phase; logs it if it is not. */
-bool allowed(const struct Instance *instance, const char *call, int phases);
+/* Log that a call is not allowed in the instance's phase, but in these, and return false. */
+bool refuse_phase(const struct Instance *instance, const char *call, int phases);
 
 /* Log what a status other than 0 of the block means, in a step from a time (s) over a step size (s), and return what it
  * is told as: REFUSED or DISCARDED. */
@@ -230,6 +231,18 @@ enum Status refuse_status(const struct Instance *instance, enum Status as, int64
 /* A double in the fewest digits that give it back, as Python writes it; text has room for NUMBER_LENGTH. */
 enum { NUMBER_LENGTH = 40 };
 const char *number(double value, char *text);
+
+/* Whether a call is allowed in the instance's phase; logs it if it is not. */
+static inline bool allowed(const struct Instance *instance, const char *call, int phases)
+{
+    return instance && ((instance->state->progress.phase & phases) || refuse_phase(instance, call, phases));
+}
+
+/* Compute the outputs if they are stale. */
+static inline enum Status refresh(struct Instance *instance)
+{
+    return instance->state->progress.stale ? compute(instance) : DONE;
+}
 
 static inline double *real_at(const struct Instance *instance, const struct Variable *variable)
 {

@@ -45,11 +45,8 @@ enum Status absent(const struct Instance *instance, const char *call)
     return refuse(instance, "%s: the model description says that this FMU does not do that", call);
 }
 
-bool allowed(const struct Instance *instance, const char *call, int phases)
+bool refuse_phase(const struct Instance *instance, const char *call, int phases)
 {
-    if (!instance || (instance->state->progress.phase & phases)) {
-        return instance != NULL;
-    }
     char expected[200] = "";
     /* In which of them an instance of this interface can be, if in any. */
     int own = phases & (instance->exchange ? ~RUNNING : instance->events ? ~BETWEEN_EVENTS : ~(AT_EVENT | BETWEEN_EVENTS));

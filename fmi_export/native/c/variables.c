@@ -6,21 +6,24 @@
 
 static const int WRITABLE = INSTANTIATED | INITIALIZING | RUNNING | AT_EVENT | BETWEEN_EVENTS;
 
-/* The variable of a reference and type; NULL, and a message, if there is none. */
-static const struct Variable *variable_of(const struct Instance *instance, uint32_t reference, bool boolean)
+/* Whether a reference is of a variable of this type. */
+static inline bool known(uint32_t reference, bool boolean)
+{
+    return reference < MODEL.variable_count && MODEL.variables[reference].boolean == boolean;
+}
+
+/* Say why a reference is not known, and return false. */
+static bool refuse_reference(const struct Instance *instance, uint32_t reference)
 {
     if (reference >= MODEL.variable_count) {
         refuse(instance, "value reference = %u, expected 0 to %u", (unsigned)reference,
                (unsigned)(MODEL.variable_count - 1));
-        return NULL;
-    }
-    const struct Variable *variable = &MODEL.variables[reference];
-    if (variable->boolean != boolean) {
+    } else {
+        const struct Variable *variable = &MODEL.variables[reference];
         refuse(instance, "%s is a %s variable, expected access to it as such", variable->name,
                variable->boolean ? "Boolean" : real_type());
-        return NULL;
     }
-    return variable;
+    return false;
 }
 
 bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
@@ -36,34 +39,38 @@ bool callable(const struct Instance *instance, const char *call, int phases, con
     return true;
 }
 
-/* Whether all variables of references can be set now. */
+/* Whether a variable that is no input can be set now; says why if not. */
+static bool other_settable(const struct Instance *instance, uint32_t reference)
+{
+    const struct Variable *variable = &MODEL.variables[reference];
+    const enum Phase phase = instance->state->progress.phase;
+    if (instance->exchange && phase & (AT_EVENT | BETWEEN_EVENTS) && is_state(reference)) {
+        return true;   /* FMI 3.0, 3.2.1; importers of FMI 2.0 such as CasADi do it too */
+    }
+    if (variable->causality != PARAMETER) {
+        refuse(instance, "%s is %s, expected an input or a parameter to set", variable->name,
+               variable->causality == OUTPUT ? "an output" : variable->causality == LOCAL ? "local" : "independent");
+    } else if (phase == BETWEEN_EVENTS) {
+        refuse(instance, "%s is a parameter, expected to be set in event mode", variable->name);
+    } else if (variable->fixed && phase & (RUNNING | AT_EVENT)) {
+        refuse(instance, "%s is a fixed parameter, expected to be set before the initialization ends", variable->name);
+    } else {
+        return true;
+    }
+    return false;
+}
+
+/* Whether all variables of references can be set now; inputs always can. */
 static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
 {
     if (instance->events && !accessible_at_event(instance, references, count, true)) {
         return false;
     }
     for (size_t i = 0; i < count; ++i) {
-        const struct Variable *variable = variable_of(instance, references[i], boolean);
-        if (!variable) {
-            return false;
+        if (!known(references[i], boolean)) {
+            return refuse_reference(instance, references[i]);
         }
-        if (instance->exchange && instance->state->progress.phase & (AT_EVENT | BETWEEN_EVENTS)
-            && is_state(references[i])) {
-            continue;   /* FMI 3.0, 3.2.1; importers of FMI 2.0 such as CasADi do it too */
-        }
-        if (variable->causality != PARAMETER && variable->causality != INPUT) {
-            refuse(instance, "%s is %s, expected an input or a parameter to set", variable->name,
-                   variable->causality == OUTPUT ? "an output" : variable->causality == LOCAL ? "local"
-                                                                                             : "independent");
-            return false;
-        }
-        if (variable->causality == PARAMETER && instance->state->progress.phase == BETWEEN_EVENTS) {
-            refuse(instance, "%s is a parameter, expected to be set in event mode", variable->name);
-            return false;
-        }
-        if (variable->fixed && instance->state->progress.phase & (RUNNING | AT_EVENT)) {
-            refuse(instance, "%s is a fixed parameter, expected to be set before the initialization ends",
-                   variable->name);
+        if (MODEL.variables[references[i]].causality != INPUT && !other_settable(instance, references[i])) {
             return false;
         }
     }
@@ -90,11 +97,11 @@ enum Status get_reals(struct Instance *instance, const char *call, const uint32_
         return status;
     }
     for (size_t i = 0; i < count; ++i) {
-        const struct Variable *variable = variable_of(instance, references[i], false);
-        if (!variable) {
+        if (!known(references[i], false)) {
+            refuse_reference(instance, references[i]);
             return REFUSED;
         }
-        values[i] = *real_at(instance, variable);
+        values[i] = *real_at(instance, &MODEL.variables[references[i]]);
     }
     return DONE;
 }
@@ -136,8 +143,8 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
         return false;
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!variable_of(instance, references[i], true)) {
-            return false;
+        if (!known(references[i], true)) {
+            return refuse_reference(instance, references[i]);
         }
     }
     return true;
