@@ -126,7 +126,9 @@ lock: .venv/.test
 		> constraints.new
 	mv constraints.new constraints.txt
 
-# All that a version ships, into dist: wheel, FMUs for all platforms, site, checksums, provenance.
+# All that a version ships, into dist: wheel, FMUs for all platforms, site, checksums, provenance. In a fresh clone with the
+# locked tools, which is what makes checksums of two machines the same.
+release: export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 release: docs .venv/.test
 	$(BIN)/python tools/release.py
 
