@@ -103,7 +103,8 @@ def table_of(recording: Recording, every: int, as_text: bool = False) -> Any:
     """
     import pyarrow
 
-    rows = np.unique(np.append(np.arange(0, len(recording.time), every), len(recording.time) - 1))
+    last = len(recording.time) - 1
+    rows = np.append(np.arange(0, last, every), last)
     columns = [recording.time[rows], *(column[rows] for column in recording.columns.values())]
     # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
     arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(rows),
