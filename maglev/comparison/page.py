@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from string import Template
 
 from maglev.comparison.table import Row, legend, summary
 from maglev.experiment.execution import RunResult
-from maglev.pages.shell import tokens
+from maglev.pages.shell import page, scripts
 from maglev.panels import PANELS
 from maglev.report.findings import html_table
-from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read, scripts
+from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plots.data import figure_data, runs_data
 from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.plots.static import static_picture
@@ -28,8 +27,9 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
                              list(runs.values())))
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)}}
-    return Template(PAGE.read_text(encoding="utf-8")).substitute(
-        style=tokens() + read("style.css"), name=escape(name), title=escape(title),
+    return page(
+        "compare", f"{escape(name)}: runs side by side", read("style.css"), PAGE.read_text(encoding="utf-8"),
+        name=escape(name), subject=escape(title),
         endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
                           f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
                           for label, run in runs.items()),
@@ -44,7 +44,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
                           f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
-        scripts=scripts(PLOT_SCRIPTS))
+        scripts=scripts(*map(read, PLOT_SCRIPTS)))
 
 
 def flown_with(runs: Iterable[RunResult]) -> str:

@@ -5,13 +5,12 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
-from string import Template
 
 from maglev.live.content import live_runs, not_live, page_data
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
-from maglev.pages.shell import packed, publish, scales, tokens
+from maglev.pages import shell
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
@@ -20,6 +19,8 @@ FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
 SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "stage.js", "camera.js", "space.js",
            "controls.js", "stories.js", "own.js", "messages.js", "main.js", "hands.js", "start.js")
+POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
+          "img-src data:")
 
 
 def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:
@@ -48,7 +49,7 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     named = [*map(Path, files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
     path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
-    publish(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
+    shell.publish(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
     return path
 
 
@@ -64,16 +65,16 @@ def plans_of(file: Path) -> list[RunPlan]:
 def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iterable[str]] | None = None) -> str:
     """Text of a page that flies runs, and says why others are `elsewhere`; the same files give the same text."""
     data = page_data(fmus, plans)
-    modules = {name: packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
-    return Template(read("page.html")).substitute(
-        style=tokens() + read("style.css"),
+    modules = {name: shell.packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
+    return shell.page(
+        "live", "Maglev stage, live", read("style.css"), read("page.html"), POLICY,
         version=version("maglev-fmus"),
         elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
-        data=packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
+        data=shell.packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         worker="\n".join(read(name) for name in WORKER),
-        scripts="\n".join(f"<script>\n{text}</script>" for text in (scales(), *map(read, SCRIPTS))))
+        scripts=shell.scripts(*map(read, SCRIPTS)))
 
 
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:

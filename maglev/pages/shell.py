@@ -27,6 +27,7 @@ TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
 # Kinds of pages in their order, and what one and several of them are called.
 KINDS = {"report": ("Report", "Reports"), "live": ("Live stage", "Live stages"),
          "compare": ("Comparison", "Comparisons"), "study": ("Study", "Studies")}
+PLOTS = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"   # what a page with plots needs
 
 
 class Page(NamedTuple):
@@ -38,15 +39,28 @@ class Page(NamedTuple):
 
 
 @cache
+def read(name: str) -> str:
+    """Text of a file of this package."""
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
 def tokens() -> str:
     """Style sheet of the colours of all pages, light and dark, and of the way to the others."""
-    return (FOLDER / "tokens.css").read_text(encoding="utf-8")
+    return read("tokens.css")
 
 
-@cache
-def scales() -> str:
-    """Script of the scales of all plots: ticks, units of lengths, where values stand."""
-    return (FOLDER / "scale.js").read_text(encoding="utf-8")
+def page(kind: str, title: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
+    """Text of a page: its head, with a style sheet over `tokens`, and a body, which is a template for parts.
+
+    The title and the parts are HTML. The policy says what the page may have beside its text: nothing of a network.
+    """
+    return Template(read("page.html")).substitute(kind=kind, title=title, style=tokens() + style, policy=policy,
+                                                  body=Template(body).substitute(parts).rstrip("\n"))
+
+
+def scripts(*texts: str) -> str:
+    """Elements with the scales of all plots, and with scripts."""
+    return "\n".join(f"<script>\n{text}</script>" for text in (read("scale.js"), *texts))
 
 
 def packed(data: bytes) -> str:
@@ -113,5 +127,5 @@ def write_index(folder: Path) -> None:
         if found:
             sections.append(f'<section id="{kind}"><h2>{one if len(found) == 1 else several}</h2>\n<ul>'
                             + "\n".join(found) + "</ul></section>")
-    text = (FOLDER / "index.html").read_text(encoding="utf-8")
-    write_whole(folder / INDEX, Template(text).substitute(style=tokens(), sections="\n".join(sections)))
+    write_whole(folder / INDEX, page("index", "Maglev stages: results", read("index.css"), read("index.html"),
+                                     "style-src 'unsafe-inline'", sections="\n".join(sections)))

@@ -2,18 +2,17 @@
 
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
-from string import Template
 from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live.content import flies_live
 from maglev.live.link import has_live_page, live_address
-from maglev.pages.shell import publish, scales, tokens
+from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
@@ -45,7 +44,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
 
     The file appears under its name when it is complete: what stood there before is intact until then.
     """
-    publish(path, report_page(results, judgements, outcomes, has_live_page(path), frictionless))
+    shell.publish(path, report_page(results, judgements, outcomes, has_live_page(path), frictionless))
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
@@ -59,8 +58,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": {name: readings(run.plan) for name in MOVING for run in results if has_motion(run, name)}}
-    return Template(read("page.html")).substitute(
-        style=tokens() + read("style.css"),
+    return shell.page(
+        "report", "Maglev stages: the experiments of the thesis, simulated", read("style.css"), read("page.html"),
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=claim_table.message(judgements),
         verdicts=claim_table.verdict_options(judgements),
@@ -78,12 +77,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
-        scripts=scripts(SCRIPTS))
-
-
-def scripts(names: Iterable[str]) -> str:
-    """Elements with the scales of all plots and with scripts of this package."""
-    return "\n".join(f"<script>\n{text}</script>" for text in (scales(), *map(read, names)))
+        scripts=shell.scripts(*map(read, SCRIPTS)))
 
 
 def origin(results: Sequence[RunResult]) -> str:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,10 @@ import pyarrow as pa
 
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
-from maglev.pages.shell import publish, tokens
+from maglev.pages import shell
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
-from maglev.report.page import json_in_html, read, scripts
+from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of
 from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.live_links import live_link, why_not_live
@@ -26,7 +25,7 @@ from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js", "plots/plot.js")   # of the report
-OWN_SCRIPTS = ("parallel.js", "study.js")
+OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
@@ -44,7 +43,7 @@ let go, or type a range. What never settled ends at the very top of an axis.</p>
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network."""
-    publish(path, page(table, about, has_live_page(path)))
+    shell.publish(path, page(table, about, has_live_page(path)))
 
 
 def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
@@ -54,9 +53,10 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     indices, notes = sensitivity(table, about)
     provenance = about["provenance"]
-    return Template((FOLDER / "study.html").read_text(encoding="utf-8")).substitute(
-        style=tokens() + read("style.css") + (FOLDER / "study.css").read_text(encoding="utf-8"),
-        name=escape(about["name"]), title=escape(about["title"]), description=escape(about["description"]),
+    html, css, *own = ((FOLDER / name).read_text(encoding="utf-8") for name in OWN)
+    return shell.page(
+        "study", f"{escape(about['name'])}: a study", read("style.css") + css, html,
+        name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),
         verdict=verdict(table, about),
@@ -72,9 +72,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                                f"{escape(fmu['guid'])})" for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
         data=json_in_html(data(table, about, metrics, drawn)),
-        scripts=scripts(SCRIPTS)
-                + "\n".join(f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
-                            for name in OWN_SCRIPTS))
+        scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
 
 def varies(values: np.ndarray[Any, np.dtype[np.float64]]) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.pages.shell import INDEX, PLACE, colour, publish, tokens
+from maglev.pages.shell import HEAD, INDEX, KINDS, PLACE, SAYS, TITLE, colour, page, publish, tokens
 
 
 def a_page(kind: str, title: str) -> str:
@@ -71,12 +71,12 @@ def test_colours_are_those_of_the_light_pages() -> None:
         colour("none-such")
 
 
-def test_every_template_says_what_it_is_and_has_a_place_for_the_way() -> None:
+def test_every_template_has_a_place_for_the_way_and_its_page_says_what_it_is() -> None:
     root = Path(__file__).parents[3] / "maglev"
-    kinds = []
     for path in (root / "report/page.html", root / "comparison/comparison.html", root / "studies/page/study.html",
                  root / "live/page.html"):
-        text = path.read_text(encoding="utf-8")
-        assert text.count(PLACE) == 1
-        kinds += re.findall(r'name="maglev-page" content="(\w+)"', text)
-    assert kinds == ["report", "compare", "study", "live"]
+        assert path.read_text(encoding="utf-8").count(PLACE) == 1
+    for kind in KINDS:
+        made = page(kind, "A &amp; B", "p {}", f"<body>{PLACE}${{words}}</body>\n", words="said")
+        assert SAYS.findall(made[:HEAD]) == [kind] and TITLE.findall(made[:HEAD]) == ["A &amp; B"]
+        assert made.endswith(f"</head>\n<body>{PLACE}said</body>\n</html>\n")
