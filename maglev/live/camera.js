@@ -60,12 +60,6 @@ function cornersOf({ low, high, moved }, [axis, end], from = [0, 0], to = [1, 1]
 const faces = (camera, { low, high }, [axis, end]) =>
   (end ? camera.place[axis] > high[axis] : camera.place[axis] < low[axis]);
 
-function polygon(context, points) {
-  context.beginPath();
-  points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
-  context.closePath();
-}
-
 const SHADES = [0.16, 0, 0.26];   // how dark sides are across x, y and z: light comes from above
 
 /** Draw the sides of a box that are seen. */

@@ -1,14 +1,6 @@
 "use strict";
 // The panel: elements that set a run's parameters, made from tables; each reads what it shows from the settings.
 
-function make(name, attributes, parent, text = "") {
-  const element = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  element.textContent = text;
-  parent?.append(element);
-  return element;
-}
-
 /** Names `fmu.variable` of the parameters of what flies, whose ends match. */
 function parametersLike(run, controller, pattern) {
   return [["plant", run.plant], ["controller", controller], ["measurement", run.measurement]].flatMap(([part, model]) => live.fmus[model].variables
@@ -82,10 +74,10 @@ function knobSettings(knob, run, controller, value) {
 
 /** A labelled range with its value beside it; `act` gets the number. */
 function slider(parent, { id, label, unit, low, high, step, zero, hides }, act) {
-  const row = make("div", { class: "slider" }, parent);
-  make("label", { for: id }, row, label);
-  const input = make("input", { type: "range", id, min: low, max: high, step }, row);
-  const shown = make("output", { for: id }, row);
+  const row = html("div", { class: "slider" }, parent);
+  html("label", { for: id }, row, label);
+  const input = html("input", { type: "range", id, min: low, max: high, step }, row);
+  const shown = html("output", { for: id }, row);
   const show = (value) => {
     const off = value === undefined;
     input.disabled = off;
@@ -103,18 +95,18 @@ function slider(parent, { id, label, unit, low, high, step, zero, hides }, act) 
 
 /** Radio buttons; `act` gets the chosen value. Returns a function that replaces the choices and shows one. */
 function choices(parent, name, legend, act) {
-  const group = make("fieldset", { class: "choices", id: name }, parent);
-  make("legend", {}, group, legend);
-  const place = make("div", {}, group);
+  const group = html("fieldset", { class: "choices", id: name }, parent);
+  html("legend", {}, group, legend);
+  const place = html("div", {}, group);
   return (options, chosen) => {
     const key = JSON.stringify(options);
     if (place.dataset.key !== key) {
       place.dataset.key = key;
       place.replaceChildren();
       for (const [value, text] of options) {
-        const label = make("label", {}, place);
-        const input = make("input", { type: "radio", name, value }, label);
-        make("span", {}, label, text);
+        const label = html("label", {}, place);
+        const input = html("input", { type: "radio", name, value }, label);
+        html("span", {}, label, text);
         input.addEventListener("change", () => { if (input.checked) act(value); });
       }
     }
@@ -124,14 +116,14 @@ function choices(parent, name, legend, act) {
 
 /** Any parameter by its name: a list to choose from, its value, and what it is. */
 function parameterForm(parent, act) {
-  const form = make("form", { class: "parameter" }, parent);
-  make("label", { for: "parameter-name" }, form, "any parameter");
-  const names = make("select", { id: "parameter-name" }, form);
-  make("label", { for: "parameter-value" }, form, "its value (SI)");
-  const row = make("div", { class: "row" }, form);
-  const value = make("input", { id: "parameter-value", type: "text", autocomplete: "off" }, row);
-  make("button", { type: "submit" }, row, "Set");
-  const about = make("p", { class: "about", id: "parameter-about" }, form);
+  const form = html("form", { class: "parameter" }, parent);
+  html("label", { for: "parameter-name" }, form, "any parameter");
+  const names = html("select", { id: "parameter-name" }, form);
+  html("label", { for: "parameter-value" }, form, "its value (SI)");
+  const row = html("div", { class: "row" }, form);
+  const value = html("input", { id: "parameter-value", type: "text", autocomplete: "off" }, row);
+  html("button", { type: "submit" }, row, "Set");
+  const about = html("p", { class: "about", id: "parameter-about" }, form);
   let now = () => undefined, run = null, controller = "";
   const show = () => {
     const variable = variableOf(run, controller, names.value);
@@ -152,7 +144,7 @@ function parameterForm(parent, act) {
     }
     [run, controller] = [nextRun, nextController];
     const before = names.value, all = parametersLike(run, controller, /./);
-    names.replaceChildren(...all.map((full) => make("option", { value: full }, null, full)));
+    names.replaceChildren(...all.map((full) => html("option", { value: full }, null, full)));
     names.value = all.includes(before) ? before : all[0];
     show();
   };
@@ -160,15 +152,15 @@ function parameterForm(parent, act) {
 
 /** The settings that differ from the plan, each with a button that takes it back. */
 function settingsList(parent, act) {
-  const list = make("ul", { class: "settings", "aria-label": "What differs from the run as planned" }, parent);
+  const list = html("ul", { class: "settings", "aria-label": "What differs from the run as planned" }, parent);
   return (settings) => {
     const key = JSON.stringify(settings);
     if (list.dataset.key === key) return;
     list.dataset.key = key;
     list.replaceChildren();
     for (const [full, value] of Object.entries(settings)) {
-      const item = make("li", {}, list, `${full} = ${value} `);
-      make("button", { type: "button", "aria-label": `Take back ${full}` }, item, "×")
+      const item = html("li", {}, list, `${full} = ${value} `);
+      html("button", { type: "button", "aria-label": `Take back ${full}` }, item, "×")
         .addEventListener("click", () => act(full));
     }
   };

@@ -155,13 +155,13 @@ function rigPanel() {
     const { name, unit, scale } = page.run.rig.shown[axis], ends = endsOf(page.run, axis, valueOf).map((end) => scale * end);
     page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: name, unit,
       low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 }, (value) => refer(axis, value / scale));
-    const reading = make("div", {}, at("readings"));
-    make("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
-    make("dd", { id: `reading-${axis}` }, reading);
+    const reading = html("div", {}, at("readings"));
+    html("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
+    html("dd", { id: `reading-${axis}` }, reading);
     const impulse = impulseOf(axis);
     const arrows = axis === vertical() ? "▲▼" : isTilt(page.run, axis) ? "↺↻" : "◀▶";
     for (const [sign, arrowText] of [[-1, arrows[0]], [1, arrows[1]]]) {
-      make("button", { type: "button", "aria-label": `Kick ${axis} by ${impulseText(axis, sign * impulse)}` }, at("kicks"),
+      html("button", { type: "button", "aria-label": `Kick ${axis} by ${impulseText(axis, sign * impulse)}` }, at("kicks"),
         `${axis} ${arrowText}`).addEventListener("click", () => kick(axis, sign * impulse));
     }
   }
@@ -214,8 +214,8 @@ const offNames = () => parametersLike(page.run, page.state.controller, /^plant\.
 
 function buildSwitches() {
   for (const each of SWITCHES) {
-    const label = make("label", { class: "check" }, at("switches"));
-    const input = make("input", { type: "checkbox", id: `switch-${each.id}` }, label);
+    const label = html("label", { class: "check" }, at("switches"));
+    const input = html("input", { type: "checkbox", id: `switch-${each.id}` }, label);
     label.append(each.label);
     input.addEventListener("change", () => change(Object.fromEntries(
       switchNames(each, page.run, page.state.controller).map((name) => [name, input.checked]))));
@@ -229,7 +229,7 @@ function buildSwitches() {
 
 function buildPanel() {
   buildSwitches();
-  for (const speed of SPEEDS) make("option", { value: speed }, at("speed"), `${speed}×`);
+  for (const speed of SPEEDS) html("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {
     controller: choices(at("controllers"), "controller", "Controller", swap),
     ghost: choices(at("controllers"), "ghost", "Flies along, transparent", setGhost),
@@ -261,7 +261,7 @@ function buildPanel() {
   at("released").addEventListener("click", release);
   at("planned").addEventListener("click", asPlanned);
   for (const { id, label } of STORIES) {
-    make("button", { type: "button", value: id, "aria-pressed": "false" }, at("stories"), label)
+    html("button", { type: "button", value: id, "aria-pressed": "false" }, at("stories"), label)
       .addEventListener("click", () => tellStory(id));
   }
   at("view").addEventListener("change", () => {

@@ -184,7 +184,7 @@ function frame(message) {
   const now = Object.keys(EVENTS).filter((name) => clock - page.lit[name] < LIT);
   if (before !== now.join()) {
     at("flags").dataset.now = now.join();
-    at("flags").replaceChildren(...now.map((name) => make("span", { class: `flag ${name}` }, null, EVENTS[name])));
+    at("flags").replaceChildren(...now.map((name) => html("span", { class: `flag ${name}` }, null, EVENTS[name])));
     at("lift").hidden = !now.includes("stop");
     if (now.includes("stop") && !before.includes("stop")) say(page.fell = touched(message.time), true);
     if (!now.includes("stop") && at("status").textContent === page.fell) say("");

@@ -17,8 +17,8 @@ from maglev.toml_file import read_toml
 
 FOLDER = Path(__file__).parent
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
-SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "stage.js", "camera.js", "space.js",
-           "controls.js", "stories.js", "own.js", "messages.js", "main.js", "hands.js", "start.js")
+SCRIPTS = ("state.js", "history.js", "traces.js", "pen.js", "plots.js", "forces.js", "stage.js", "camera.js",
+           "space.js", "controls.js", "stories.js", "own.js", "messages.js", "main.js", "hands.js", "start.js")
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
           "img-src data:")
 

@@ -64,40 +64,19 @@ const scaleIn = ({ low, high, down, logarithmic = false }, top, height) =>
 
 function drawFrame(context, strip, box, colours) {
   const scale = scaleIn(strip, box.top, box.height), y = scale.place;
-  context.font = "11px system-ui, sans-serif";
-  context.textBaseline = "middle";
-  context.fillStyle = colours.faint;
-  context.strokeStyle = colours.line;
-  context.lineWidth = 1;
-  context.setLineDash([]);
+  const right = box.left + box.width, across = (at) => [[box.left, at], [right, at]];
   const ticks = scale.ticks(5), every = Math.ceil(LABEL * ticks.length / box.height);
   for (const [value, text] of ticks.filter((_, k) => k % every === 0)) {
     const at = Math.round(y(value)) + 0.5;
-    context.beginPath();
-    context.moveTo(box.left, at);
-    context.lineTo(box.left + box.width, at);
-    context.stroke();
-    context.textAlign = "right";
-    context.fillText(text, box.left - 5, at);
+    line(context, across(at), colours.line);
+    write(context, text, box.left - 5, at, colours.faint, { align: "right" });
   }
-  context.setLineDash([5, 4]);
-  context.strokeStyle = colours.faint;
-  for (const mark of strip.marks) {
-    context.beginPath();
-    context.moveTo(box.left, y(mark));
-    context.lineTo(box.left + box.width, y(mark));
-    context.stroke();
-  }
-  context.setLineDash([]);
-  context.textAlign = "left";
-  context.fillStyle = colours.text;
-  context.fillText(strip.title, box.left, box.top - 8);
-  let right = box.left + box.width;
-  context.textAlign = "right";
-  for (const { name, colour } of strip.lines.filter((line) => line.name).reverse()) {
-    context.fillStyle = colours[colour];
-    context.fillText(`— ${name}`, right, box.top - 8);
-    right -= context.measureText(`— ${name}`).width + 12;
+  for (const mark of strip.marks) line(context, across(y(mark)), colours.faint, 1, DASHED);
+  write(context, strip.title, box.left, box.top - 8, colours.text);
+  let end = right;
+  for (const { name, colour } of strip.lines.filter((each) => each.name).reverse()) {
+    write(context, `— ${name}`, end, box.top - 8, colours[colour], { align: "right" });
+    end -= context.measureText(`— ${name}`).width + 12;
   }
 }
 
@@ -181,12 +160,9 @@ class Strips {
   }
 
   drawTimes(context, since, bucket, height, colours) {
-    context.fillStyle = colours.faint;
-    context.textBaseline = "bottom";
-    context.textAlign = "center";
     const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
     for (let time = every * Math.ceil(since / every); time < since + this.span; time += every) {
-      context.fillText(`${time} s`, LEFT + (time - since) / bucket, height);
+      write(context, `${time} s`, LEFT + (time - since) / bucket, height, colours.faint, { align: "center", base: "bottom" });
     }
   }
 }
@@ -206,31 +182,17 @@ function drawPlane(canvas, run, history, ghost, values, colours) {
   const most = 1.25 * Math.max(limit, limit ? 0 : peak, 1), size = Math.min(width - 50, height - 42);
   const left = (width - size) / 2 + 8, top = 18;
   const x = (amperes) => left + (amperes / most + 1) / 2 * size, y = (amperes) => top + (1 - amperes / most) / 2 * size;
-  context.font = "11px system-ui, sans-serif";
-  context.strokeStyle = colours.line;
-  context.lineWidth = 1;
-  context.setLineDash([]);
-  context.strokeRect(left, top, size, size);
-  context.beginPath();
-  context.moveTo(x(0), y(-most));
-  context.lineTo(x(0), y(most));
-  context.moveTo(x(-most), y(0));
-  context.lineTo(x(most), y(0));
-  context.stroke();
-  context.fillStyle = colours.text;
-  context.textAlign = "center";
-  context.textBaseline = "alphabetic";
-  context.fillText("i_q over i_d, A; limit dashed", left + size / 2, top - 6);
-  context.fillStyle = colours.faint;
+  const form = { align: "center", base: "alphabetic" };
+  boxed(context, [left, top, size, size], colours.line);
+  line(context, [[x(0), y(-most)], [x(0), y(most)]], colours.line);
+  line(context, [[x(-most), y(0)], [x(most), y(0)]], colours.line);
+  write(context, "i_q over i_d, A; limit dashed", left + size / 2, top - 6, colours.text, form);
   for (const tick of [-1, 1]) {
-    const value = limit || peak || 1;
-    context.fillText(`${tick < 0 ? "−" : ""}${value}`, x(tick * value), top + size + 14);
-    context.fillText(`${tick < 0 ? "−" : ""}${value}`, left - 14, y(tick * value) + 4);
+    const value = limit || peak || 1, text = `${tick < 0 ? "−" : ""}${value}`;
+    write(context, text, x(tick * value), top + size + 14, colours.faint, form);
+    write(context, text, left - 14, y(tick * value) + 4, colours.faint, form);
   }
-  context.setLineDash([5, 4]);
-  context.strokeStyle = colours.faint;
-  if (limit) context.strokeRect(x(-limit), y(limit), x(limit) - x(-limit), y(-limit) - y(limit));
-  context.setLineDash([]);
+  if (limit) boxed(context, [x(-limit), y(limit), x(limit) - x(-limit), y(-limit) - y(limit)], colours.faint, 1, DASHED);
   run.motors.forEach((motor, m) => {
     for (const [flown, alpha] of [[ghost, 0.4], [history, 1]]) {
       if (!flown?.count) continue;

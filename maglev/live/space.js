@@ -53,8 +53,6 @@ const platformCorners = ({ camera, bodies, run }, from, what) => {
 
 function drawFloor(context, { camera, bodies, run }, moved, colours) {
   const { floor, radius, wide, deep } = bodies, at = (x, z) => camera.seen([x, floor, z]), reach = 0.7 * radius;
-  context.strokeStyle = colours.line;
-  context.lineWidth = 1;
   context.beginPath();
   for (let k = -4; k <= 4; k++) {
     for (const [from, to] of [[[k / 4, -1], [k / 4, 1]], [[-1, k / 4], [1, k / 4]]]) {
@@ -62,7 +60,7 @@ function drawFloor(context, { camera, bodies, run }, moved, colours) {
       context.lineTo(...at(reach * to[0], reach * to[1]));
     }
   }
-  context.stroke();
+  outline(context, colours.line);
   polygon(context, [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, z]) => {
     const point = moved([x * wide, 0, z * deep]);
     return at(point[0], point[2]);
@@ -71,13 +69,8 @@ function drawFloor(context, { camera, bodies, run }, moved, colours) {
   context.fillStyle = "#000";
   context.fill();
   context.globalAlpha = 1;
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  drivenAxes(run).forEach((axis, i) => {
-    context.fillStyle = colours[axis];
-    context.fillText(`+${axis}`, ...at(i ? -0.86 * reach : 0.62 * reach, i ? 0.62 * reach : -0.9 * reach));
-  });
+  drivenAxes(run).forEach((axis, i) => write(context, `+${axis}`, ...at(i ? -0.86 * reach : 0.62 * reach,
+    i ? 0.62 * reach : -0.9 * reach), colours[axis], { font: "12px", align: "center" }));
 }
 
 /** A stator: iron, and on the sides that are seen its coils by the current of their phase. */
@@ -143,25 +136,19 @@ function drawGap(context, { camera, bodies, run }, row, colours) {
     [near.high[0], near.high[2]]].sort((p, q) => camera.seen([q[0], 0, q[1]])[1] - camera.seen([p[0], 0, p[1]])[1]);
   const [x, z] = corners[0], shift = moved([0, 0, 0]), [, y] = moved([x - shift[0], 0, z - shift[2]]);
   const [top, bottom] = [camera.seen([x, 0, z]), camera.seen([x, y, z])];
-  context.strokeStyle = colours.text;
-  context.fillStyle = colours.text;
-  context.lineWidth = 2;
   context.beginPath();
   for (const [px, py] of [top, bottom]) { context.moveTo(px - 6, py); context.lineTo(px + 6, py); }
   context.moveTo(...top);
   context.lineTo(...bottom);
-  context.stroke();
+  outline(context, colours.text, 2);
   context.font = "600 12px system-ui, sans-serif";
-  context.textAlign = "left";
-  context.textBaseline = "middle";
   const gap = 1e3 * gapAt(run, row);
   const text = `air gap ${gap.toFixed(1)} mm`, [left, high] = [bottom[0] + 10, bottom[1] + 14];
   context.fillStyle = colours.paper;
   context.globalAlpha = 0.8;
   context.fillRect(left - 3, high - 9, context.measureText(text).width + 6, 18);
   context.globalAlpha = 1;
-  context.fillStyle = colours.text;
-  context.fillText(text, left, high);
+  write(context, text, left, high, colours.text, { font: "600 12px" });
 }
 
 const gapAt = (run, row) => row.axes[run.vertical].position;
@@ -200,24 +187,14 @@ function drawSpace(context, view, run, row, ghost, values, colours) {
   const above = camera.place[1] < 0;
   if (above) platform(); else stators();
   if (above) stators(); else platform();
-  context.strokeStyle = colours.text;
-  context.lineWidth = 1.3;
-  context.setLineDash([5, 4]);
   polygon(context, hull(platformCorners(view, row, "reference")));
-  context.stroke();
-  context.setLineDash([]);
+  outline(context, colours.text, 1.3, DASHED);
   if (ghost) {   // which is behind what flies, as a rule
-    context.strokeStyle = colours.bad;
-    context.lineWidth = 2;
     polygon(context, hull(platformCorners(view, ghost, "position")));
-    context.stroke();
+    outline(context, colours.bad, 2);
   }
   drawForces(context, view, row, values, colours);
   drawGap(context, view, row, colours);
-  context.font = "11px system-ui, sans-serif";
-  context.textAlign = "left";
-  context.textBaseline = "top";
-  context.fillStyle = colours.text;
-  context.fillText(`in space: drag the platform, or beside it to turn the view${run.rotations.length
-    ? `; tilts ×${TILT}` : ""}`, 4, 0);
+  write(context, `in space: drag the platform, or beside it to turn the view${run.rotations.length
+    ? `; tilts ×${TILT}` : ""}`, 4, 0, colours.text, { base: "top" });
 }

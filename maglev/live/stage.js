@@ -49,22 +49,12 @@ function arrow(context, x, y, dx, dy, label, colours) {
   const length = Math.hypot(dx, dy);
   if (length < 3) return;
   const [ux, uy] = [dx / length, dy / length];
-  context.strokeStyle = context.fillStyle = colours.text;
-  context.lineWidth = 2.5;
-  context.setLineDash([]);
-  context.beginPath();
-  context.moveTo(x, y);
-  context.lineTo(x + dx - 6 * ux, y + dy - 6 * uy);
-  context.stroke();
-  context.beginPath();
-  context.moveTo(x + dx, y + dy);
-  context.lineTo(x + dx - 9 * ux - 4.5 * uy, y + dy - 9 * uy + 4.5 * ux);
-  context.lineTo(x + dx - 9 * ux + 4.5 * uy, y + dy - 9 * uy - 4.5 * ux);
+  line(context, [[x, y], [x + dx - 6 * ux, y + dy - 6 * uy]], colours.text, 2.5);
+  polygon(context, [[x + dx, y + dy], [x + dx - 9 * ux - 4.5 * uy, y + dy - 9 * uy + 4.5 * ux],
+    [x + dx - 9 * ux + 4.5 * uy, y + dy - 9 * uy - 4.5 * ux]]);
+  context.fillStyle = colours.text;
   context.fill();
-  context.font = "11px system-ui, sans-serif";
-  context.textAlign = ux < -0.5 ? "right" : "left";
-  context.textBaseline = "middle";
-  context.fillText(label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy);
+  write(context, label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy, colours.text, { align: ux < -0.5 ? "right" : "left" });
 }
 
 /** The iron, and in its slots the coils of each motor, one row above the other. */
@@ -74,8 +64,6 @@ function drawStator(context, view, row, values, colours) {
   const left = middle - slots * pitch / 2, tall = TEETH * scale / motors.length;
   context.fillStyle = colours.iron;
   context.fillRect(left, stator - (YOKE + TEETH) * scale, slots * pitch, (YOKE + TEETH) * scale);
-  context.textAlign = "center";
-  context.textBaseline = "middle";
   motors.forEach((motor, place) => {
     const { phases } = row.motors[motor], peak = values(`plant.${motor}.amplifier.peak`) || 5;
     const y = stator - TEETH * scale + place * tall, side = motors.length > 1;
@@ -89,12 +77,11 @@ function drawStator(context, view, row, values, colours) {
       context.fillStyle = colours.current;
       context.fillRect(x, y, slot, tall - (side ? 1 : 0));
       context.globalAlpha = 1;
-      context.fillStyle = colours.text;
-      context.font = `${Math.max(9, Math.min(0.5 * slot, 0.7 * tall))}px system-ui, sans-serif`;
+      const form = { font: `${Math.max(9, Math.min(0.5 * slot, 0.7 * tall))}px`, align: "center" };
       // Out of the plane or into it, as the point and the feathers of an arrow; the letter is the phase.
       const [markX, markY, letterX, letterY] = side ? [0.28, 0.52, 0.7, 0.52] : [0.5, 0.3, 0.5, 0.74];
-      if (strength > 0.02) context.fillText(current > 0 ? "•" : "×", x + markX * slot, y + markY * tall);
-      if (!side || slot > 16) context.fillText("abc"[phase], x + letterX * slot, y + letterY * tall);
+      if (strength > 0.02) write(context, current > 0 ? "•" : "×", x + markX * slot, y + markY * tall, colours.text, form);
+      if (!side || slot > 16) write(context, "abc"[phase], x + letterX * slot, y + letterY * tall, colours.text, form);
     }
   });
 }
@@ -122,16 +109,12 @@ function drawMover(context, view, along, gap, colours) {
   const [x, y, width, height] = moverOutline(view, along, gap), magnet = view.sheet.magnet_height * 1e3 * view.scale;
   context.fillStyle = colours.iron;
   context.fillRect(x, y + magnet, width, height - magnet);
-  const pole = width / POLES;
-  context.font = `600 ${Math.max(8, 0.95 * magnet)}px system-ui, sans-serif`;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
+  const pole = width / POLES, form = { font: `600 ${Math.max(8, 0.95 * magnet)}px`, align: "center" };
   for (let k = 0; k < POLES; k++) {
     const north = k % 2 === 0;
     context.fillStyle = north ? colours.north : colours.south;
     context.fillRect(x + (k + 0.1) * pole, y, 0.8 * pole, magnet);
-    context.fillStyle = colours.paper;
-    context.fillText(north ? "N" : "S", x + (k + 0.5) * pole, y + magnet / 2 + 0.5);
+    write(context, north ? "N" : "S", x + (k + 0.5) * pole, y + magnet / 2 + 0.5, colours.paper, form);
   }
 }
 
@@ -150,47 +133,28 @@ function boxIn(view, run, row, what) {
 
 function drawScales(context, view, run, values, colours) {
   const { scale, middle, stator, left, top, width } = view;
-  context.strokeStyle = colours.faint;
-  context.fillStyle = colours.faint;
-  context.lineWidth = 1;
-  context.font = "11px system-ui, sans-serif";
   const bottom = stator + (view.room.height - YOKE - TEETH) * scale - 2;
-  context.textAlign = "center";
-  context.textBaseline = "top";
   const ends = 1e3 * run.rig.room.along, step = tickStep(2 * ends, 3);
   const most = step * Math.floor(ends / step);
   for (let k = -5 * most / step; k <= 5 * most / step; k++) {
     const mm = Number((k * step / 5).toPrecision(6)), x = Math.round(middle + mm * scale) + 0.5;
-    context.beginPath();
-    context.moveTo(x, bottom);
-    context.lineTo(x, bottom + (k % 5 ? 3 : 6));
-    context.stroke();
-    if (k % 5 === 0) context.fillText(mm ? String(mm).replace("-", "−") : `${view.axis} = 0 mm`, x, bottom + 7);
+    line(context, [[x, bottom], [x, bottom + (k % 5 ? 3 : 6)]], colours.faint);
+    if (k % 5 === 0) write(context, mm ? String(mm).replace("-", "−") : `${view.axis} = 0 mm`, x, bottom + 7, colours.faint,
+      { align: "center", base: "top" });
   }
   // End stops: of the gap beside the mover, of the displacement on the scale.
-  context.strokeStyle = colours.text;
-  context.lineWidth = 2;
   for (const end of [0, 1]) {
     const [gap, along] = [run.vertical, view.axis].map((axis) => 1e3 * endsOf(run, axis, values)[end]);
     for (const x of [middle - 0.495 * width + 4, middle + 0.495 * width - 14]) {
-      context.beginPath();
-      context.moveTo(x, stator + gap * scale);
-      context.lineTo(x + 10, stator + gap * scale);
-      context.stroke();
+      line(context, [[x, stator + gap * scale], [x + 10, stator + gap * scale]], colours.text, 2);
     }
-    context.beginPath();
-    context.moveTo(middle + along * scale, bottom - 7);
-    context.lineTo(middle + along * scale, bottom + 7);
-    context.stroke();
+    line(context, [[middle + along * scale, bottom - 7], [middle + along * scale, bottom + 7]], colours.text, 2);
   }
-  context.textAlign = "left";
-  context.textBaseline = "top";
-  context.fillStyle = colours.text;
   const tilt = run.rig.tilts[view.axis], [first, ...others] = view.motors;
   const named = others.length ? `, coils ${[first, ...others].join(" over ")}`
     : `, motor${run.rig.sharing > 1 ? "s" : ""}${run.motors.length > 1 ? ` ${first}` : ""}`;
-  context.fillText(`from the side: ${view.axis}${tilt ? "," : " and"} air gap ${run.vertical}${tilt
-    ? ` and ${tilt.axis} ×${TILT}` : ""}${named}`, left + 4, top);
+  write(context, `from the side: ${view.axis}${tilt ? "," : " and"} air gap ${run.vertical}${tilt
+    ? ` and ${tilt.axis} ×${TILT}` : ""}${named}`, left + 4, top, colours.text, { base: "top" });
 }
 
 function drawSide(context, view, run, row, ghost, values, colours) {
@@ -202,12 +166,9 @@ function drawSide(context, view, run, row, ghost, values, colours) {
     context.globalAlpha = flown === row ? 1 : 0.32;
     tilted(context, view, run, place, () => drawMover(context, view, place(view.axis), place(vertical), colours));
   }
-  context.strokeStyle = colours.text;
-  context.lineWidth = 1.3;
-  context.setLineDash([5, 4]);
   const wanted = (axis) => mm(axis, "reference");
-  tilted(context, view, run, wanted, () => context.strokeRect(...moverOutline(view, wanted(view.axis), wanted(vertical))));
-  context.setLineDash([]);
+  tilted(context, view, run, wanted, () =>
+    boxed(context, moverOutline(view, wanted(view.axis), wanted(vertical)), colours.text, 1.3, DASHED));
   const [x, y, width, height] = moverOutline(view, mm(view.axis, "position"), mm(vertical, "position"));
   const forces = forcesOf(run, row, values), middle = x + width / 2;
   const newton = newtonsOf(view), thrust = newton * 4 * forces.thrust[view.axis];
@@ -222,11 +183,7 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   const { scale, middle, centre, left, top } = view;
   const [across, along] = drivenAxes(run);
   const limits = (axis) => endsOf(run, axis, values).map((end) => 1e3 * end * scale);
-  context.font = "11px system-ui, sans-serif";
-  context.fillStyle = colours.text;
-  context.textAlign = "left";
-  context.textBaseline = "top";
-  context.fillText(`from above: ${across} to the right, ${along} up`, left + 4, top);
+  write(context, `from above: ${across} to the right, ${along} up`, left + 4, top, colours.text, { base: "top" });
   // The motors that drive an axis lie side by side from edge to edge, a single one in the middle.
   const body = (from) => {
     const [x, y, size] = boxIn(view, run, from, "position"), bar = 0.16 * size;
@@ -243,15 +200,9 @@ function drawAbove(context, view, run, row, ghost, values, colours) {
   };
   if (ghost) { context.globalAlpha = 0.32; body(ghost); context.globalAlpha = 1; }
   body(row);
-  context.strokeStyle = colours.text;
-  context.lineWidth = 1.3;
-  context.setLineDash([5, 4]);
-  context.strokeRect(...boxIn(view, run, row, "reference"));
-  context.setLineDash([]);
-  context.strokeStyle = colours.paper;
-  context.lineWidth = 2;
+  boxed(context, boxIn(view, run, row, "reference"), colours.text, 1.3, DASHED);
   const [x0, x1] = limits(across), [z0, z1] = limits(along);
-  context.strokeRect(middle + x0, centre - z1, x1 - x0, z1 - z0);   // where the middle can be: the end stops
+  boxed(context, [middle + x0, centre - z1, x1 - x0, z1 - z0], colours.paper, 2);   // where the middle can be: the end stops
   const [corner, edge, size] = boxIn(view, run, row, "position"), [x, y] = [corner + size / 2, edge + size / 2];
   context.fillStyle = colours.text;
   context.beginPath();
@@ -272,10 +223,7 @@ function drawHint(canvas, view, run, row, colours) {
   context.beginPath();
   context.roundRect(x - half, y - 13, 2 * half, 26, 13);
   context.fill();
-  context.fillStyle = colours.paper;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  context.fillText(text, x, y + 1);
+  write(context, text, x, y + 1, colours.paper, { font: "600 14px", align: "center" });
 }
 
 function drawStage(canvas, run, row, ghost, values, colours, from) {

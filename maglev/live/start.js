@@ -1,19 +1,13 @@
 "use strict";
 // What the page carries, unpacked: descriptions and runs as JSON, modules as bytes; then everything begins.
 
-/** Bytes of an element of a page that holds gzip in base64. */
-async function unpacked(from, id) {
-  const packed = Uint8Array.from(atob(from.getElementById(id).textContent), (character) => character.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 /** What a page carries. */
 async function contentOf(from) {
-  const content = JSON.parse(new TextDecoder().decode(await unpacked(from, "data")));
+  const held = (id) => unpacked(from.getElementById(id).textContent);
+  const content = JSON.parse(new TextDecoder().decode(await held("data")));
   for (const run of Object.values(content.runs)) run.rig = content.rigs[run.rig];
   const names = Object.keys(content.fmus);
-  const bytes = await Promise.all(names.map((name) => unpacked(from, `fmu-${name}`)));
+  const bytes = await Promise.all(names.map((name) => held(`fmu-${name}`)));
   content.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
   return content;
 }
@@ -24,10 +18,10 @@ function listRuns() {
   at("run").replaceChildren();
   for (const rig of Object.values(live.rigs).reverse()) {
     const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
-    const group = runs.length && make("optgroup", { label: rig.title }, at("run"));
+    const group = runs.length && html("optgroup", { label: rig.title }, at("run"));
     for (const [name, { title }] of runs) {
       const short = title.replace(`${rig.title}: `, "");
-      make("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
+      html("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
     }
   }
 }

@@ -1,7 +1,24 @@
 "use strict";
-// Scales of plots: ticks that a person would choose, and where a value stands.
+// What scripts of all pages share: elements, packed bytes, and scales of plots, with ticks that a person would choose.
 const LENGTHS = [[1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
   [100, "100 mm"]];
+
+/** An element with attributes, put into a parent if there is one. */
+function html(name, attributes, parent, text = "") {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text) element.textContent = text;
+  if (parent) parent.append(element);
+  return element;
+}
+
+/** Bytes that a page holds as gzip in base64. */
+async function unpacked(text) {
+  const letters = atob(text), packed = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) packed[k] = letters.charCodeAt(k);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
 
 /** Distance of ticks that divides a span into at most so many parts: 1, 2 or 5 times a power of ten. */
 function tickStep(span, most) {

@@ -6,11 +6,9 @@
     "the more current they carry; a dot is current towards you, a cross away from you. The dashed outline is the " +
     "reference. Widths are to scale, gaps and tilts are drawn 3.6 times larger.";
 
-  const element = html;
-
   function labelled(text, name, attributes, parent) {
-    const label = element("label", attributes.class ? { class: attributes.class } : {}, parent, `${text} `);
-    return element(name, { ...attributes, class: "" }, label);
+    const label = html("label", attributes.class ? { class: attributes.class } : {}, parent, `${text} `);
+    return html(name, { ...attributes, class: "" }, label);
   }
 
   /** Views, readings and a function that shows a time (s) of a decoded run. */
@@ -33,9 +31,9 @@
       `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}${driving(axis).length > 1
         ? `, coils of ${driving(axis)[0]}` : ""}`, run.sheet));
     const printed = (label) => {
-      const row = element("div", {}, list);
-      element("dt", {}, row, label);
-      return element("dd", {}, row);
+      const row = html("div", {}, list);
+      html("dt", {}, row, label);
+      return html("dd", {}, row);
     };
     const clock = printed("time");
     const values = report.moving[name].map((shown) => ({ shown, place: printed(shown.name) }));
@@ -52,22 +50,22 @@
   }
 
   function build() {
-    const views = element("div", { class: "views", id: "player-views" }, player);
-    const controls = element("div", { class: "controls" }, player);
+    const views = html("div", { class: "views", id: "player-views" }, player);
+    const controls = html("div", { class: "controls" }, player);
     const choice = labelled("Run", "select", { id: "player-run" }, controls);
-    for (const name of Object.keys(report.moving)) element("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
-    const transport = element("div", { class: "controls" }, player);
-    const button = element("button", { type: "button", id: "player-play" }, transport, "Play");
+    for (const name of Object.keys(report.moving)) html("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
+    const transport = html("div", { class: "controls" }, player);
+    const button = html("button", { type: "button", id: "player-play" }, transport, "Play");
     const slider = labelled("Time", "input",
       { type: "range", id: "player-time", min: "0", step: "0.01", class: "scrub" }, transport);
     const speed = labelled("Speed", "select", { id: "player-speed" }, transport);
-    for (const factor of ["0.25", "1", "4"]) element("option", { value: factor }, speed, `${factor}×`);
+    for (const factor of ["0.25", "1", "4"]) html("option", { value: factor }, speed, `${factor}×`);
     speed.value = "1";
-    const event = element("p", { class: "status", role: "status" }, player);
-    const details = element("details", {}, player);
-    element("summary", {}, details, "What is drawn, and the values");
-    element("p", {}, details, ABOUT);
-    const readings = element("dl", { class: "readings" }, details);
+    const event = html("p", { class: "status", role: "status" }, player);
+    const details = html("details", {}, player);
+    html("summary", {}, details, "What is drawn, and the values");
+    html("p", {}, details, ABOUT);
+    const readings = html("dl", { class: "readings" }, details);
     let display = () => {};
     let time = 0;
     let end = 0;
@@ -127,6 +125,6 @@
   if (Object.keys(report.moving).length) {
     build();
   } else {
-    element("p", {}, player, "None of the main runs was recorded.");
+    html("p", {}, player, "None of the main runs was recorded.");
   }
 }

@@ -16,14 +16,6 @@ function svg(name, attributes, parent, text = "") {
   return element;
 }
 
-function html(name, attributes, parent, text = "") {
-  const element = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  if (text) element.textContent = text;
-  if (parent) parent.append(element);
-  return element;
-}
-
 /** Lets the browser do what is due: no task grows long. */
 function breath() {
   return new Promise((resolve) => { setTimeout(resolve, 0); });

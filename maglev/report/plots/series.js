@@ -30,11 +30,7 @@ function integers(bytes, start, count) {
 function decodeRun(name) {
   pending[name] ??= (async () => {
     const run = report.runs[name];
-    const text = atob(run.data);
-    const packed = new Uint8Array(text.length);
-    for (let k = 0; k < text.length; k++) packed[k] = text.charCodeAt(k);
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const bytes = await unpacked(run.data);
     const signals = {};
     let start = 0;
     for (const [signal, { rows, quantum, tolerance }] of Object.entries(run.signals)) {

@@ -1,0 +1,45 @@
+"use strict";
+// What is drawn on the canvases, in px of the page: texts, lines through points, shapes.
+
+/** Write a text at a place. */
+function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle" } = {}) {
+  context.font = `${font} system-ui, sans-serif`;
+  context.textAlign = align;
+  context.textBaseline = base;
+  context.fillStyle = colour;
+  context.fillText(text, x, y);
+}
+
+/** Draw a line through points. */
+function line(context, points, colour, width = 1, dash = []) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  outline(context, colour, width, dash);
+}
+
+/** Draw the line of the path that there is. */
+function outline(context, colour, width = 1, dash = []) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Make a path around points. */
+function polygon(context, points) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  context.closePath();
+}
+
+/** Draw the outline of a box: left, top, width, height. */
+function boxed(context, box, colour, width = 1, dash = []) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.strokeRect(...box);
+  context.setLineDash([]);
+}
+
+const DASHED = [5, 4];   // px
