@@ -18,7 +18,7 @@ from maglev.cosim.master import Recording
 from maglev.cosim.open import read_description
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
-from maglev.fmu_experiments.recording import inputs_of
+from maglev.fmu_experiments.pack import inputs_of
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

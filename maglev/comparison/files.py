@@ -1,6 +1,7 @@
 """Files about runs beside each other: columns of each run, one JSON, one text, a picture and a page."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -8,21 +9,28 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
-from maglev.comparison.page import comparison_page
 from maglev.comparison.table import Row, legend, side_by_side, summary
 from maglev.experiment.execution import RunResult, json_text, run_data
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
-from maglev.pages.shell import publish
+from maglev.pages import shell
+from maglev.panels import PANELS
 from maglev.pictures import write_figure
+from maglev.report.findings import html_table
+from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
+from maglev.report.plots.data import figure_data, runs_data
+from maglev.report.plots.figures import EVERY, Figure, with_data
 from maglev.report.plots.picture import overlay
+from maglev.report.plots.static import static_picture
 from maglev.report.status import events, run_status
-from maglev.report.text import as_text, heading, held
+from maglev.report.text import as_text, heading, held, origin
 from maglev_files.whole_file import write_whole
 
 BEST = "*"   # behind the best value of a row, where there is no colour
 
 Runs = Mapping[str, RunResult]   # by label, also those that failed
+
+PAGE = Path(__file__).parent / "comparison.html"
 
 
 def rows_of(runs: Runs) -> list[Row]:
@@ -57,7 +65,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
         write_whole(written[-1], text)
     if page:
         written.append(folder / f"{name}.compare.html")
-        publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
+        shell.publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
     flown = {label: run for label, run in runs.items() if len(run.time)}
     if picture and flown:
         written.append(folder / f"{name}.compare.png")
@@ -96,3 +104,50 @@ def ending(run: RunResult) -> str:
         return ", ".join(run_status(run))
     disturbed = [f"{event.words} at {event.time:.3f} s" for event in events(run.metrics)]
     return ", ".join([held(run.metrics), *disturbed])
+
+
+def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
+    """Text of the page, which needs no network."""
+    labels = {run.plan.name: label for label, run in runs.items()}
+    panels = [f"{kind} {EVERY}" for kind in PANELS]
+    figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
+                             list(runs.values())))
+    data = {"runs": runs_data(list(runs.values()), figures),
+            "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)}}
+    return shell.page(
+        "compare", f"{escape(name)}: runs side by side", read("style.css"), PAGE.read_text(encoding="utf-8"),
+        name=escape(name), subject=escape(title),
+        endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
+                          f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
+                          for label, run in runs.items()),
+        origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
+                          for label, run in runs.items() if run.provenance is not None),
+        flown=escape(flown_with(runs.values())),
+        legend=escape(legend(runs.values(), "★")),
+        summary=row_table(list(runs), summary(rows)),
+        steps=row_table(list(runs), [row for row in rows if row.time is not None]),
+        figures="\n".join(f"<figure><noscript>{static_picture(shown)}</noscript>"
+                          f'<div class="plot" data-figure="figure-{number}" '
+                          f'style="min-height:{plot_height(shown)}px"></div></figure>'
+                          for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
+        data=json_in_html(data),
+        scripts=shell.scripts(*map(read, PLOT_SCRIPTS)))
+
+
+def flown_with(runs: Iterable[RunResult]) -> str:
+    """Commands and machines that runs were flown with, each once."""
+    found = dict.fromkeys(f"Flown by {run.provenance.command}, Python {run.provenance.python}."
+                          for run in runs if run.provenance is not None)
+    return " ".join(found)
+
+
+def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
+    """Table of rows; the best value of a row is marked with a star and in bold."""
+    return html_table(("quantity", "of", *labels), (
+        (escape(row.name), escape(row.of), *(mark(escape(row.text(label)), label in row.best) for label in labels))
+        for row in rows)) if rows else "<p>Nothing was measured.</p>"
+
+
+def mark(text: str, best: bool) -> str:
+    """A value, marked if it is the best of its row."""
+    return f'<strong class="best">{text} <span aria-label="best">★</span></strong>' if best else text

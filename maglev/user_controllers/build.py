@@ -19,7 +19,7 @@ from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, STEPP
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError
 from maglev.user_controllers.own_modules import OwnModules, own_name
-from maglev.user_controllers.source import chosen_file, is_class, read
+from maglev.user_controllers.source import file_of, is_class, load, read
 from maglev.user_controllers.subset import first_misfit, without_tables
 from maglev_files.scratch import scratch
 
@@ -101,7 +101,7 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
     """
     if is_class(path):
         raise BuildError(f"{path}: expected a file, such as lqi.py or lqi.py:LQI, for an FMU carries it")
-    file, definition = chosen_file(path)
+    file, definition = file_of(path)[0], load(path).definition
     name, modules = definition.name, read(file)
     for problem in modules.problems:
         raise BuildError(problem)

@@ -133,11 +133,6 @@ def copy_of(path: Path) -> Path:
     return copy if name is None else Path(f"{copy}:{name}")
 
 
-def chosen_file(path: Path) -> tuple[Path, WrittenDefinition]:
-    """File that a path names, and the definition of the class in it; errors as of `load`."""
-    return file_of(path)[0], load(path).definition
-
-
 def read(file: Path) -> OwnModules:
     """Text of a file and of the modules beside it; ControllerError if one is not in Python."""
     try:

@@ -13,7 +13,7 @@ from command_line import error_line, maglev
 from fmi_export.experiments.files import MANIFEST
 from maglev.errors import FmuError, ScenarioError
 from maglev.fmu_experiments import pack
-from maglev.fmu_experiments.recording import recorded
+from maglev.fmu_experiments.pack import recorded
 from maglev.own_fmus import built_here
 
 SHORT = """

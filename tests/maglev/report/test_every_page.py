@@ -10,8 +10,7 @@ from report_runs import packaged, recorded
 from report_tab import CONTRAST, PHONE, Tab, violations, wait_until
 from studied_grid import broken_at
 
-from maglev.comparison.files import rows_of
-from maglev.comparison.page import comparison_page
+from maglev.comparison.files import comparison_page, rows_of
 from maglev.live.page import live_page
 from maglev.pages.shell import INDEX, publish
 from maglev.studies.page.page import page as study_page
