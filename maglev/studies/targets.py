@@ -51,6 +51,10 @@ def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Ta
                     raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: {name} is "
                                         f"{'Boolean, expected true or false' if target.boolean else 'a number'}")
             found.append(target)
+        nominal = [target.nominal for target in found if target.column == i]
+        if varied.mode == "factor" and not any(nominal):
+            raise ScenarioError(f"{origin}: vary[{i}].set = {', '.join(varied.set)!r}: a factor on 0 varies nothing, "
+                                "expected values, such as LOW:HIGH, or mode = 'offset'")
     return found
 
 
@@ -90,6 +94,11 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
         raise ScenarioError(f"{key}: is of type {variable.type}, expected Real or Boolean")
     if own in experiment.plan.fmus[fmu].start_from:
         raise ScenarioError(f"{key}: comes from another run, expected what the scenario itself sets")
+    plan = experiment.plan
+    if name in {*(end for _, end in plan.wires.values()), *(port for each in plan.signals
+                                                            for port in (each.to, each.rate_to))}:
+        raise ScenarioError(f"{key}: is fed from the start, expected a parameter, an input that nothing feeds, or "
+                            "reference.AXIS.amplitude, .start or .end")
     boolean = variable.type == "Boolean"
     if boolean and mode != "value":
         raise ScenarioError(f"{key}: is Boolean, expected mode = 'value'")

@@ -125,6 +125,10 @@ class PortCheck:
                 key = key_path(["fmus", fmu, "start", name])
                 self.origin = start.origin
                 variable = self.variable_of(key, start.written, fmu, name, "parameter", "input")
+                if start.origin and variable.causality == "input" and f"{fmu}.{name}" in self.fed:
+                    raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
+                                      "the start, expected a parameter, an input that nothing feeds, or "
+                                      "reference.AXIS.amplitude, .start or .end")
                 expected = expected_start(start, variable)
                 if expected:
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")

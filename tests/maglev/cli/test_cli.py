@@ -88,6 +88,7 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--set", "controller.antiwindup=7"], "expected true or false"),
     (["--set", "plant.y.mass=nan"], "expected a finite number"),
     (["--set", "plant.y.encoder=1"], "expected parameter or input"),
+    (["--set", "controller.y.reference=26 mm"], "'y.reference' is fed by signals[0].to from the start"),
     (["--plant", "."], "there is no file ."),
     (["--plant", "missing.fmu"], "there is no file missing.fmu"),
     (["--fmus", "nowhere"], "`maglev build`")])

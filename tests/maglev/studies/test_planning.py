@@ -29,6 +29,8 @@ def sampled(**design: object) -> dict[str, object]:
     (varied(set="plant.v.mas"), "plant has no parameter 'v.mas', nearest is 'v.mass'"),
     (varied(set="plan.v.mass"), "there is no FMU 'plan', nearest is 'plant'"),
     (varied(set="plant.v.position"), "is a output variable, expected a parameter or an input"),
+    (varied(set="controller.v.measured"), "is fed from the start, expected a parameter"),
+    (varied(set="plant.h.position_start", mode="factor"), "a factor on 0 varies nothing, expected values"),
     (varied(set="reference.v.ende"), "nearest is 'end'"),
     (varied(set="plant.v.mass", values=["4 N"]), "4 N: is in N, expected a quantity in kg"),
     (varied(set="plant.v.mass", values=["4 kg"], mode="factor"), "is in kg, expected a factor"),
