@@ -25,46 +25,34 @@ from maglev.schema.run_plan import RunPlan
 from maglev.schema.signals.kinds import Sinusoids, Steps
 
 SCRIPTS = PACKAGED / "scripts"
-STOP_TIME = 0.3    # s
-STEP_TIME = 0.05   # s
-RAMP = 0.2         # s
 
-PAIRS = {"2dof": "2dof-setpoints", "3dof": "3dof-setpoints-improved"}
-ESTIMATED = {"2dof": ("2dof-identification-rig", 1.0), "3dof": ("3dof-identification-rig", 0.5)}   # and stop time, s
-
-
-def early(plan: RunPlan) -> RunPlan:
-    """The start of a set-point experiment, with an early first step."""
-    signals = [signal.model_copy(update={"times": [0.0, STEP_TIME, *signal.times[2:]]})
-               if isinstance(signal, Steps) else signal for signal in plan.signals]
-    return plan.model_copy(update={"signals": signals, "stop_time": STOP_TIME})
+# Runs with the end of what is recorded of them (s), when something happens in it (s), and the FMUs that are recorded.
+RECORDED = (("2dof-setpoints", 0.3, 0.05, {"plant": "plant_2dof", "controller": "controller_2dof"}),
+            ("3dof-setpoints-improved", 0.3, 0.05, {"plant": "plant_3dof", "controller": "controller_3dof"}),
+            ("2dof-identification-rig", 1.0, 0.2, {"estimator_10ms": "estimator_2dof"}),
+            ("3dof-identification-rig", 0.5, 0.2, {"estimator_10ms": "estimator_3dof"}))
 
 
-def excited(plan: RunPlan, stop_time: float) -> RunPlan:
-    """The start of Procedure 4, to a stop time (s), with the excitation ramped in at once."""
-    signals = [signal.model_copy(update={"ramp": RAMP}) if isinstance(signal, Sinusoids) else signal
-               for signal in plan.signals]
-    return plan.model_copy(update={"signals": signals, "stop_time": stop_time})
+def begun(plan: RunPlan, stop_time: float, first: float) -> RunPlan:
+    """The start of a run, to a stop time (s), with the first step, or the whole excitation, at a time (s)."""
+    def soon(signal: object) -> object:
+        if isinstance(signal, Steps):
+            return signal.model_copy(update={"times": [0.0, first, *signal.times[2:]]})
+        return signal.model_copy(update={"ramp": first}) if isinstance(signal, Sinusoids) else signal
 
-
-def record(plan: RunPlan, files: dict[str, Path]) -> None:
-    """Run a scenario and write an input file for each FMU that is named."""
-    experiment = prepare(plan, Path("fmus"), {}, {})
-    recording = experiment.run()
-    for fmu, path in files.items():
-        described = read_description(fmu, experiment.files[fmu])
-        columns = inputs_of(experiment, recording, fmu, described, lambda _, values: values)
-        write_csv(path, Recording(np.array(columns.pop("time")), {name: np.array(values)
-                                                                  for name, values in columns.items()}))
+    return plan.model_copy(update={"signals": [soon(signal) for signal in plan.signals], "stop_time": stop_time})
 
 
 def main() -> None:
-    """Write an input file for each plant, each controller and each estimator."""
-    for rig, name in PAIRS.items():
-        files = {fmu: SCRIPTS / f"{fmu}_{rig}_inputs.csv" for fmu in ("plant", "controller")}
-        record(early(load_plan(name)), files)
-    for rig, (name, stop_time) in ESTIMATED.items():
-        record(excited(load_plan(name), stop_time), {"estimator_10ms": SCRIPTS / f"estimator_{rig}_inputs.csv"})
+    """Run each scenario, and write an input file for each FMU that is named."""
+    for name, stop_time, first, files in RECORDED:
+        experiment = prepare(begun(load_plan(name), stop_time, first), Path("fmus"), {}, {})
+        recording = experiment.run()
+        for fmu, file in files.items():
+            described = read_description(fmu, experiment.files[fmu])
+            columns = inputs_of(experiment, recording, fmu, described, lambda _, values: values)
+            write_csv(SCRIPTS / f"{file}_inputs.csv", Recording(np.array(columns.pop("time")), {
+                name: np.array(values) for name, values in columns.items()}))
 
 
 if __name__ == "__main__":
