@@ -103,15 +103,13 @@ class Flight {
   }
 
   /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. If it lacks a
-   * port, nothing has changed; what can be left out are rates of the references and d-q commands. */
+   * port, nothing has changed; what can be left out are rates of the references. */
   swap(model) {
-    const { axes, motors } = this.run, fmu = this.made("controller", model);
+    const { axes } = this.run, fmu = this.made("controller", model);
     const rated = axes.map((_, i) => i).filter((i) => fmu.has(`${axes[i]}.reference_rate`));
-    const seen = motors.flatMap((motor) => [`${motor}.i_d_cmd`, `${motor}.i_q_cmd`]);
     Object.assign(this, { controller: fmu, model, rated, measurements: fmu.ports(this.measuredNames),
       references: fmu.ports(axes.map((axis) => `${axis}.reference`)),
-      rates: fmu.ports(rated.map((i) => `${axes[i]}.reference_rate`)), commands: fmu.ports(this.commandNames),
-      commandsSeen: seen.every((name) => fmu.has(name)) ? fmu.ports(seen) : null });
+      rates: fmu.ports(rated.map((i) => `${axes[i]}.reference_rate`)), commands: fmu.ports(this.commandNames) });
     this.signals = axes.map((axis) => this.run.signals.find(({ to }) => to === `controller.${axis}.reference`));
     this.fixedReferences = fmu.get(this.references).slice();
   }
@@ -203,21 +201,17 @@ class Flight {
     if (fmu.has(variable)) fmu.set(variable, value);
   }
 
-  /** What is drawn and plotted: for each axis position, reference, force; for each motor its currents and commands. */
+  /** What is drawn and plotted: for each axis position, reference, force; for each motor its currents. */
   row(into, offset) {
-    const { axes, motors } = this.run, t = this.time;
-    const currents = this.plant.get(this.seen), commands = this.commandsSeen && this.controller.get(this.commandsSeen);
+    const t = this.time;
     let at = offset;
     into[at++] = t;
-    axes.forEach((_, i) => {
+    this.run.axes.forEach((_, i) => {
       into[at++] = this.motion.values[2 * i];
       into[at++] = this.reference(i, t);
       into[at++] = this.forces.values[i];
     });
-    motors.forEach((_, i) => {
-      for (let c = 0; c < 5; c++) into[at++] = currents[5 * i + c];
-      for (let c = 0; c < 2; c++) into[at++] = commands ? commands[2 * i + c] : currents[5 * i + 3 + c];
-    });
+    into.set(this.plant.get(this.seen), at);
   }
 
   flags() {
@@ -228,4 +222,4 @@ class Flight {
 }
 
 /** Numbers in a row of `Flight.row`. */
-const rowWidth = (run) => 1 + 3 * run.axes.length + 7 * run.motors.length;
+const rowWidth = (run) => 1 + 3 * run.axes.length + 5 * run.motors.length;

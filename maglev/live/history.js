@@ -57,9 +57,7 @@ const columnOf = {
   position: (axis) => 1 + 3 * axis,
   reference: (axis) => 2 + 3 * axis,
   force: (axis) => 3 + 3 * axis,
-  phases: (axes, motor) => 1 + 3 * axes.length + 7 * motor,
-  direct: (axes, motor) => 4 + 3 * axes.length + 7 * motor,
-  quadrature: (axes, motor) => 5 + 3 * axes.length + 7 * motor,
-  directCommand: (axes, motor) => 6 + 3 * axes.length + 7 * motor,
-  quadratureCommand: (axes, motor) => 7 + 3 * axes.length + 7 * motor,
+  phases: (axes, motor) => 1 + 3 * axes.length + 5 * motor,
+  direct: (axes, motor) => 4 + 3 * axes.length + 5 * motor,
+  quadrature: (axes, motor) => 5 + 3 * axes.length + 5 * motor,
 };

@@ -17,7 +17,7 @@ const isAbout = (value) => Array.isArray(value?.variables) && value.variables.le
 const SHAPES = {
   loaded: {},
   alive: {},
-  started: { width: (value) => value === 1 + 3 * page.run.axes.length + 7 * page.run.motors.length },
+  started: { width: (value) => value === 1 + 3 * page.run.axes.length + 5 * page.run.motors.length },
   frame: { rows: isRows, ghostRows: isRows, flags: (value) => value !== null && areFlags(value), ghostFlags: areFlags,
     pace: isNumber, time: isNumber },
   refused: { text: isText },
