@@ -7,11 +7,7 @@ const POLES = 4;            // shown
 const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
 const VIEW = { width: 420, height: 300, along: 1.1, up: 4.0, stator: 66 };   // px, px/mm of displacement, px/mm of gap
 
-function svgText(parent, x, y, text, attributes = {}) {
-  const element = svg("text", { x, y, "text-anchor": "middle", ...attributes }, parent);
-  element.textContent = text;
-  return element;
-}
+const svgText = (parent, x, y, text, attributes = {}) => svg("text", { x, y, "text-anchor": "middle", ...attributes }, parent, text);
 
 /** Stator: iron with slots, and in each slot a coil side. Returns the coil sides. */
 function drawStator(parent, sheet) {
@@ -73,12 +69,9 @@ function drawScales(parent) {
 
 /** A view of the stage; returns a function that shows positions and references (mm, tilts in mrad) and phase currents (A). */
 function stageView(parent, title, sheet) {
-  const figure = document.createElement("figure");
-  const caption = document.createElement("figcaption");
-  caption.textContent = title;
-  const picture = svg("svg", { viewBox: `0 0 ${VIEW.width} ${VIEW.height}`, role: "img", "aria-label": title });
-  figure.append(caption, picture);
-  parent.append(figure);
+  const figure = html("figure", {}, parent);
+  html("figcaption", {}, figure, title);
+  const picture = svg("svg", { viewBox: `0 0 ${VIEW.width} ${VIEW.height}`, role: "img", "aria-label": title }, figure);
   drawScales(picture);
   const coils = drawStator(picture, sheet);
   const mover = drawMover(picture, sheet);

@@ -233,8 +233,7 @@ window.addEventListener("resize", () => {
 // On paper, however it is asked for: a figure that is not drawn has the picture that browsers without JavaScript show.
 window.addEventListener("beforeprint", () => {
   for (const element of document.querySelectorAll("[data-figure]:empty")) {
-    const picture = document.createElement("div");
-    picture.className = "on-paper";
+    const picture = html("div", { class: "on-paper" });
     picture.innerHTML = element.closest("figure").querySelector("noscript")?.textContent ?? "";
     element.before(picture);
   }
