@@ -249,6 +249,12 @@ class Rig:
         return self.horizontal if self.rotations else self.axes
 
     @property
+    def encoders(self) -> tuple[str, ...]:
+        """Names of what encoders read: positions of axes, and where the platform tilts, air gaps at the motors."""
+        gaps = self.motors if self.rotations else ()
+        return (*(f"{axis.name}.encoder" for axis in self.measured), *(f"{motor.name}.gap_encoder" for motor in gaps))
+
+    @property
     def axis_names(self) -> tuple[str, ...]:
         """Names of all axes, the vertical one first."""
         return tuple(axis.name for axis in self.axes)
@@ -277,6 +283,10 @@ class Rig:
     def carrying(self) -> float:
         """Motors that carry the mover."""
         return self.sharing * len(self.motors)
+
+    def axis(self, name: str) -> RigAxis:
+        """Axis of a name."""
+        return self.axes[self.axis_names.index(name)]
 
     def motors_of(self, axis: str) -> tuple[RigMotor, ...]:
         """Motors that drive a horizontal axis."""

@@ -104,11 +104,6 @@ def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
     write_whole(path, json.dumps({"outcomes": OUTCOMES, "sides": sides, "rigs": data}, indent=1) + "\n")
 
 
-def encoders(rig: Rig) -> list[str]:
-    """Names of what is measured."""
-    return [axis.name for axis in rig.measured] + [motor for motor in rig.motor_names if rig.rotations]
-
-
 def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
     """Study of a question with a law; its scenario is written into a folder."""
     scenario = folder / f"tolerance-{rig.name}-{law}.toml"
@@ -117,8 +112,9 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
         steps=(PACKAGED / "steps" / f"{rig.name}-{law}.toml").as_posix(), title=rig.title, rig=rig.name, law=law,
         measurement=(PACKAGED / "loops" / f"{rig.name}-measurement.toml").as_posix()), encoding="utf-8")
     gap, start = rig.vertical.name, 1e3 * rig.vertical.start
+    measured = [encoder.rpartition(".")[0] for encoder in rig.encoders]
     vary = [{"name": each.name, "kind": "list", "values": [f"{value:g} {each.unit}" for value in each.values],
-             "set": [each.sets.format(encoder) for encoder in encoders(rig)] if "{}" in each.sets else [each.sets]}
+             "set": [each.sets.format(name) for name in measured] if "{}" in each.sets else [each.sets]}
             for each in (question.down, question.along)]
     steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
              "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}

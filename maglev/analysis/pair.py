@@ -23,7 +23,6 @@ from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, R
 from maglev.own_fmus import kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
-from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import is_written, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.rig import Rig
@@ -216,8 +215,7 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
                    given: Quantity | None) -> float:
     """Sample time of a controller, s."""
     if given is not None:
-        with refused_as(LinearModelError, f"{name}: sample time"):
-            found = parse_quantity(given, "s")
+        found = number(name, "sample time", given, "s")
     elif setup.ports is not None and setup.ports.step is not None:
         found = setup.ports.step
     elif "sample_time" in setup.start:

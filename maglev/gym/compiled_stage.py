@@ -26,8 +26,6 @@ from maglev.errors import FmuError
 from maglev.own_fmus import built_here
 from pmlsm.rig import Rig
 
-PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
-
 Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
 
 
@@ -65,8 +63,9 @@ class CompiledStage:
     def __init__(self, rig: Rig, folder: Path, in_phases: bool):
         self.rig = rig
         axes, motors = len(rig.axes), len(rig.motors)
-        given = [f"{motor}.{phase}" for motor in rig.motor_names for phase in PHASES]
-        seen, used = encoders_of(rig), commutated_with(rig)
+        given = [f"{current}_cmd" for current in rig.phase_names]
+        seen = rig.encoders
+        used = seen if rig.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
         widths = [(3 if in_phases else 2) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
         ends = [sum(widths[:i + 1]) for i in range(len(widths))]
         self.row = np.zeros(ends[-1])
@@ -89,7 +88,7 @@ class CompiledStage:
         if self.commutation is not None:
             self.phases = (c_double * len(given))()
             address = addressof(self.phases)
-            asked = [f"{motor}.{current}_reference" for motor in rig.motor_names for current in ("i_d", "i_q")]
+            asked = [f"{current}_reference" for current in rig.dq_names]
             measured = [name.replace("encoder", "measured") for name in used]
             self.calls[0] = call(self.plant, "Set", given, address)
             self.calls = [self.values(self.commutation, "Set", [*asked, *measured], 0),
@@ -160,16 +159,6 @@ def loaded(name: str, folder: Path) -> Fmu:
         raise FmuError(f"{path} is not what this installation builds as {name}, expected it built again, for only that "
                        "flies in the process of an environment: `maglev build --native --target host`")
     return Fmu(name, path, read_description(name, path))
-
-
-def encoders_of(rig: Rig) -> list[str]:
-    return [*(f"{axis.name}.encoder" for axis in rig.measured),
-            *(f"{motor}.gap_encoder" for motor in rig.motor_names if rig.rotations)]
-
-
-def commutated_with(rig: Rig) -> list[str]:
-    """Encoders of a plant that its commutation needs: all where the platform tilts, otherwise not that of the gap."""
-    return encoders_of(rig)[0 if rig.rotations else 1:]
 
 
 def call(fmu: Fmu, verb: str, names: Sequence[str], address: int) -> Call:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError
-from maglev.gym.compiled_stage import CompiledStage, encoders_of
+from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.parameters import PlantParameters, Setting
 from maglev.gym.references import References
 from maglev.linear.motors.places import MotorPlaces
@@ -85,7 +85,7 @@ class Stage(gymnasium.Env[Array, Array]):
         low, high = (np.array(ends) for ends in zip(*stops, strict=True))
         # Tilts and the gap at the centre follow from the gaps at the motors.
         self.measuring = MotorPlaces.of(self.rig).measuring(self.rig)
-        seen = [self.ends(name.rpartition(".")[0]) for name in encoders_of(self.rig)]
+        seen = [self.ends(name.rpartition(".")[0]) for name in self.rig.encoders]
         seen_low, seen_high = (np.array(ends) for ends in zip(*seen, strict=True))
         self.peak = self.parameters.own(f"{self.rig.motor_names[0]}.amplifier.peak")
         self.references = References(reference, low, high, self.last + 1, self.sample_time)

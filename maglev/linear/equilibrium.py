@@ -83,7 +83,7 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: Mo
 def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
     """Positions of some axes as text; where the platform is tilted, of the tilts as well."""
     tilts = [tilt.name for tilt in rig.rotations if positions[tilt.name] != 0.0 and tilt.name not in axes]
-    return [f"{axis} = {1e3 * positions[axis]:g} m{rig.axes[rig.axis_names.index(axis)].unit('m')}"
+    return [f"{axis} = {1e3 * positions[axis]:g} m{rig.axis(axis).unit('m')}"
             for axis in (*axes, *tilts)]
 
 
@@ -237,7 +237,7 @@ def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
             raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected one of "
                                    f"{', '.join(rig.axis_names)}; nearest is {nearest(axis, rig.axis_names)}")
         with refused_as(LinearModelError, f"{name} at {axis}"):
-            positions[axis] = parse_quantity(given, rig.axes[rig.axis_names.index(axis)].unit("m"))
+            positions[axis] = parse_quantity(given, rig.axis(axis).unit("m"))
     vertical = rig.vertical.name
     if vertical not in at:
         raise LinearModelError(f"{name}: no {vertical}, expected the air gap to linearise at, such as "

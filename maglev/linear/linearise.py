@@ -7,9 +7,8 @@ from maglev.errors import LinearModelError, nearest
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.laws.controller import linear_controller
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
+from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, number, rig_of
 from maglev.linear.plant import linear_plant
-from maglev.units import parse_quantity, refused_as
 
 Currents = Literal["dq", "phases"]
 
@@ -83,7 +82,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
             raise LinearModelError(f"{name}: hold = {hold}, expected none: a controller is sampled at its sample_time")
         return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
     return linear_plant(name, rig, block, resting(name, block, at), currents == "phases", amplifier, forces,
-                        None if hold is None else read_hold(name, hold))
+                        None if hold is None else number(name, "hold", hold, "s"))
 
 
 def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> Equilibrium:
@@ -96,9 +95,3 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
     if name in CONTROLLERS:
         check_limit(f"{name} at {at}", block, at)
     return at
-
-
-def read_hold(name: str, hold: Quantity) -> float:
-    """Sample time (s) of a plant whose inputs are held."""
-    with refused_as(LinearModelError, f"{name}: hold"):
-        return parse_quantity(hold, "s")

@@ -89,7 +89,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
 
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:
-    """SI value of a quantity."""
+    """SI value of a quantity; LinearModelError that begins with the FMU and the key."""
     with refused_as(LinearModelError, f"{name}: {key}"):
         return parse_quantity(given, unit or "1")
 

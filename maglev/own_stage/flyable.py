@@ -9,7 +9,7 @@ from maglev.linear.loop import linearise_loop
 from maglev.linear.parameters import BLOCKS
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.design import strongest, unstable_rate
-from pmlsm.rig import Rig
+from pmlsm.rig import Rig, RigAxis
 
 SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: beyond, no gains of ours hold it
 
@@ -29,7 +29,7 @@ def flyable(path: str | Path) -> Rig:
         for kind in ("Plant", "Regulator"):
             equilibrium(f"{kind}{rig.suffix}", start)
         for axis in rig.horizontal:
-            require_thrust(rig, axis.name)
+            require_thrust(rig, axis)
         rate = max(unstable_rate(rig, axis.name) for axis in (rig.vertical, *rig.rotations))
         if rate * rig.sample_time > SLOWEST_SAMPLING:
             raise RigError(f"sample_time: {1e3 * rig.sample_time:g} ms, expected at most "
@@ -67,10 +67,9 @@ def require_within_ranges(rig: Rig) -> None:
                 raise RigError(f"{definition.name}: {variable.name} = {value:g} {variable.unit}, expected {low}…{high}")
 
 
-def require_thrust(rig: Rig, axis: str) -> None:
+def require_thrust(rig: Rig, axis: RigAxis) -> None:
     """Refuse motors that cannot overcome what holds their axis."""
-    of = next(each for each in rig.axes if each.name == axis)
-    needed = abs(of.bias) + of.friction.coulomb / of.mass
-    if strongest(rig, axis) <= needed:
-        raise RigError(f"axes.{axis}: its motors give {of.mass * strongest(rig, axis):.3g} N at their limit and the "
-                       f"start gap, bias and friction take {of.mass * needed:.3g} N, expected more thrust")
+    needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, strongest(rig, axis.name)
+    if given <= needed:
+        raise RigError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start gap, "
+                       f"bias and friction take {axis.mass * needed:.3g} N, expected more thrust")

@@ -13,15 +13,14 @@ def loop_table(rig: Rig) -> dict[str, Any]:
     # Tilts by what moves the outermost motor as much.
     arm = rig.arm or 1.0
     tilts: dict[str, Any] = {"tilt_bands": [band / arm for band in bands], "fail_tilt": 1e-3 / arm}
-    commands = [f"{motor}.i_{phase}_cmd" for motor in motors for phase in PHASES]
+    commands = [f"{current}_cmd" for current in rig.phase_names]
     return {
         "step": rig.sample_time,
         "output_interval": rig.sample_time * max(1, round(1e-3 / rig.sample_time)),
         "stop_flag": "plant.at_stop",
         "trip_flag": "controller.tripped",
-        "connections": [*([f"plant.{axis.name}.encoder", f"controller.{axis.name}.measured"] for axis in rig.measured),
-                        *([f"plant.{motor}.gap_encoder", f"controller.{motor}.gap_measured"] for motor in motors
-                          if rig.rotations),
+        "connections": [*([f"plant.{encoder}", f"controller.{encoder.replace('encoder', 'measured')}"]
+                          for encoder in rig.encoders),
                         *([f"controller.{command}", f"plant.{command}"] for command in commands)],
         "fmus": {"controller": {"model": f"Regulator{rig.suffix}"}, "plant": {"model": f"Plant{rig.suffix}"}},
         "axes": {axis: {"position": f"plant.{axis}.position", "reference": f"controller.{axis}.reference",

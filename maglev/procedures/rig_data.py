@@ -86,9 +86,7 @@ def measured_positions(result: RunResult, rig: Rig) -> Array:
 def measured_position(result: RunResult, rig: Rig, axis: str) -> Array:
     """Position of one axis by the encoders that show it."""
     described = rig.described
-    names = [f"{each.name}.encoder" for each in described.measured]
-    names += [f"{motor}.gap_encoder" for motor in rig.motors if described.rotations]
-    shares = zip(names, rig.places.measuring(described)[rig.axes.index(axis)], strict=True)
+    shares = zip(described.encoders, rig.places.measuring(described)[rig.axes.index(axis)], strict=True)
     return np.asarray(sum(share * plant_column(result, name) for name, share in shares if share))
 
 

@@ -249,7 +249,7 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
     # At a constant speed the low-passed position is behind by Ts/a1 when the next measurement comes.
     in_motion[states.index(f"{axis}.observer.position")] = -dt / block.observer.share1
     at_step: Array = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
-    return AxisLoop(name, axis, rig.axes[rig.axis_names.index(axis)].unit("m"), tuple(axes), states,
+    return AxisLoop(name, axis, rig.axis(axis).unit("m"), tuple(axes), states,
                     tuple(tuple(each) for each in sets), (full - np.eye(n)) / dt, np.asarray(drive / dt + others),
                     inject[axis], weights[axis], k, at_step, in_motion, dt,
                     np.array([max(-block.current_limit - rest[each] for each in alike) for alike in sets]),

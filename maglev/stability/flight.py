@@ -96,7 +96,7 @@ class Flights:
             start[self.axis], end[self.axis] = -0.5 * step, 0.5 * step
         lower, upper, _ = self.stops()
         if not lower < start[self.axis] < upper:
-            unit = self.rig.axes[self.rig.axis_names.index(self.axis)].unit("m")
+            unit = self.rig.axis(self.axis).unit("m")
             size, begin, low, high = (printed(each, unit) for each in (step, start[self.axis], lower, upper))
             raise StabilityError(f"{self.names[1]}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")

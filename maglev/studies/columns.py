@@ -14,7 +14,7 @@ from maglev.judging.metrics import Metrics, evaluate, phase_resistances
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
-from maglev.units import read_quantity, refused_as, si_unit
+from maglev.units import parse_quantity, read_quantity, refused_as, si_unit
 
 # Of every flight; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
 EVENTS = ("failed", "trip time", "stop contact time", "lost set-points")
@@ -78,8 +78,9 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
     for each, limit in limits.items():
         for name in meant(known, each, f"{origin}: limits"):
             unit = known[name][1] or "1"
-            low, high = ((default if given is None else limit_value(given.written, unit, f"{origin}: limits.{each}"))
-                         for given, default in ((limit.min, -inf), (limit.max, inf)))
+            with refused_as(ScenarioError, f"{origin}: limits.{each}"):
+                low, high = (default if given is None else parse_quantity(given.written, unit)
+                             for given, default in ((limit.min, -inf), (limit.max, inf)))
             before = bounds.get(name, (-inf, inf))
             least, most = bounds[name] = max(low, before[0]), min(high, before[1])
             if least > most:
@@ -104,12 +105,6 @@ def as_named(band: str) -> str:
     """A band as names of metrics have it, however it is written: "0.1 mm" of "100 um"."""
     value, unit = read_quantity(band)
     return printed(value, si_unit(str(unit)))
-
-
-def limit_value(written: object, unit: str, key: str) -> float:
-    """Value of a limit in SI."""
-    with refused_as(ScenarioError, key):
-        return read_quantity(written, unit).value
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
