@@ -130,11 +130,6 @@ def markdown() -> str:
                       f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
 
 
-def same_dimension(one: str, other: str) -> bool:
-    """Whether two units measure the same; QuantityError if one is unknown."""
-    return unit_of(one).dimension == unit_of(other).dimension
-
-
 def si_unit(unit: str) -> str:
     """Return the SI unit that `unit` converts to.
 
@@ -157,7 +152,7 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
     """
     if isinstance(value, str):
         quantity = read_text(value)
-        if unit is not None and not same_dimension(str(quantity.unit), unit):
+        if unit is not None and unit_of(str(quantity.unit)).dimension != unit_of(unit).dimension:
             raise QuantityError(f"{value!r} is in {quantity.unit}, expected a quantity in {unit}")
         return quantity
     if isinstance(value, bool) or not isinstance(value, int | float):

@@ -50,7 +50,6 @@ class Participant:
 
     def __init__(self, setup: FmuSetup, inputs: Sequence[str], outputs: Sequence[str], step: float):
         self.setup, self.inputs, self.outputs, self.size = setup, tuple(inputs), tuple(outputs), step
-        self.fmu: Fmu | None = None
         self.means = ""
         self.past: list[list[float]] = []   # inputs of every step until the point
         self.saved: Any = None
@@ -64,26 +63,22 @@ class Participant:
         self.close()
 
     def close(self) -> None:
-        if self.fmu is not None:
-            self.fmu.close()
-        self.fmu = None
+        self.fmu.close()
 
     def begin(self) -> None:
-        """Load and initialise it, anew if it was loaded."""
-        self.close()
+        """Load and initialise it."""
         description = read_description(self.setup.name, self.setup.path)
         scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
-        self.fmu = fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
+        self.fmu: Fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
         self.given, self.got = self.buffer(self.inputs), self.buffer(self.outputs)
         self.up, self.down = self.factors(self.inputs), self.factors(self.outputs)
         self.time = c_double()
-        self.stepping = (fmu.handle(), self.time, c_double(self.size), c_int(1))
-        fmu.initialise(self.setup.start, 0.0, FOREVER)
+        self.stepping = (self.fmu.handle(), self.time, c_double(self.size), c_int(1))
+        self.fmu.initialise(self.setup.start, 0.0, FOREVER)
         self.count = 0
 
     def buffer(self, names: Sequence[str]) -> Buffer:
         """Buffer of Real variables."""
-        assert self.fmu is not None
         variables = [self.fmu.variable(name) for name in names]
         for variable in variables:
             if variable.type != "Real":
@@ -92,7 +87,6 @@ class Participant:
 
     def factors(self, names: Sequence[str]) -> Array | None:
         """What SI values are multiplied by to be in the FMU's units; None if it counts in SI."""
-        assert self.fmu is not None
         if not any(name in self.fmu.scales for name in names):
             return None
         return np.array([self.fmu.scales[name].to_own(1.0) if name in self.fmu.scales else 1.0 for name in names])
@@ -100,7 +94,6 @@ class Participant:
     def step(self, inputs: list[float]) -> list[float]:
         """Outputs of a step with inputs, SI; FmuError if it refuses."""
         fmu = self.fmu
-        assert fmu is not None
         self.given.values[:] = inputs if self.up is None else (self.up * inputs).tolist()
         fmu.set(self.given)
         self.time.value = self.count * self.size
@@ -115,7 +108,6 @@ class Participant:
 
     def outputs_now(self) -> list[float]:
         """Outputs as they are, SI."""
-        assert self.fmu is not None
         self.fmu.get(self.got)
         found = list(self.got.values)
         return found if self.down is None else (np.array(found) / self.down).tolist()
@@ -133,7 +125,6 @@ class Participant:
     def state(self) -> Any:
         """State of the FMU; None if it has no means to give it."""
         fmu = self.fmu
-        assert fmu is not None
         if isinstance(fmu, WrittenController):
             try:
                 return fmu.slave._get_fmu_state()
@@ -150,8 +141,8 @@ class Participant:
     def back(self) -> None:
         """Return to the point that was marked."""
         fmu = self.fmu
-        assert fmu is not None
         if self.saved is None:
+            self.close()
             self.begin()
             found = self.last
             for inputs in self.past:

@@ -143,29 +143,21 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
     f1, _, f3, f4 = gap_functions(motor, at)
     _, f2, _, _ = gap_functions(motor, attraction_at)
     per_peak = 1.0 / sheet.amplitude
-    by_formula = None if sheet.winding is None else formulas(sheet.winding, motor)
     # Forces over the shape functions, N/A, N/T², N/(A T), N/A²: of one motor.
+    by_formula: tuple[float | None, ...] = (None,) * 4 if sheet.winding is None else formulas(sheet.winding, motor)
+    thrust, attraction, coils, iron = by_formula
     if sheet.force_constant is not None:
         thrust = sheet.force_constant * per_peak / f1
-    else:
-        assert by_formula is not None
-        thrust = by_formula[0]
     if sheet.attraction is not None:
         attraction = sheet.attraction / f2
-    else:
-        assert by_formula is not None
-        attraction = by_formula[1]
+    assert thrust is not None and attraction is not None   # as was just seen
     if sheet.direct_constant is not None:
         coils = sheet.direct_constant * per_peak / f3
-    elif by_formula is not None:
-        coils = by_formula[2]
-    else:
+    elif coils is None:
         coils = thrust * f1 / tanh(motor.wave_number * (motor.magnet_height + at)) / f3
     if sheet.iron_attraction is not None:
         iron = sheet.iron_attraction * per_peak**2 / f4
-    elif by_formula is not None:
-        iron = by_formula[3]
-    else:
+    elif iron is None:
         iron = coils**2 / (4.0 * attraction)
     return Constants({axis.name: thrust / axis.mass for axis in rig.horizontal},
                      *(each / vertical.mass for each in (attraction, coils, iron)))

@@ -82,10 +82,8 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     'mine.toml'
     """
     rig = rig_named(str(stage))
-    file, own = toml_file(path), None
-    if rig.name in OWN:
-        description = Path(stage).absolute()
-        own = description.name if description.parent == file.absolute().parent else str(description)
+    file = toml_file(path)
+    own = seen_from(file, stage) if rig.name in OWN else None
     write_new(file, scenario_text(rig, file, own, more=True))
     return file
 
@@ -96,6 +94,12 @@ def toml_file(path: str | Path) -> Path:
     if not file.stem.replace("-", "_").replace(".", "_").isidentifier() or not file.stem.isascii():
         raise RigError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
     return file
+
+
+def seen_from(file: Path, other: str | Path) -> str:
+    """A file as one beside it, or elsewhere, names it."""
+    there = Path(other).absolute()
+    return there.name if there.parent == file.absolute().parent else str(there)
 
 
 def file_named(path: str | Path, suffix: str) -> Path:

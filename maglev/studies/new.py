@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from maglev.errors import ScenarioError, key_path
-from maglev.own_stage.new import study_text, toml_file, write_new
+from maglev.own_stage.new import seen_from, study_text, toml_file, write_new
 from maglev.schema.loading import load_plan
 
 
@@ -37,8 +37,6 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
     if plan.rig is None or "plant" not in plan.fmus:
         raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with the plant of a "
                             "stage")
-    beside = Path(scenario).absolute().parent == file.absolute().parent
-    own = str(scenario).endswith(".toml")
-    name = Path(scenario).name if own and beside else str(Path(scenario).absolute()) if own else str(scenario)
+    name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
     write_new(file, study_text(plan.rig, file, name))
     return file
