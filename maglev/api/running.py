@@ -19,7 +19,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.pictures import require_matplotlib, write_figure
-from maglev.procedures.judging import judge_outcomes
+from maglev.procedures.evaluate import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
 from maglev.processes.side_by_side import Watcher

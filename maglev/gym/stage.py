@@ -12,8 +12,7 @@ from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
-from maglev.gym.parameters import PlantParameters, Setting
-from maglev.gym.references import References
+from maglev.gym.episode import PlantParameters, References, Setting
 from maglev.linear.motors.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.units import parse_quantity

@@ -5,10 +5,9 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.identification.predictions import attraction_force, equilibrium_currents
-from maglev.procedures.constants import constant_table
 from maglev.procedures.equilibrium import measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
-from maglev.procedures.rig_data import EPSILON, Runs, estimate, mm, rig_of
+from maglev.procedures.rig_data import EPSILON, Runs, constant_table, estimate, mm, rig_of
 from maglev.schema.procedure import ProcedureSettings
 
 SPACING = 0.5e-3   # m, of the air gaps at which the force is given

@@ -13,7 +13,6 @@ from maglev.identification.predictions import equilibrium_currents, row_of, thru
 from maglev.identification.recording import Recording
 from maglev.identification.rigs import Rig, regressors
 from maglev.identification.settings import METHODS
-from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
 from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
@@ -21,6 +20,8 @@ from maglev.procedures.rig_data import (
     EPSILON,
     Runs,
     column,
+    constant_table,
+    constant_values,
     estimate,
     estimators,
     horizontal_axes,

@@ -9,12 +9,13 @@ from maglev.experiment.execution import RunResult
 from maglev.identification.predictions import equilibrium_currents
 from maglev.identification.rigs import Rig
 from maglev.judging.metrics import step_samples
-from maglev.procedures.constants import constant_table, constant_values
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
 from maglev.procedures.rig_data import (
     EPSILON,
     Runs,
     column,
+    constant_table,
+    constant_values,
     entry,
     estimate,
     measured_position,

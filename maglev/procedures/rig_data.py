@@ -1,4 +1,4 @@
-"""What the procedures need of a run: its rig, its estimators, constants and recorded columns."""
+"""What the procedures need of a run: its rig, estimators, recorded columns, and the constants as values and a table."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
@@ -10,6 +10,8 @@ from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig
 from maglev.identification.rigs import rig_of as described
+from maglev.procedures.outcome import Found, ValueTable
+from maglev.schema.procedure import ProcedureSettings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 
@@ -116,3 +118,29 @@ def millimetres(length: float) -> str:
 def mm(lengths: Array) -> list[float]:
     """Lengths in mm."""
     return [to_unit(length, "mm") for length in lengths.tolist()]
+
+
+def constant_values(result: RunResult, constants: Sequence[str]) -> list[Found]:
+    """What claims may be about."""
+    return [Found("constant", value, constant=name, epsilon=epsilon) for epsilon in estimators(result)
+            for name, value in estimate(result, epsilon, constants).items()]
+
+
+def constant_table(settings: ProcedureSettings, result: RunResult, constants: Sequence[str]) -> ValueTable:
+    """Constants with each ε: here, and as the thesis printed them; and what the plant was run with."""
+    epsilons = list(estimators(result))
+    printed = {epsilon: settings.printed_at(epsilon) for epsilon in epsilons}
+    header = ["constant", "of the plant"]
+    for epsilon in epsilons:
+        header += [f"ε = {epsilon:g}", *(["thesis"] if printed[epsilon] else [])]
+    rows = []
+    for name in constants:
+        true = result.parameters.get(f"plant.{name}")
+        row = [name, "" if true is None else f"{true:.5g}"]
+        for epsilon in epsilons:
+            row.append(f"{estimate(result, epsilon, [name])[name]:.5g}")
+            if printed[epsilon]:
+                row.append(f"{printed[epsilon][name]:.5g}" if name in printed[epsilon] else "")
+        rows.append(tuple(row))
+    title = f"Table {settings.table}: constants by the estimator" if settings.table else "Constants by the estimator"
+    return ValueTable(title, tuple(header), tuple(rows))

@@ -9,7 +9,7 @@ from maglev.experiment.frictionless import without_friction
 from maglev.experiment.preparation import Experiment
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import ClaimResult, Judgements, blames
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
 
 Fly = Callable[[list[Experiment]], list[RunResult]]

@@ -11,8 +11,7 @@ from maglev.experiment.execution import RunResult, failed, fly
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.selection import compared, needed, select
 from maglev.judging.run_claims import judge_run
-from maglev.procedures.evaluate import evaluate_all
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.schema.run_plan import RunPlan, StartValue
 from studies.estimation.evidence import Judged
 from studies.estimation.settings import Defaults

@@ -12,7 +12,7 @@ from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import MET_OR_NOT, ClaimResult, Judgements, Verdict
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.report.page import report_page
 from maglev.report.plots.data import NOTHING, Frictionless

@@ -14,8 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment
-from maglev.studies.flying.other_process import each_flown_apart
-from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
+from maglev.studies.flying.samples import Flown, Job, each_flown, each_flown_apart, gathered
 
 
 @cache

@@ -6,8 +6,7 @@ import pytest
 
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import prepare_all
-from maglev.procedures.evaluate import evaluate_all
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans

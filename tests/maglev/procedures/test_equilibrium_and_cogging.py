@@ -8,8 +8,7 @@ import pytest
 from motor import MOTOR
 
 from maglev.experiment.execution import RunResult
-from maglev.procedures.evaluate import evaluate_all
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.procedures.outcome import Outcome
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig_2dof import RIG as RIG_2DOF

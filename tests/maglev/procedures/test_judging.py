@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from maglev.judging.verdicts import ClaimResult
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Found, Outcome
 from maglev.schema.claims import ProcedureClaim
 from maglev.schema.procedure import ProcedureSettings

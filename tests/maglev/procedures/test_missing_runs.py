@@ -10,8 +10,7 @@ from motor import MOTOR
 from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
-from maglev.procedures.evaluate import evaluate_all
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import StartValue
 from pmlsm.gap_functions import gap_functions

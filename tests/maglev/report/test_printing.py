@@ -16,7 +16,7 @@ from maglev.cli.terminal import report_console
 from maglev.judging.metrics import StepResponse
 from maglev.pages.shell import colour
 from maglev.pictures import write_figure
-from maglev.procedures.judging import judge_procedure
+from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.plots.picture import figure_of, overlay
 from maglev.report.text import (

@@ -17,8 +17,7 @@ from written_controllers import controller, flight
 import maglev
 from maglev.errors import MaglevError
 from maglev.studies import planning
-from maglev.studies.flying.other_process import each_flown_apart
-from maglev.studies.flying.samples import gathered
+from maglev.studies.flying.samples import each_flown_apart, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 
 pytestmark = pytest.mark.usefixtures("one_cluster")
@@ -105,7 +104,7 @@ sys.path[:] = {path!r}
 import pickle
 from functools import partial
 from maglev.cosim.other_process.helper import other_process
-from maglev.studies.flying.other_process import fly
+from maglev.studies.flying.samples import fly
 job, values = pickle.loads(open({job!r}, "rb").read())
 with other_process() as (beside, _):
     beside.ask(partial(fly, job, values))

@@ -1,18 +1,24 @@
-"""Parameters of the plant as an environment takes them: fixed, or drawn anew for every episode."""
+"""What an episode begins with: parameters of the plant, fixed or drawn anew, and references, drawn or of the user's."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import isfinite, pi
 from numbers import Real
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
+from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
 from maglev.units import known_unit, parse_quantity
 
 Value = float | str | bool                # SI, or text with a unit such as "25 mm"
 Setting = Value | Sequence[Value]         # a pair: drawn between the two, in every episode
+
+KINDS = ("hold", "setpoints", "sinusoids")
+OMEGA0 = 1.5 * pi      # rad/s, the sinusoids of the thesis (section 5.6.4)
+SETPOINT_TIME = 1.0    # s from one set-point to the next
 
 
 class PlantParameters:
@@ -74,3 +80,65 @@ class PlantParameters:
     def drawn(self, random: np.random.Generator, low: float | bool, high: float | bool) -> float | bool:
         """A value between two, which are not the same; of a Boolean, either."""
         return bool(random.integers(2)) if isinstance(low, bool) else float(random.uniform(low, high))
+
+
+class References:
+    """References of every sample of an episode.
+
+    Parameters
+    ----------
+    kind : str or array_like, shape (samples, axes)
+        "hold": where the mover starts. "setpoints": a new set-point for every axis each second, from the middle half of
+        its travel. "sinusoids": about where the mover starts, with ω0 = 1.5π rad/s and an amplitude of up to a quarter
+        of the travel. Or references (m) of the samples; after the last one it holds.
+    low, high : ndarray, shape (axes,)
+        Ends of the travel, m.
+    count : int
+        Samples of an episode, both ends included.
+    sample_time : float
+        Of the environment, s.
+
+    Raises
+    ------
+    ScenarioError
+        If the kind is unknown, or the table does not fit.
+    """
+
+    def __init__(self, kind: str | npt.ArrayLike, low: Array, high: Array, count: int, sample_time: float):
+        self.kind = kind if isinstance(kind, str) else "table"
+        if isinstance(kind, str) and kind not in KINDS:
+            raise ScenarioError(f"reference = {kind!r}, expected {', '.join(map(repr, KINDS))}, or an array")
+        self.low, self.high = low, high
+        self.times = sample_time * np.arange(count)
+        self.given = table(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
+
+    def draw(self, random: np.random.Generator, start: Array) -> Array:
+        """References of an episode that starts at places (m), shape (samples, axes)."""
+        axes = len(self.low)
+        found = np.empty((len(self.times), axes))
+        if self.kind == "table":
+            found[:len(self.given)] = self.given
+            found[len(self.given):] = self.given[-1]
+        elif self.kind == "setpoints":
+            # One more than a rounding of times can ask for.
+            quarter = 0.25 * (self.high - self.low)
+            points = random.uniform(self.low + quarter, self.high - quarter,
+                                    (int(self.times[-1] / SETPOINT_TIME) + 2, axes))
+            found[:] = points[(self.times / SETPOINT_TIME + 1e-9).astype(int)]
+        else:
+            found[:] = start
+            if self.kind == "sinusoids":
+                room = np.minimum(found[0] - self.low, self.high - found[0])
+                amplitudes = random.uniform(0.0, np.minimum(room, 0.25 * (self.high - self.low)))
+                found += np.outer(np.sin(OMEGA0 * self.times), amplitudes)
+        return found
+
+
+def table(given: npt.ArrayLike, low: Array, high: Array) -> Array:
+    """References of a user's table, shape (samples, axes)."""
+    found = np.asarray(given, dtype=np.float64)
+    if found.ndim != 2 or found.shape[1] != len(low) or not len(found):
+        raise ScenarioError(f"reference of shape {found.shape}, expected (samples, {len(low)}), an axis a column")
+    if not ((found >= low) & (found <= high)).all():
+        raise ScenarioError(f"reference from {found.min()} m to {found.max()} m, expected every axis between its stops")
+    return found
