@@ -1,6 +1,6 @@
 """A tuning made ready: what it looks for and what that costs; what would be refused is refused before a flight."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -18,12 +18,58 @@ from maglev.studies.flying.samples import Job
 from maglev.studies.planning import key_of, limit_of
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
-from maglev.tuning.cost import Cost
 from maglev.tuning.schema import Range, TuneFile
+
+REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
+SMALLEST = 1e-6        # by which an excess is divided at least
+LARGEST_EXCESS = 1.0   # that one metric of one flight counts
 
 Ends = tuple[float, float]   # of a range
 
 DIGITS = 5   # of the parameters that are flown, and written: those of the published gains, and one more
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of flights."""
+
+    # What is measured, with the limits on it; the first is `failed`, which every tuning limits.
+    columns: tuple[Column, ...]
+    minimised: tuple[int, ...]          # numbers of columns
+    # By number of a column: how many times what it is with the scenario's own values it may be.
+    times_before: Mapping[int, float]
+    over: str                           # "worst" or "mean" of the plants
+
+    def excess(self, flown: Array, before: Array) -> Array:
+        """How far flights are beyond the limits, 0 if within all, shape (candidates, plants).
+
+        `flown` has the shape (candidates, plants, columns), NaN where a sample was not flown to its end; `before`,
+        those with the scenario's own values, (plants, columns).
+        """
+        lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))
+        highs = np.broadcast_to(highs, before.shape).copy()
+        for column, times in self.times_before.items():
+            highs[:, column] = np.minimum(highs[:, column], times * before[:, column])
+        with np.errstate(invalid="ignore"):   # of infinite limits, and of metrics without an end
+            beyond = np.fmax((flown - highs) / np.maximum(np.abs(highs), SMALLEST),
+                             (lows - flown) / np.maximum(np.abs(lows), SMALLEST))
+        beyond = np.where(np.isnan(beyond), 0.0, beyond)
+        beyond[np.isnan(flown)] = LARGEST_EXCESS
+        # What is minimised and never ends, such as settling, is beyond all limits.
+        minimised = list(self.minimised)
+        beyond[..., minimised] = np.where(np.isfinite(flown[..., minimised]), beyond[..., minimised], LARGEST_EXCESS)
+        return np.asarray(np.clip(beyond, 0.0, LARGEST_EXCESS).sum(axis=-1))
+
+    def of(self, flown: Array, before: Array) -> Array:
+        """Cost of each candidate, shape (candidates,); arguments as of `excess`.
+
+        Among candidates that break limits, the one that breaks them less costs less (Deb's rules).
+        """
+        excess = self.excess(flown, before).mean(axis=1)
+        each = flown[..., list(self.minimised)].max(axis=-1)
+        with np.errstate(invalid="ignore"):
+            cost = each.max(axis=1) if self.over == "worst" else each.mean(axis=1)
+        return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from rich.table import Column, Table
 from maglev.arrays import Array
 from maglev.quantities import metric_text
 from maglev.studies.columns import EVENTS
-from maglev.tuning.cost import Cost
+from maglev.tuning.planning import Cost
 from maglev.tuning.schema import TuneFile
 from maglev.tuning.search import Found
 

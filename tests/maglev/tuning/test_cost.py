@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from maglev.studies.columns import Column
-from maglev.tuning.cost import REFUSED, Cost
+from maglev.tuning.planning import REFUSED, Cost
 
 COLUMNS = (Column("failed", "", max=0.0), Column("settling", "s"), Column("overshoot", "", max=0.5),
            Column("current", "A"))
