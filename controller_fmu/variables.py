@@ -16,16 +16,10 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the co
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
 
-def unit_of(axis: RigAxis) -> str:
-    """Unit of the position of an axis."""
-    return "rad" if axis.rotation else "m"
-
-
 def axis_inputs(rig: Rig, axis: RigAxis) -> tuple[Variable, ...]:
     """Inputs of one controlled axis."""
-    unit = unit_of(axis)
-    return (real_input(f"{axis.name}.reference", unit, f"reference of the {axis.meaning}", 10.0, 0.01),
-            real_input(f"{axis.name}.reference_rate", f"{unit}/s", f"rate of the reference of the {axis.meaning}",
+    return (real_input(f"{axis.name}.reference", axis.unit("m"), f"reference of the {axis.meaning}", 10.0, 0.01),
+            real_input(f"{axis.name}.reference_rate", axis.unit("m/s"), f"rate of the reference of the {axis.meaning}",
                        1000.0, 0.1),
             *(() if by_gaps(rig, axis.name) else (measured_axis(axis),)))
 
@@ -120,7 +114,7 @@ def input_names(rig: Rig, *axes: str) -> tuple[str, ...]:
 
 def axis_error(rig: Rig, axis: RigAxis) -> Variable:
     """Tracking error of one axis."""
-    return real_output(f"{axis.name}.error", unit_of(axis), "tracking error, measured minus reference", 1e-3,
+    return real_output(f"{axis.name}.error", axis.unit("m"), "tracking error, measured minus reference", 1e-3,
                        discrete=True, depends_on=(f"{axis.name}.reference", *measurements(rig, axis.name)))
 
 
@@ -157,7 +151,7 @@ def regulator_gains(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
               for name, unit, what in gains),
             *(parameter(f"{axis}.{name}", unit, f"antiwindup gain on internal-model state {name[-1]} (5.13)",
                         antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections),
-            parameter(f"{axis}.friction_compensation", f"{unit_of(of)}/s2", "acceleration that is demanded in the "
+            parameter(f"{axis}.friction_compensation", of.unit("m/s2"), "acceleration that is demanded in the "
                       "direction of motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0,
                       100.0, 1.0))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.identification.estimators import Estimate, behind_lag
+from maglev.identification.estimators import Estimate, behind_lag, between
 from maglev.identification.rigs import RowData
 
 SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder counts says nothing
@@ -64,11 +64,6 @@ def filtered_row(data: RowData, dt: float, epsilon: float) -> tuple[Array, Array
     a, c, terms = (behind_lag(held, dt, epsilon)[1:] for held in (
         between(data.a), np.diff(data.velocity) / dt - between(data.b), between(friction)))
     return a, c, terms
-
-
-def between(signal: Array) -> Array:
-    """Mean of each two neighbouring samples."""
-    return np.asarray(0.5 * (signal[1:] + signal[:-1]))
 
 
 def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> RowDiagnostics:

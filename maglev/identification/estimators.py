@@ -88,8 +88,7 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
     columns: dict[str, Array] = {}
     for data in rows:
         theta0 = np.array([guess[name] for name in data.row.constants])
-        mean = Samples(0.5 * (data.a[1:] + data.a[:-1]),
-                       np.diff(data.velocity) / dt - 0.5 * (data.b[1:] + data.b[:-1]), dt)
+        mean = Samples(between(data.a), np.diff(data.velocity) / dt - between(data.b), dt)
         sigma0 = (scale if q0 is None else q0) * epsilon * np.diag(largest_squares(data.a))
         if method == "fsdi":
             path = fsdi(mean_behind_lag(mean, epsilon), theta0, sigma0, gamma)
@@ -109,6 +108,11 @@ class Samples:
     a: Array    # regressor, shape (n − 1, p)
     c: Array    # velocity' − b, m/s², shape (n − 1,)
     dt: float   # s
+
+
+def between(signal: Array) -> Array:
+    """Mean of each two neighbouring samples."""
+    return np.asarray(0.5 * (signal[1:] + signal[:-1]))
 
 
 def largest_squares(a: Array) -> Array:
