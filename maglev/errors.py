@@ -27,7 +27,10 @@ import re
 import signal
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 from unicodedata import category
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
@@ -166,3 +169,10 @@ def key_path(keys: Sequence[str | int]) -> str:
 
 class RigError(MaglevError):
     """A description of a rig that cannot be used; one line with file, key, value and what was expected."""
+
+
+def extra(module: str, name: str, user: str = "this", error: type[MaglevError] = MaglevError) -> Any:
+    """A module of an extra of this package; where it is not installed, an error says who needs it, and what to do."""
+    if find_spec(module) is None:
+        raise error(f"{user} needs {module}, expected it to be installed: pip install 'maglev-fmus[{name}]'")
+    return import_module(module)

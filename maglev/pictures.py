@@ -1,10 +1,9 @@
 """Pictures as matplotlib draws them, an extra: that it is there, and a figure as a file."""
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from maglev.errors import MaglevError
+from maglev.errors import extra
 from maglev_files.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -15,8 +14,7 @@ FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}   # of a line that ot
 
 def require_matplotlib() -> None:
     """Raise MaglevError if matplotlib, an extra of this project, is not installed."""
-    if find_spec("matplotlib") is None:
-        raise MaglevError("--plot needs matplotlib, expected it to be installed: pip install 'maglev-fmus[report]'")
+    extra("matplotlib", "report", "--plot")
 
 
 def write_figure(path: Path, figure: "Figure") -> None:

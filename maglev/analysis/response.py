@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 
 from maglev.analysis.multisine import Grid
 from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError
+from maglev.errors import LinearModelError, extra
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins, frequencies_of, margins_between, margins_of
-from maglev.linear.model import Equilibrium, python_control
+from maglev.linear.model import Equilibrium
 from maglev.linear.text import aligned
 from maglev.pictures import FAINT, require_matplotlib
 
@@ -24,6 +24,7 @@ SCALES = {"phase": degrees(1.0), "delay": 1e3}
 WIDTH = 80
 MANY = 4   # lines, with which there are margins
 
+# How both are drawn.
 FLOWN = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
 LINEAR = {"linewidth": 1.0, "color": "0.45"}
 
@@ -135,7 +136,8 @@ class FrequencyResponse:
 
     def to_control(self) -> Any:
         """L as python-control's FrequencyResponseData; LinearModelError if it is not installed."""
-        return python_control().frd(self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
+        return extra("control", "design", "to_control", LinearModelError).frd(
+            self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
 
     def as_data(self) -> dict[str, Any]:
         """What was found as JSON has it."""

@@ -3,8 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
-from maglev.errors import MaglevError, UnknownName, nearest
+from maglev.errors import UnknownName, extra, nearest
 from maglev.experiment.execution import RunResult, judge_all, measured, write_columns
 from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
@@ -123,10 +121,3 @@ class Run:
 
         require_matplotlib()
         return figure_of(self.result)
-
-
-def extra(module: str, name: str) -> Any:
-    """A module of an extra; MaglevError says how to install it."""
-    if find_spec(module) is None:
-        raise MaglevError(f"this needs {module}, expected it to be installed: pip install 'maglev-fmus[{name}]'")
-    return import_module(module)

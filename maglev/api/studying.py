@@ -7,10 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from maglev.api.flown import extra
 from maglev.api.options import FlightOptions, Value, experiments_of, seconds
 from maglev.api.running import Say, Watch, say_notes, unwatched, warn
-from maglev.errors import MaglevError, ScenarioError, UnknownName
+from maglev.errors import MaglevError, ScenarioError, UnknownName, extra
 from maglev.experiment.preparation import Experiment
 from maglev.processes import processors
 from maglev.schema.loading import load_plan

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import LinearModelError, extra, nearest
 from maglev.linear.text import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
@@ -192,7 +192,7 @@ class LinearModel:
         LinearModelError
             If python-control is not installed.
         """
-        control = python_control()
+        control = extra("control", "design", "to_control", LinearModelError)
         # It uses the dot for results of its own, such as "sys.y".
         names = {kind: [name.replace(".", "_") for name in of] for kind, of in
                  (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))}
@@ -218,16 +218,6 @@ class LinearModel:
                 "A": self.A.tolist(), "B": self.B.tolist(), "C": self.C.tolist(), "D": self.D.tolist(),
                 "equilibrium": {"positions": self.equilibrium.positions, "currents": self.equilibrium.currents,
                                 "phases": self.equilibrium.phases}}
-
-
-def python_control() -> Any:
-    """The package python-control, an extra; LinearModelError if it is not installed."""
-    try:
-        import control
-    except ModuleNotFoundError:
-        raise LinearModelError("to_control needs python-control, expected it to be installed: "
-                               "pip install 'maglev-fmus[design]'") from None
-    return control
 
 
 def equivalents(poles: Complex, sample_time: float) -> Complex:

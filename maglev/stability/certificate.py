@@ -4,14 +4,14 @@ Generalised sector condition of J. M. Gomes da Silva Jr. and S. Tarbouriech, "An
 of stability: an LMI-based approach", IEEE Transactions on Automatic Control 50(1), 2005; see docs/region.md.
 """
 
+import warnings
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.errors import StabilityError
+from maglev.errors import StabilityError, extra
 from maglev.stability.axis_loop import AxisLoop
 
 # The optimum itself lies on the border of what the inequalities allow, where rounding decides: shares of its step with
@@ -64,12 +64,7 @@ class Certificate:
 
 def solver() -> Any:
     """cvxpy, an extra of this project with its solver Clarabel; StabilityError if one is not installed."""
-    for module in ("cvxpy", "clarabel"):
-        if find_spec(module) is None:
-            raise StabilityError(f"a region needs {module}, expected it to be installed: "
-                                 "pip install 'maglev-fmus[region]'")
-    import cvxpy
-
+    cvxpy, _ = (extra(module, "region", "a region", StabilityError) for module in ("cvxpy", "clarabel"))
     return cvxpy
 
 
@@ -79,7 +74,7 @@ def certify(loop: AxisLoop, gains: Array, decay: float = 0.0) -> Certificate:
     V is to decrease at least as exp(−2 decay t), `decay` in 1/s. StabilityError if there is none, or cvxpy is missing.
     """
     scaled = Scaled(loop)
-    inequalities = Inequalities(solver(), scaled, decay, gains)
+    inequalities = Inequalities(scaled, decay, gains)
     best = inequalities.largest_step()
     for share in SHARES:
         inequalities.most_room(share * best)
@@ -96,7 +91,7 @@ def synthesise(loop: AxisLoop, decay: float) -> Array:
     S = 1/T is the same number of all commands that the antiwindup acts on, and Z = Ec S takes the place of the product:
     the inequalities are linear in Q, Y, S, Z. StabilityError if there are none, or cvxpy is missing.
     """
-    inequalities = Inequalities(solver(), Scaled(loop), decay, None)
+    inequalities = Inequalities(Scaled(loop), decay, None)
     inequalities.largest_step()
     return inequalities.gains()
 
@@ -137,9 +132,10 @@ class Inequalities:
     `gains` are given, or looked for where None.
     """
 
-    def __init__(self, cvxpy: Any, scaled: Scaled, decay: float, gains: Array | None):
+    def __init__(self, scaled: Scaled, decay: float, gains: Array | None):
         m, n = scaled.K.shape
-        self.cvxpy, self.scaled, self.fixed = cvxpy, scaled, gains
+        self.cvxpy, self.scaled = solver(), scaled
+        cvxpy = self.cvxpy
         self.Q = cvxpy.Variable((n, n), symmetric=True)
         self.Y = cvxpy.Variable((m, n))
         self.S = cvxpy.Variable(m)
@@ -180,8 +176,6 @@ class Inequalities:
 
     def solve(self, objective: Any, constraints: list[Any]) -> None:
         """Solve, and refuse what has no solution."""
-        import warnings
-
         problem = self.cvxpy.Problem(objective, [*self.constraints, *constraints])
         for tolerance in TOLERANCES:
             try:
@@ -200,9 +194,7 @@ class Inequalities:
                                  "try a smaller rate of decay")
 
     def gains(self) -> Array:
-        """Ec of the solution."""
-        if self.fixed is not None:
-            return self.fixed
+        """Ec of the solution, where they were looked for."""
         return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[np.argmax(np.abs(self.scaled.w))])
 
     def values(self) -> tuple[Array, Array, Array]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from maglev.stability.axis_loop import AxisLoop, axis_loop
-from maglev.stability.certificate import Certificate, Inequalities, Scaled, certify, decrease_of, solver, synthesise
+from maglev.stability.certificate import Certificate, Inequalities, Scaled, certify, decrease_of, synthesise
 from maglev.stability.simulation import comes_back, largest_step
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -31,7 +31,7 @@ def test_five_states_of_the_thesis(gains: NDArray[np.float64], step: float, samp
     loop = axis_loop("3dof", "x", "25 mm")
     assert loop.limits == pytest.approx([3.885], abs=0.5e-3)
     for each, optimum in ((five_states(loop.limits[0]), step), (loop, sampled)):
-        inequalities = Inequalities(solver(), Scaled(each), 0.0, gains)
+        inequalities = Inequalities(Scaled(each), 0.0, gains)
         assert inequalities.largest_step() * Scaled.STEP == pytest.approx(optimum, abs=0.01e-3)
         # A certificate keeps up to a hundredth away from it.
         assert 0.985 * optimum < certify(each, gains).step < 1.005 * optimum

@@ -85,7 +85,7 @@ def test_refusals(arguments: dict[str, Any], message: str) -> None:
 
 
 def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(certificate, "find_spec", lambda _: None)
+    monkeypatch.setattr("maglev.errors.find_spec", lambda _: None)
     line = error_line(maglev("region", "3dof", "x", "--gap", "25mm"))
     assert line == ("maglev: a region needs cvxpy, expected it to be installed: pip install 'maglev-fmus[region]'")
 
