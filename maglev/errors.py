@@ -25,7 +25,7 @@ Whoever catches `MaglevError` catches mistakes and refusals; every other excepti
 
 import re
 import signal
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
@@ -123,6 +123,11 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     # Cutoff 0 names the best match however poor: it at least shows what a valid name looks like.
     matches = get_close_matches(name, list(valid), n=1, cutoff=0.0)
     return repr(matches[0]) if matches else "none exists"
+
+
+def one_of(name: str, valid: Collection[str]) -> str:
+    """What is valid in place of a name, and the most like it, such as "one of a, b; nearest is 'a'"."""
+    return f"one of {', '.join(valid)}; nearest is {nearest(name, valid)}"
 
 
 def nearest_file(path: Path) -> str:

@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import LinearModelError, nearest, one_of
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
@@ -87,8 +87,7 @@ class Pair:
         for name in (at, f"{at}.measured", f"{at}.gap_measured"):
             if name in self.openings:
                 return name
-        raise LinearModelError(f"{self.name}: no measured signal {at!r}, expected one of {', '.join(self.openings)}; "
-                               f"nearest is {nearest(at, self.openings)}")
+        raise LinearModelError(f"{self.name}: no measured signal {at!r}, expected {one_of(at, self.openings)}")
 
 
 @dataclass(frozen=True, eq=False)

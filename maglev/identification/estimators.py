@@ -14,7 +14,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from maglev.arrays import Array
-from maglev.errors import IdentificationError, nearest
+from maglev.errors import IdentificationError, one_of
 from maglev.identification.rigs import RowData
 from maglev.identification.settings import EPSILON, GAMMA, METHODS
 
@@ -77,8 +77,7 @@ def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[s
         If the method is unknown, ε or γ is out of range, or Σ of (3.7) loses its definiteness.
     """
     if method not in METHODS:
-        raise IdentificationError(f"method {method}: expected one of {', '.join(METHODS)}; "
-                                  f"nearest is {nearest(method, METHODS)}")
+        raise IdentificationError(f"method {method}: expected {one_of(method, METHODS)}")
     if not (np.isfinite(epsilon) and epsilon > 0.0):
         raise IdentificationError(f"epsilon = {epsilon}: expected a time above 0 s, such as {EPSILON}")
     if not (np.isfinite(gamma) and gamma > 1.0):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from maglev.errors import IdentificationError, nearest, shortened
+from maglev.errors import IdentificationError, nearest, one_of, shortened
 from maglev.identification.rigs import RIGS, rig_of
 from maglev.toml_file import read_toml
 from maglev_files.whole_file import write_whole
@@ -54,8 +54,7 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, f
     named = table.pop("rig", None)
     known = {**RIGS, **({} if rig is None else {rig.name: rig_of(rig)})}
     if named is not None and (not isinstance(named, str) or named not in known):
-        raise IdentificationError(f"{path}: rig = {named!r}: expected one of {', '.join(known)}; "
-                                  f"nearest is {nearest(str(named), known)}")
+        raise IdentificationError(f"{path}: rig = {named!r}: expected {one_of(str(named), known)}")
     if named is not None and rig is not None and named != rig.name:
         raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig.name}, the scenario's")
     belongs = rig.name if named is None and rig is not None else named

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from maglev.arrays import Array
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import LinearModelError, one_of
 from maglev.linear.model import Equilibrium
 from maglev.linear.motors.forces import MotorForces
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
@@ -234,8 +234,8 @@ def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     positions = dict.fromkeys(rig.axis_names, 0.0)
     for axis, given in at.items():
         if axis not in positions:
-            raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected one of "
-                                   f"{', '.join(rig.axis_names)}; nearest is {nearest(axis, rig.axis_names)}")
+            raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected "
+                                   f"{one_of(axis, rig.axis_names)}")
         with refused_as(LinearModelError, f"{name} at {axis}"):
             positions[axis] = parse_quantity(given, rig.axis(axis).unit("m"))
     vertical = rig.vertical.name

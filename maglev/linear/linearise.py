@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import LinearModelError, one_of
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.laws.controller import linear_controller
 from maglev.linear.model import Equilibrium, LinearModel
@@ -74,8 +74,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     """
     rig = rig_of(name)
     if currents not in get_args(Currents):
-        raise LinearModelError(f"currents = {currents!r}, expected one of {', '.join(get_args(Currents))}; nearest is "
-                               f"{nearest(str(currents), get_args(Currents))}")
+        raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
     if name in CONTROLLERS:
         if hold is not None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import LinearModelError, one_of
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import linearise
 from maglev.linear.margins import Margins, margins_of
@@ -168,8 +168,8 @@ class Loop:
         for name in (at, f"{at}.measured", f"{at}.gap_measured", f"{at}_cmd"):
             if name in self.openings:
                 return name
-        raise LinearModelError(f"{self.closed.name}: no signal {at!r} to open the loop at, expected one of "
-                               f"{', '.join(self.openings)}; nearest is {nearest(at, self.openings)}")
+        raise LinearModelError(f"{self.closed.name}: no signal {at!r} to open the loop at, expected "
+                               f"{one_of(at, self.openings)}")
 
     def state_name(self, name: str) -> str:
         """Name of a state of the controller in the closed loop."""
@@ -219,14 +219,13 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     True
     """
     if plant not in PLANTS:
-        raise LinearModelError(f"{plant!r} is no plant, expected one of {', '.join(PLANTS)}; nearest is "
-                               f"{nearest(plant, PLANTS)}")
+        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, PLANTS)}")
     settings: dict[str, Any] = {"amplifier": amplifier, "parameters": plant_parameters}
     split = None
     if isinstance(controller, str):
         if controller not in CONTROLLERS:
-            raise LinearModelError(f"{controller!r} is no controller with a linear model, expected one of "
-                                   f"{', '.join(CONTROLLERS)}; nearest is {nearest(controller, CONTROLLERS)}")
+            raise LinearModelError(f"{controller!r} is no controller with a linear model, expected "
+                                   f"{one_of(controller, CONTROLLERS)}")
         split = model_of(controller, block_of(controller, controller_parameters or {}))
     rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
     if isinstance(controller, str):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, extra, nearest
+from maglev.errors import LinearModelError, extra, one_of
 from maglev.linear.text import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
@@ -168,8 +168,7 @@ class LinearModel:
         """Place of a name among the states, inputs or outputs; `kind` is "state", "input" or "output"."""
         names = {"state": self.states, "input": self.inputs, "output": self.outputs}[kind]
         if name not in names:
-            raise LinearModelError(f"{self.name}: no {kind} {name!r}, expected one of {', '.join(names)}; "
-                                   f"nearest is {nearest(name, names)}")
+            raise LinearModelError(f"{self.name}: no {kind} {name!r}, expected {one_of(name, names)}")
         return names.index(name)
 
     def frequency_response(self, frequencies: Array) -> Complex:

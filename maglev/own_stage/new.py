@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maglev.errors import MaglevError, RigError, nearest
+from maglev.errors import MaglevError, RigError, one_of
 from maglev.own_stage.adoption import OWN, rig_named
 from maglev.own_stage.reading import read_own
 from maglev.rig.writer import render
@@ -44,7 +44,7 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     """
     file = file_named(path, ".toml")
     if like not in RIGS:
-        raise RigError(f"--like {like}: expected one of {', '.join(RIGS)}; nearest is {nearest(like, RIGS)}")
+        raise RigError(f"--like {like}: expected {one_of(like, RIGS)}")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
     write_new(file, stage_text(RIGS[like], file))
     try:
