@@ -15,9 +15,8 @@ from maglev.pages import shell
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
-from maglev.studies.page.again import command_of
+from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.bars import histogram, index_bars
-from maglev.studies.page.live_links import live_link, why_not_live
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
 from maglev.studies.page.verdict import decisive, least_and_largest, telling, verdict

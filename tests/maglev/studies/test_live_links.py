@@ -9,7 +9,7 @@ from tiny_study import fly_samples, planned
 
 from maglev.errors import shortened
 from maglev.live.link import NAME, live_address
-from maglev.studies.page.live_links import live_link, why_not_live
+from maglev.studies.page.again import live_link, why_not_live
 from maglev.studies.page.page import page, write_page
 
 RUN = "3dof-setpoints-improved"
