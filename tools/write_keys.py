@@ -24,6 +24,7 @@ from maglev.schema.run_plan import (
     RunOutput,
     RunPlan,
     SignalTolerance,
+    StartValue,
 )
 from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
 from maglev.schema.toml_table import Table, ValueKind
@@ -113,6 +114,8 @@ def without(key: str, field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     default = field.get_default()
+    if isinstance(default, StartValue):
+        default = default.value
     if default in (None, PydanticUndefined, "") or isinstance(default, (list, dict, Table)):
         return ""
     if isinstance(default, bool):

@@ -12,7 +12,15 @@ from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.cosim.master import Progress
 from maglev.errors import ControllerError, ScenarioError
-from maglev.experiment.execution import RunResult, completed, execute_all, execute_or_fail, judge_all, run_data
+from maglev.experiment.execution import (
+    RunResult,
+    completed,
+    execute_all,
+    execute_or_fail,
+    judge_all,
+    require_judgeable,
+    run_data,
+)
 from maglev.experiment.form import Format
 from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
@@ -225,6 +233,7 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
     experiments = experiments_to_fly(asked, options)
+    require_judgeable(experiments)
     say_notes(experiments, say or warn)
     folder = folder_for(Path(out))
     flown = fly_all(experiments, folder, format, jobs or processors(), watch or unwatched)

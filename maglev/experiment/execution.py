@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
-from maglev.errors import FAILURES, in_one_line
+from maglev.errors import FAILURES, MeasurementError, ScenarioError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
+from maglev.judging import run_claims
 from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data, phase_resistances
-from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.run_plan import RunPlan
@@ -135,6 +135,37 @@ def measured(plan: RunPlan, recording: Recording) -> Metrics:
     return evaluate(plan, recording.time, recording.columns, phase_resistances(plan))
 
 
+def expected(experiment: Experiment) -> Metrics:
+    """Metrics of a run that follows its references exactly: what can be measured, before it is flown."""
+    plan, time, drives = experiment.plan, experiment.times, experiment.drives(experiment.check())
+    rest = np.zeros(len(time))
+    columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
+    columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
+    for axis in plan.axes.values():
+        columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
+    return evaluate(plan, time, columns, phase_resistances(plan))
+
+
+def require_judgeable(experiments: Sequence[Experiment]) -> None:
+    """Refuse a claim of a user's scenario for which nothing will be measured; ScenarioError names the file.
+
+    Not of a run whose references come from another FMU: what these will be is not known before.
+    """
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    for experiment in experiments:
+        plan = experiment.plan
+        if not (plan.own and plan.claims):
+            continue
+        drives = experiment.drives(experiment.check())
+        if all(axis.reference in drives for axis in plan.axes.values()):
+            others = {name: expected(by_name[name]) for claim in plan.claims for name in claim.other_runs
+                      if name in by_name}
+            try:
+                run_claims.require_judgeable(plan.claims, expected(experiment), others)
+            except MeasurementError as error:
+                raise ScenarioError(f"{plan.path}: {error}") from None
+
+
 def completed(experiment: Experiment, recording: Recording) -> RunResult:
     """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
     return RunResult(experiment.plan, thinned(recording, experiment.output_every()), ends=ends_of(recording),
@@ -201,7 +232,7 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
     for result in results:
         name = result.plan.name
         claims = [replace(claim, counts=not result.plan.another_reading)
-                  for claim in judge_run(result.plan.claims, result.metrics, metrics)]
+                  for claim in run_claims.judge_run(result.plan.claims, result.metrics, metrics)]
         others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
         judged[name] = [each for claim, other in zip(claims, others, strict=True)
                         for each in (of_modified_runs([claim]) if other else [claim])]

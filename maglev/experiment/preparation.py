@@ -9,6 +9,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.copies import copied
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
 from maglev.cosim.open import read_description
@@ -110,13 +111,17 @@ class Experiment:
             return False
         return True
 
+    @property
+    def times(self) -> Array:
+        """Communication points, s, shape (n,)."""
+        return self.step * np.arange(whole_steps(self.plan.stop_time, self.step) + 1, dtype=np.float64)
+
     def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
         """Values of the reference signals and their rates at every communication point, shape (n,).
 
         The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
         """
-        times = self.step * np.arange(whole_steps(self.plan.stop_time, self.step) + 1, dtype=np.float64)
-        drives = {}
+        times, drives = self.times, {}
         for signal in self.plan.signals:
             drives[signal.to] = signal.values_at(times)
             if signal.rate_to is not None:

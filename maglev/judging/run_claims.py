@@ -19,6 +19,16 @@ def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
     return [judge(claim, *measured(claim, metrics, others)) for claim in claims]
 
 
+def require_judgeable(claims: Sequence[RunClaim], expected: Metrics, others: Mapping[str, Metrics | None]) -> None:
+    """Refuse a claim that nothing can be judged on in a run with the metrics that are expected; as of `judge_run`.
+
+    Columns are recorded or not, which these do not know.
+    """
+    for claim in claims:
+        if claim.columns is None:
+            measured(claim, expected, others)
+
+
 def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metrics | None]) -> Sides:
     """Values that a claim is about and, if it is comparative, those that it compares with, as `judge` takes them."""
     other = metrics if claim.than is None else others.get(claim.than)

@@ -40,6 +40,14 @@ def read_start_value(value: Any) -> StartValue:
     return StartValue(*read_quantity(value), value)
 
 
+def read_allowed(value: Any) -> StartValue:
+    """Read a deviation that is let pass: a quantity of 0 or more."""
+    found = StartValue(*read_quantity(value), value)
+    if found.value < 0.0:
+        raise ValueError("expected 0 or more")
+    return found
+
+
 def read_open_value(value: Any) -> StartValue:
     """The same; a text in a unit that is not known here is left as it is, for an FMU may declare that unit."""
     if isinstance(value, str):
@@ -168,9 +176,15 @@ class SignalTolerance(Table):
 
     PLACE = "[check.signals]"
 
-    absolute: Annotated[float, BeforeValidator(parse_quantity), ValueKind("quantity")] = Field(
-        default=0.0, ge=0.0, description="deviation from the baseline that is let pass, in the unit of the signal")
+    allowed: Annotated[StartValue, BeforeValidator(read_allowed), ValueKind("quantity")] = Field(
+        default=StartValue(0.0, None, 0.0), alias="absolute",
+        description="deviation from the baseline that is let pass, in the unit of the signal")
     relative: float = Field(default=0.0, ge=0.0, description="share of the expected value that is let pass besides")
+
+    @property
+    def absolute(self) -> float:
+        """The same in SI."""
+        return float(self.allowed.value)
 
 
 class CheckSettings(Table):
@@ -286,6 +300,14 @@ class RunPlan(Table):
                                                            f"{MOST_STEPS:.0e}")
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
                 raise key_refused(key, getattr(self, key), f"expected a multiple of step = {self.step} s")
+        return self
+
+    @model_validator(mode="after")
+    def tracked_in_time(self) -> "RunPlan":
+        """Refuse tracking that would be measured from after the end on."""
+        begin = self.metrics.tracking_from
+        if begin is not None and begin > self.stop_time:
+            raise key_refused("tracking_from", begin, f"expected stop_time = {self.stop_time} s at most", "metrics")
         return self
 
     @model_validator(mode="after")

@@ -5,12 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, isnan
 
-import numpy as np
-
-from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.judging.measures import measures
-from maglev.judging.metrics import Metrics, evaluate, phase_resistances
+from maglev.judging.metrics import Metrics
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
@@ -54,20 +51,9 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
     return {**found, **steps}
 
 
-def known_values(plan: RunPlan, time: Array,
-                 drives: Mapping[str, Array]) -> dict[str, tuple[float, str]]:
-    """Named values of a flight that follows its references exactly: what can be measured, without a flight."""
-    rest = np.zeros(len(time))
-    columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
-    columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
-    for axis in plan.axes.values():
-        columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
-    return named_values(plan, evaluate(plan, time, columns, phase_resistances(plan)))
-
-
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
                origin: str) -> list[Column]:
-    """Columns that a study keeps, those of limits among them; `known` is what `known_values` gives.
+    """Columns that a study keeps, those of limits among them; `known` has those of an expected flight.
 
     Names that are asked for, or limited, such as "overshoot", mean those of all axes or motors; without any, all are
     kept but those of single steps. `origin` is what refusals name.

@@ -14,8 +14,9 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.cosim.master import whole_steps
 from maglev.errors import FmuError, ScenarioError, nearest
+from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.studies.columns import columns_of, known_values
+from maglev.studies.columns import columns_of, named_values
 from maglev.studies.dataset import Layout
 from maglev.studies.design import number_of_samples, samples
 from maglev.studies.flying.batch import code_of_package, digest, files_of
@@ -57,13 +58,11 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                             f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
     targets = targets_of(study, experiment, origin)
     count = number_of_samples(study)
-    descriptions = experiment.check()
-    time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
-    known = known_values(plan, time, experiment.drives(descriptions))
+    known = named_values(plan, expected(experiment))
     columns = columns_of(known, study.metrics, study.limits, origin)
     every = rows_every(study.keep_interval, experiment, origin)
     require_signals(study, experiment, origin)
-    rows = len(time[::every]) if study.keep else 0
+    rows = len(experiment.times[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
                  + 8 * count * rows * len(study.keep), count)
     design = samples(study)
@@ -79,7 +78,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
     return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
-                        time[::every], experiment.outputs())
+                        experiment.times[::every], experiment.outputs())
 
 
 def rows_every(keep_interval: float | None, experiment: Experiment, origin: str) -> int:

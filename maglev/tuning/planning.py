@@ -7,11 +7,11 @@ from itertools import islice
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.master import whole_steps
 from maglev.errors import ScenarioError
+from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
-from maglev.studies.columns import Column, columns_of, known_values, meant
+from maglev.studies.columns import Column, columns_of, meant, named_values
 from maglev.studies.design import samples
 from maglev.studies.flying.batch import code_of_package
 from maglev.studies.flying.samples import Job
@@ -180,8 +180,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     searched = [target for target in targets if target.column >= len(tuning.vary)]
     ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
-    time = experiment.step * np.arange(whole_steps(plan.stop_time, experiment.step) + 1, dtype=np.float64)
-    known = known_values(plan, time, experiment.drives(descriptions))
+    known = named_values(plan, expected(experiment))
     columns = columns_of(known, [*tuning.minimise, *tuning.times_before], tuning.limits, origin)
     columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
     cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),

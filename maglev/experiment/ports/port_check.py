@@ -160,8 +160,11 @@ class PortCheck:
 
     def checked(self) -> None:
         """Check the signals that are compared with a baseline."""
-        for signal in self.plan.check.signals:
-            self.variable(key_path(["check", "signals", signal]), signal, "output", "local", "input")
+        for signal, tolerance in self.plan.check.signals.items():
+            key, allowed = key_path(["check", "signals", signal]), tolerance.allowed
+            variable = self.variable(key, signal, "output", "local", "input")
+            if allowed.unit is not None:
+                self.dimension(f"{key}.absolute", allowed.written, allowed.unit, variable)
 
 
 def compatible(one: str, other: str) -> bool:

@@ -94,6 +94,19 @@ def test_fail_on_claims(fastest_fmus: Path, tmp_path: Path, claims: list[str], s
     assert said in result.stderr
 
 
+@pytest.mark.parametrize(("added", "said"), [
+    (CLAIM.format(text="Soon there", criterion='metric = "settling_time"\nband = "10 um"\nrelation = "<"\ntarget = 1'),
+     "mine.toml: claim 'Soon there': the run has no settling_time to judge it on"),   # no reference steps
+    ('[check.signals]\n"plant.v.position" = { absolute = "1 A" }',
+     "absolute = '1 A': A given, expected a quantity in m")])
+def test_what_no_flight_can_be_judged_on_is_refused_before_it(fastest_fmus: Path, tmp_path: Path, added: str,
+                                                             said: str) -> None:
+    """It would take the judgement of all other runs with it."""
+    result = maglev("run", scenario(tmp_path, added), "--fmus", fastest_fmus, "--out", tmp_path / "out")
+    assert (result.exit_code, list(tmp_path.glob("out/*.csv"))) == (2, [])
+    assert said in result.stderr
+
+
 def test_fail_on_claims_with_a_run_that_does_not_complete(fastest_fmus: Path, tmp_path: Path) -> None:
     broken = controller(tmp_path, ("w = self.bandwidth", "w = self.bandwidth / 0"))
     arguments = ("run", scenario(tmp_path, HELD), "--controller", broken, "--fmus", fastest_fmus,

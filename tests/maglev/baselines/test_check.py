@@ -105,7 +105,8 @@ def test_recordings_that_cannot_be_compared() -> None:
 
 def short(**changed: Any) -> RunPlan:
     """The first 1.5 s of the 2-DOF set-points, in which both axes step once."""
-    signals = {name: SignalTolerance(absolute=1e-9) for name in ("plant.v.position", "plant.h.position")}
+    close = SignalTolerance.model_validate({"absolute": 1e-9})
+    signals = dict.fromkeys(("plant.v.position", "plant.h.position"), close)
     settings = CheckSettings(interval=0.05, signals={**signals, "controller.saturated": SignalTolerance()})
     return load_plan("2dof-setpoints").model_copy(update={"stop_time": 1.5, "check": settings, **changed})
 
@@ -156,7 +157,7 @@ def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
 def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
     options = baseline_files(baselines, "2dof-setpoints")[1]
     options.write_text(options.read_text().replace("1e-09", "0.01"))
-    wide = {name: SignalTolerance(absolute=0.01 if allowed.absolute == 1e-9 else allowed.absolute)
+    wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
             for name, allowed in short().check.signals.items()}
     plan = short(check=CheckSettings(signals=wide))
     result = checked(plan, fmus, {}, ["plant.C1=14.2142"], baselines)
@@ -240,8 +241,8 @@ def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
 
 
 def test_update_takes_signals_and_tolerances_of_the_scenario(fmus: Path, baselines: Path) -> None:
-    settings = CheckSettings(signals={"plant.v.position": SignalTolerance(absolute=1e-6, relative=0.5),
-                                      "plant.motor.i_q": SignalTolerance()})
+    wide = SignalTolerance.model_validate({"absolute": 1e-6, "relative": 0.5})
+    settings = CheckSettings(signals={"plant.v.position": wide, "plant.motor.i_q": SignalTolerance()})
     result = updated(short(check=settings), fmus, {}, [], baselines)
     for note in ("plant.motor.i_q added", "plant.h.position removed",
                  "tolerance of plant.v.position was 1e-09 + 0.0 relative, is 1e-06 + 0.5 relative"):

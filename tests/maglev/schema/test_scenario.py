@@ -129,6 +129,10 @@ def test_csv_lies_beside_its_scenario(write):
     ('title = "', 'metrics = { bands = [-1e-4] }\ntitle = "',
      ["hold.toml: metrics.bands[0] = -0.0001", "greater than 0"]),
     ('title = "', 'metrics.fail_error = -1\ntitle = "', ["hold.toml: metrics.fail_error = -1.0", "greater than 0"]),
+    ('title = "', 'metrics.tracking_from = "3 s"\ntitle = "',
+     ["hold.toml: metrics.tracking_from = 3.0", "2.0 s at most"]),
+    ('title = "', 'check.signals = { "plant.y" = { absolute = -1 } }\ntitle = "',
+     ["hold.toml: check.signals.\"plant.y\".absolute = -1", "expected 0 or more"]),
     ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
     ('"loops/loop.toml"', '"loops/lop.toml"', ["lop.toml: cannot be read"]),
     ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"])])
