@@ -181,8 +181,9 @@ def show(loop: "Loop", signals: Sequence[str]) -> dict[str, object]:
     typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "
                f"{loop.plant.equilibrium}\n\npoles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
     found = {signal: loop.margins(signal) for signal in signals}
-    typer.echo(aligned([["opened at", "gain factor", "phase (°)", "at (rad/s)", "delay (ms)", "Ms", "disk",
-                         "gain and phase together"], *(row(margins) for margins in found.values())]))
+    typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
+                        ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
+                        *(row(margins) for margins in found.values())]))
     return {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
             "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
             "margins": {signal: vars(margins) for signal, margins in found.items()}}

@@ -78,8 +78,8 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     Examples
     --------
     >>> import maglev
-    >>> maglev.new_scenario("mine.toml", stage="2dof").name
-    'mine.toml'
+    >>> maglev.new_scenario("hold.toml", stage="2dof").name
+    'hold.toml'
     """
     rig = rig_named(str(stage))
     file = toml_file(path)

@@ -151,12 +151,14 @@ def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
         wait_until(page, f"maglevLive.views[0].kind === '{kind}'")
     assert "view=above" in tab.evaluate("location.hash")
     place = "['x', 'y', 'z'].map((axis) => maglevLive.history.last().axes[axis].reference)"
-    before, scale = np.array(tab.evaluate(place)), tab.evaluate("maglevLive.views[0].scale")
+    # The run's own references move until the finger is there.
+    tab.evaluate(f"""document.getElementById("stage")
+        .addEventListener("pointerdown", () => {{ window.before = {place}; }})""")
     x, y = tab.evaluate(MOVER)
     swipe(tab, x, y, 20.0, -10.0)
-    wait_until(page, f"{place}[0] !== {before[0]}")
+    wait_until(page, f"{place}[0] !== before[0]")
     page.wait_for_timeout(100)
-    moved = 1e3 * (np.array(tab.evaluate(place)) - before) * scale   # px
+    moved = 1e3 * (np.array(tab.evaluate(place)) - tab.evaluate("before")) * tab.evaluate("maglevLive.views[0].scale")
     assert moved == pytest.approx([20.0, 0.0, 10.0], abs=3.0)
     assert tab.evaluate("scrollY") == 0
 
