@@ -1,6 +1,6 @@
 """Internal model of steps and of sinusoids of one frequency (4.15), (5.10), discretised exactly."""
 
-from math import cos, sin
+from pmlsm.elementary.sine_cosine import sine_cosine
 
 
 def integral_of_sine(x: float) -> float:
@@ -8,7 +8,8 @@ def integral_of_sine(x: float) -> float:
     if x < 0.5:
         s = x * x
         return (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))))) / 6.0
-    return (x - sin(x)) / (x * x * x)
+    sine, cosine = sine_cosine(x)
+    return (x - sine) / (x * x * x)
 
 
 class OscillatorStep:
@@ -25,11 +26,12 @@ class OscillatorStep:
         """Compute Φ and Γ for a frequency ω0 (rad/s, not negative) and a sample time (s)."""
         angle = omega0 * sample_time
         half = 0.5 * angle
+        sine_half, cosine_half = sine_cosine(half)
+        sine_whole, self.cosine = sine_cosine(angle)
         shrink = 1.0
         if half > 0.0:
-            shrink = sin(half) / half
-        self.cosine = cos(angle)
-        self.sine = sample_time * shrink * cos(half)
+            shrink = sine_half / half
+        self.sine = sample_time * shrink * cosine_half
         self.versine = 0.5 * sample_time * sample_time * shrink * shrink
         self.ramp = sample_time * sample_time * sample_time * integral_of_sine(angle)
         self.minus_sine = -omega0 * omega0 * self.sine

@@ -1,6 +1,6 @@
 """Velocity from measured positions: the "high-gain observer" of Fig. 4.7."""
 
-from math import exp
+from pmlsm.elementary.exponential import exponential
 
 
 class ObserverFilter:
@@ -19,10 +19,10 @@ class ObserverFilter:
         """Compute the filter shares of a sample time (s); a filter with time constant 0 follows at once."""
         self.share1 = 1.0
         if self.time1 > 0.0:
-            self.share1 = 1.0 - exp(-sample_time / self.time1)
+            self.share1 = 1.0 - exponential(-sample_time / self.time1)
         self.share2 = 1.0
         if self.time2 > 0.0:
-            self.share2 = 1.0 - exp(-sample_time / self.time2)
+            self.share2 = 1.0 - exponential(-sample_time / self.time2)
 
 
 class VelocityObserver:

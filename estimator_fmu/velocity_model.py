@@ -1,6 +1,10 @@
 """One velocity row of the estimator (3.8) over a sample: the model's velocity follows the measured one."""
 
-from math import cos, exp, log1p, sin, sqrt
+from math import sqrt
+
+from pmlsm.elementary.exponential import exponential
+from pmlsm.elementary.logarithm import logarithm_one_plus
+from pmlsm.elementary.sine_cosine import LARGEST_REDUCED, sine_cosine
 
 LARGEST_GROWTH = 0.05        # of Σ, in the direction of the regressor, over one part of a sample
 NEARLY_CRITICAL = 1.0e-8     # (r τ)² below which the two rates of the filter count as one
@@ -24,7 +28,7 @@ class EstimatorLaw:
         self.forgotten = 0.0
         self.added = self.growth * sample_time
         if forgetting > 0.0:
-            self.forgotten = 1.0 - exp(-forgetting * sample_time)
+            self.forgotten = 1.0 - exponential(-forgetting * sample_time)
             self.added = self.growth * self.forgotten / forgetting
 
 
@@ -73,7 +77,7 @@ class VelocityModel:
             x = law.growth * gain * tau
             mean = gain
             if x > 0.0:
-                mean = log1p(x) / (law.growth * tau)
+                mean = logarithm_one_plus(x) / (law.growth * tau)
             to_error, by_w, to_w, kept = two_states(mean, law.epsilon, tau)
             error, w = to_error * error - by_w * w, to_w * error + kept * w
             gain = gain / (1.0 + x)
@@ -89,15 +93,20 @@ def two_states(gain: float, epsilon: float, tau: float) -> tuple[float, float, f
     discriminant = damping * damping - stiffness
     if discriminant * tau * tau > NEARLY_CRITICAL:
         root = sqrt(discriminant)
-        fast = exp(-(damping + root) * tau)
-        slow = exp(-stiffness / (damping + root) * tau)
+        fast = exponential(-(damping + root) * tau)
+        slow = exponential(-stiffness / (damping + root) * tau)
         c = 0.5 * (slow + fast)
         s = 0.5 * (slow - fast) / root
     elif discriminant * tau * tau < -NEARLY_CRITICAL:
         root = sqrt(-discriminant)
-        c = exp(-damping * tau) * cos(root * tau)
-        s = exp(-damping * tau) * sin(root * tau) / root
+        left = exponential(-damping * tau)
+        angle = root * tau
+        if angle > LARGEST_REDUCED:   # 1e8 turns within a part of a sample: any phase is as good
+            angle = LARGEST_REDUCED
+        sine, cosine = sine_cosine(angle)
+        c = left * cosine
+        s = left * sine / root
     else:
-        c = exp(-damping * tau)
+        c = exponential(-damping * tau)
         s = c * tau
     return c - damping * s, s, stiffness * s, c + damping * s

@@ -1,10 +1,10 @@
 """One encoder as the controller sees it: what is assumed to go wrong with it, each at zero off."""
 
 from measurement_fmu.interpolation_error import InterpolationError
-from measurement_fmu.normal_variate import normal_variate
-from measurement_fmu.random_words import SHARE, random_words
 from measurement_fmu.sample_history import SampleHistory
 from measurement_fmu.sampling_instant import SamplingInstant
+from pmlsm.normal_variate import normal_variate
+from pmlsm.random_words import SHARE, random_words
 
 
 class MeasuredPosition:

@@ -1,7 +1,7 @@
 """When the encoders were read: a constant delay, and one that changes from sample to sample. Assumed."""
 
-from measurement_fmu.random_words import SHARE, random_words
 from measurement_fmu.sample_history import SLOTS
+from pmlsm.random_words import SHARE, random_words
 
 LATEST = 126          # samples, that a reading can be late: one more is kept, to interpolate
 NEARLY_WHOLE = 1.0e-6   # of a sample, by which a delay may miss a whole number of them

@@ -1,9 +1,10 @@
-"""One axis of motion: mass, guide, ripple, end stops, flexible mode, and its share of a Runge–Kutta step."""
+"""One axis of motion: mass, guide, end stops, flexible mode, and its share of a Runge–Kutta step."""
 
 from plant_fmu.end_stop import EndStop
 from plant_fmu.flexible_mode import FlexibleMode
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
+from plant_fmu.roughness import Roughness
 from pmlsm.saturation import saturate
 
 LARGEST_POSITION = 1.0e3   # m or rad; a mover beyond has run away, and the numbers after that mean nothing
@@ -11,14 +12,14 @@ LARGEST_SPEED = 1.0e6      # m/s or rad/s
 
 
 class Axis:
-    """Position and velocity of a mass under motor, gravity, bias, guide friction, ripple, end stops and external force.
+    """Position and velocity of a mass under motor, gravity, bias, guide, end stops and external force.
 
     The stage computes the acceleration by the motors, which couples the axes, and hands it to `add_slope` four times
     an integration step: the classical fourth-order Runge–Kutta method. Nominal masses are the thesis's, everything
     else is assumed.
 
-    The constants of the motors and the amplitude of the ripple are accelerations at the nominal mass: their forces
-    stay as they are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
+    The constants of the motors, ripple and roughness are accelerations at the nominal mass: their forces stay as they
+    are with another mass, such as under a payload, and their accelerations are multiplied by `mass_ratio`.
 
     Positions are against the floor that stops, guides and stators stand on. Where the floor shakes, its acceleration
     acts on every part of the mover the other way round.
@@ -36,6 +37,7 @@ class Axis:
         self.locked = False                    # parameter: held in place by hardware
         self.friction = GuideFriction(coulomb, presliding, viscous)
         self.ripple = Ripple(0.0, 5.0e-3)
+        self.roughness = Roughness()
         self.stop = EndStop(lower, upper)
         self.mode = FlexibleMode()
         self.force = 0.0                       # N, input
@@ -57,8 +59,12 @@ class Axis:
         self.velocity_sum = 0.0
         self.deflection_sum = 0.0
 
-    def start(self) -> bool:
-        """Place the mover at rest at its start position; False where that is not between the stops."""
+    def start(self, seed: int, number: int) -> bool:
+        """Place the mover at rest at its start position, on the track of a seed and of the axis's number.
+
+        False where the start is not between the stops.
+        """
+        self.roughness.start(seed, number)
         self.position = self.position_start
         self.velocity = 0.0
         self.deflection = 0.0
@@ -120,15 +126,19 @@ class Axis:
             return   # at rest since the start: no slope
         velocity = self.velocity
         deflection = self.deflection
-        external = (self.force + self.stop.force(self.position, velocity)
-                    - self.friction.force(deflection, velocity))
-        acceleration = (motors + self.drift + self.mass_ratio * self.ripple.acceleration(self.position)
-                        + external / self.present_mass)
+        friction, deflection_rate = self.friction.slide(deflection, velocity)
+        external = self.force - friction
+        if self.stop.side != 0:
+            external += self.stop.force(self.position, velocity)
+        acceleration = motors + self.drift + external / self.present_mass
+        if self.ripple.amplitude != 0.0:
+            acceleration += self.mass_ratio * self.ripple.acceleration(self.position)
+        if self.roughness.rms != 0.0:
+            acceleration += self.mass_ratio * self.roughness.acceleration(self.position)
         if self.flexible:   # the floor is no force on the mover: it moves both parts of it alike
             floor = self.floor_acceleration
             acceleration = self.mode.add_slope(acceleration + floor, weight, ahead) - floor
         self.acceleration = acceleration
-        deflection_rate = self.friction.deflection_rate(deflection, velocity)
         self.position_sum += weight * velocity
         self.velocity_sum += weight * acceleration
         self.deflection_sum += weight * deflection_rate

@@ -1,8 +1,9 @@
 """Linear current amplifier module (LCAM), sections 4.1.3, 5.1.3 and 5.6.2."""
 
-from math import exp, fabs
+from math import fabs
 
 from plant_fmu.winding import SHORTEST_LAG, Winding
+from pmlsm.elementary.exponential import exponential
 from pmlsm.saturation import saturate
 
 DERATING_START = 0.9      # of the squared continuous current; assumed, as is the form of the derating
@@ -41,12 +42,12 @@ class AmplifierRating:
             self.lag_decay_middle = 0.0
             if self.lag > 0.0:
                 steps = dt / self.lag
-                self.lag_decay = exp(-steps)
+                self.lag_decay = exponential(-steps)
                 mean = (1.0 - self.lag_decay) / steps
                 self.lag_decay_middle = (6.0 * mean - 1.0 - self.lag_decay) / 4.0
             self.heat_decay_half = 0.0
             if self.thermal_time > 0.0:
-                self.heat_decay_half = exp(-0.5 * dt / self.thermal_time)
+                self.heat_decay_half = exponential(-0.5 * dt / self.thermal_time)
             self.heat_decay = self.heat_decay_half * self.heat_decay_half
 
     def clamp(self, heat: float) -> float:

@@ -1,6 +1,6 @@
 """Linear optical encoder, sections 4.1.2 and 5.1.2."""
 
-from math import floor
+from pmlsm.elementary.whole_numbers import rounded_down
 
 MOST_COUNTS = 1.0e15   # beyond, a double has no room for the fraction that an encoder drops
 
@@ -18,4 +18,4 @@ class Encoder:
         counts = position / self.resolution + 0.5
         if not -MOST_COUNTS < counts < MOST_COUNTS:
             return position
-        return floor(counts) * self.resolution
+        return rounded_down(counts) * self.resolution

@@ -9,14 +9,11 @@ class GuideFriction:
         self.presliding = presliding   # δ, m, parameter
         self.viscous = viscous         # b, N s/m, parameter
 
-    def force(self, deflection: float, velocity: float) -> float:
-        """Force against the motion (N) at a relative deflection w and a velocity (m/s)."""
-        return self.coulomb * deflection + self.viscous * velocity
-
-    def deflection_rate(self, deflection: float, velocity: float) -> float:
-        """Rate w' (1/s) of the relative deflection of the contact."""
+    def slide(self, deflection: float, velocity: float) -> tuple[float, float]:
+        """Force against the motion F (N), and the rate w' (1/s), at a relative deflection w and a velocity (m/s)."""
+        force = self.coulomb * deflection + self.viscous * velocity
         if self.presliding <= 0.0 or self.coulomb <= 0.0:
-            return 0.0
+            return force, 0.0
         if velocity < 0.0:
-            return velocity / self.presliding * (1.0 + deflection)
-        return velocity / self.presliding * (1.0 - deflection)
+            return force, velocity / self.presliding * (1.0 + deflection)
+        return force, velocity / self.presliding * (1.0 - deflection)

@@ -1,6 +1,5 @@
 """A motor at its place on a platform that tilts."""
 
-from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.end_stop import EndStop
 from pmlsm.gap_functions import gap_functions
@@ -62,7 +61,7 @@ class MotorMount:
         return self.stop.settle(self.gap_rate)
 
     def push(self, geometry: MotorGeometry, i_d: float, i_q: float, thrust: float, attraction: float, coils: float,
-             iron: float, modulation: float) -> None:
+             iron: float) -> None:
         """Compute the forces at the present point.
 
         Parameters
@@ -71,12 +70,10 @@ class MotorMount:
         i_d, i_q : float
             A.
         thrust, attraction, coils, iron : float
-            Constants of the motor's rows as forces: N/A, N/T², N/(A T), N/A².
-        modulation : float
-            k of the attraction along the slots.
+            Constants of the motor's rows as forces: N/A, N/T², N/(A T), N/A²; the attraction as it is at this place
+            along the slots.
         """
         f1, f2, f3, f4 = gap_functions(geometry, self.gap)
-        f2 *= attraction_factor(modulation, self.displacement, geometry.slot_pitch)
         by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, f2, f3, f4, i_d,
                                                         i_q * i_q + i_d * i_d)
         self.normal = by_iron + by_coils + by_attraction + self.stop.force(self.gap, self.gap_rate)

@@ -5,6 +5,7 @@ from math import fabs
 from plant_fmu.current_amplifier import AmplifierRating, CurrentAmplifier
 from plant_fmu.winding import Winding
 from pmlsm.dq_transform import clarke, park, phase_currents
+from pmlsm.electrical_angle import ElectricalAngle
 
 
 def larger(one: float, other: float) -> float:
@@ -96,13 +97,13 @@ class MotorSupply:
         self.middle_alpha, self.middle_beta = clarke(a.current_middle, b.current_middle, c.current_middle)
         self.end_alpha, self.end_beta = clarke(a.current, b.current, c.current)
 
-    def resume(self, theta: float) -> None:
-        """Take the phase currents, as they are in a continuous model; i_d and i_q at an electrical angle (rad)."""
+    def resume(self, angle: ElectricalAngle) -> None:
+        """Take the phase currents, as they are in a continuous model; i_d and i_q at an electrical angle."""
         self.phase_a.current = self.i_a
         self.phase_b.current = self.i_b
         self.phase_c.current = self.i_c
         self.end_alpha, self.end_beta = clarke(self.i_a, self.i_b, self.i_c)
-        self.at_end(theta)
+        self.at_end(angle)
 
     def derive(self, bus: float) -> None:
         """Compute the rates of a continuous model with the voltage of the bus (V); 0 = no limit."""
@@ -135,21 +136,21 @@ class MotorSupply:
         self.saturated = a.saturated or b.saturated or c.saturated
         return jump_a or jump_b or jump_c
 
-    def at_start(self, theta: float) -> None:
-        """Set i_d and i_q to the start of the integration step, at an electrical angle (rad)."""
-        self.i_d, self.i_q = park(self.start_alpha, self.start_beta, theta)
+    def at_start(self, angle: ElectricalAngle) -> None:
+        """Set i_d and i_q to the start of the integration step, at an electrical angle."""
+        self.i_d, self.i_q = park(self.start_alpha, self.start_beta, angle.sine, angle.cosine)
 
-    def at_middle(self, theta: float) -> None:
-        """Set i_d and i_q to the middle of the integration step, at an electrical angle (rad)."""
-        self.i_d, self.i_q = park(self.middle_alpha, self.middle_beta, theta)
+    def at_middle(self, angle: ElectricalAngle) -> None:
+        """Set i_d and i_q to the middle of the integration step, at an electrical angle."""
+        self.i_d, self.i_q = park(self.middle_alpha, self.middle_beta, angle.sine, angle.cosine)
 
-    def at_end(self, theta: float) -> None:
-        """Set i_d and i_q to the end of the integration step, at an electrical angle (rad)."""
-        self.i_d, self.i_q = park(self.end_alpha, self.end_beta, theta)
+    def at_end(self, angle: ElectricalAngle) -> None:
+        """Set i_d and i_q to the end of the integration step, at an electrical angle."""
+        self.i_d, self.i_q = park(self.end_alpha, self.end_beta, angle.sine, angle.cosine)
 
-    def deliver(self, theta: float) -> None:
-        """Set the outputs at the end of a communication step, at an electrical angle (rad)."""
-        self.at_end(theta)
+    def deliver(self, angle: ElectricalAngle) -> None:
+        """Set the outputs at the end of a communication step, at an electrical angle."""
+        self.at_end(angle)
         self.i_a = self.phase_a.current
         self.i_b = self.phase_b.current
         self.i_c = self.phase_c.current

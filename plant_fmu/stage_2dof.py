@@ -6,6 +6,7 @@ from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
+from pmlsm.electrical_angle import ElectricalAngle
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
@@ -18,10 +19,11 @@ H_BEYOND_STOP = 2
 RUN_AWAY = 3
 STEP_TOO_LONG = 4
 NO_SUCH_MOTOR = 5
+NO_SEED = 6
 
 
 class Stage2DOF:
-    """Motion (4.3) of the 2-DOF stage with friction, bias, ripple, stops, amplifiers and encoders."""
+    """Motion (4.3) of the 2-DOF stage with guides, bias, stops, amplifiers and encoders."""
 
     def __init__(self) -> None:
         self.C1 = 14.2                      # m/(s² A), parameter: thrust along h
@@ -29,12 +31,14 @@ class Stage2DOF:
         self.C3 = 30.9                      # m/(s² A T), parameter: normal force between magnets and coils
         self.C4 = 0.12                      # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.027  # parameter
+        self.roughness_seed = 1.0           # parameter: a whole number
         self.magnet_rise = 0.0              # K, parameter: how warm the magnets are, above the constants' temperature
         self.bus_voltage = 0.0              # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.geometry = MotorGeometry()
         self.v = Axis(4.35, 0.2, 2.0, 0.0003, 2.0, 0.008, 0.028, 0.02)
         self.h = Axis(1.594, 0.1, 0.25, 0.0003, 1.0, -0.07, 0.07, 0.0)
         self.h.ripple.period = 0.01905
+        self.h_angle = ElectricalAngle()
         self.motor = MotorSupply(9.0, 7.0, 7.0, 0.07)
         self.encoder = Encoder(1e-05)
         self.at_stop = False   # output
@@ -43,10 +47,14 @@ class Stage2DOF:
         """Place the mover at its start position; the status says which axis is beyond a stop."""
         if not self.geometry.prepare():
             return NO_SUCH_MOTOR
-        if not self.v.start():
+        seed = int(self.roughness_seed)
+        if seed != self.roughness_seed:
+            return NO_SEED
+        if not self.v.start(seed, 0):
             return V_BEYOND_STOP
-        if not self.h.start():
+        if not self.h.start(seed, 1):
             return H_BEYOND_STOP
+        self.h_angle.forget()
         self.measure()
         return STARTED
 
@@ -65,7 +73,8 @@ class Stage2DOF:
             if not contained:
                 return RUN_AWAY
         geometry = self.geometry
-        self.motor.deliver(geometry.electrical_angle(self.h.position))
+        self.h_angle.turn(geometry, self.h.position)
+        self.motor.deliver(self.h_angle)
         self.measure()
         return STARTED
 
@@ -75,19 +84,24 @@ class Stage2DOF:
         v = self.v
         h = self.h
         motor = self.motor
+        h_angle = self.h_angle
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.5 * dt)
         motor.advance(dt, bus)
         v.begin()
         h.begin()
-        motor.at_start(geometry.electrical_angle(h.position))
+        h_angle.follow(geometry, h.position)
+        motor.at_start(h_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        motor.at_middle(geometry.electrical_angle(h.position))
+        h_angle.turn(geometry, h.position)
+        motor.at_middle(h_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        motor.at_middle(geometry.electrical_angle(h.position))
+        h_angle.turn(geometry, h.position)
+        motor.at_middle(h_angle)
         self.add_slope(dt / 3.0, dt)
-        motor.at_end(geometry.electrical_angle(h.position))
+        h_angle.turn(geometry, h.position)
+        motor.at_end(h_angle)
         self.add_slope(dt / 6.0, 0.0)
         contained = v.finish() and h.finish()
         if self.beyond_stop():
@@ -102,7 +116,8 @@ class Stage2DOF:
         motor = self.motor
         v.resume()
         h.resume()
-        motor.resume(geometry.electrical_angle(self.h.position))
+        self.h_angle.turn(geometry, h.position)
+        motor.resume(self.h_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)

@@ -6,6 +6,7 @@ from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
+from pmlsm.electrical_angle import ElectricalAngle
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
@@ -19,10 +20,11 @@ Z_BEYOND_STOP = 3
 RUN_AWAY = 4
 STEP_TOO_LONG = 5
 NO_SUCH_MOTOR = 6
+NO_SEED = 7
 
 
 class Stage3DOF:
-    """Motion (5.3) of the 3-DOF stage with friction, bias, ripple, stops, amplifiers and encoders."""
+    """Motion (5.3) of the 3-DOF stage with guides, bias, stops, amplifiers and encoders."""
 
     def __init__(self) -> None:
         self.C1 = 0.6135                     # m/(s² A), parameter: thrust along x
@@ -31,6 +33,7 @@ class Stage3DOF:
         self.C4 = 8.71                       # m/(s² A T), parameter: normal force between magnets and coils
         self.C5 = 0.0045                     # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.0135  # parameter
+        self.roughness_seed = 1.0            # parameter: a whole number
         self.magnet_rise = 0.0               # K, parameter: how warm the magnets are, above the constants' temperature
         self.bus_voltage = 0.0               # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.geometry = MotorGeometry()
@@ -40,6 +43,8 @@ class Stage3DOF:
         self.x.ripple.period = 0.01905
         self.z = Axis(8.6, 0.05, 1.1, 0.0005, 2.0, -0.062, 0.062, 0.0)
         self.z.ripple.period = 0.01905
+        self.x_angle = ElectricalAngle()
+        self.z_angle = ElectricalAngle()
         self.alpha = MotorSupply(5.0, 4.0, 3.5, 0.035)
         self.beta = MotorSupply(5.0, 4.0, 3.5, 0.035)
         self.encoder = Encoder(1e-05)
@@ -49,12 +54,17 @@ class Stage3DOF:
         """Place the mover at its start position; the status says which axis is beyond a stop."""
         if not self.geometry.prepare():
             return NO_SUCH_MOTOR
-        if not self.y.start():
+        seed = int(self.roughness_seed)
+        if seed != self.roughness_seed:
+            return NO_SEED
+        if not self.y.start(seed, 0):
             return Y_BEYOND_STOP
-        if not self.x.start():
+        if not self.x.start(seed, 1):
             return X_BEYOND_STOP
-        if not self.z.start():
+        if not self.z.start(seed, 2):
             return Z_BEYOND_STOP
+        self.x_angle.forget()
+        self.z_angle.forget()
         self.measure()
         return STARTED
 
@@ -73,8 +83,10 @@ class Stage3DOF:
             if not contained:
                 return RUN_AWAY
         geometry = self.geometry
-        self.alpha.deliver(geometry.electrical_angle(self.x.position))
-        self.beta.deliver(geometry.electrical_angle(self.z.position))
+        self.x_angle.turn(geometry, self.x.position)
+        self.z_angle.turn(geometry, self.z.position)
+        self.alpha.deliver(self.x_angle)
+        self.beta.deliver(self.z_angle)
         self.measure()
         return STARTED
 
@@ -86,6 +98,8 @@ class Stage3DOF:
         z = self.z
         alpha = self.alpha
         beta = self.beta
+        x_angle = self.x_angle
+        z_angle = self.z_angle
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.5 * dt)
@@ -94,17 +108,25 @@ class Stage3DOF:
         y.begin()
         x.begin()
         z.begin()
-        alpha.at_start(geometry.electrical_angle(x.position))
-        beta.at_start(geometry.electrical_angle(z.position))
+        x_angle.follow(geometry, x.position)
+        z_angle.follow(geometry, z.position)
+        alpha.at_start(x_angle)
+        beta.at_start(z_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        alpha.at_middle(geometry.electrical_angle(x.position))
-        beta.at_middle(geometry.electrical_angle(z.position))
+        x_angle.turn(geometry, x.position)
+        z_angle.turn(geometry, z.position)
+        alpha.at_middle(x_angle)
+        beta.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        alpha.at_middle(geometry.electrical_angle(x.position))
-        beta.at_middle(geometry.electrical_angle(z.position))
+        x_angle.turn(geometry, x.position)
+        z_angle.turn(geometry, z.position)
+        alpha.at_middle(x_angle)
+        beta.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt)
-        alpha.at_end(geometry.electrical_angle(x.position))
-        beta.at_end(geometry.electrical_angle(z.position))
+        x_angle.turn(geometry, x.position)
+        z_angle.turn(geometry, z.position)
+        alpha.at_end(x_angle)
+        beta.at_end(z_angle)
         self.add_slope(dt / 6.0, 0.0)
         contained = y.finish() and x.finish() and z.finish()
         if self.beyond_stop():
@@ -122,8 +144,10 @@ class Stage3DOF:
         y.resume()
         x.resume()
         z.resume()
-        alpha.resume(geometry.electrical_angle(self.x.position))
-        beta.resume(geometry.electrical_angle(self.z.position))
+        self.x_angle.turn(geometry, x.position)
+        self.z_angle.turn(geometry, z.position)
+        alpha.resume(self.x_angle)
+        beta.resume(self.z_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)

@@ -1,5 +1,6 @@
 """The 5-DOF stage: alpha1, alpha2, beta1, beta2 carry the platform, drive it along x and z, and tilt it."""
 
+from plant_fmu.attraction import attraction_factor
 from plant_fmu.axis import Axis
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
@@ -8,6 +9,7 @@ from plant_fmu.motor_mount import MotorMount
 from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.payload import Payload
 from plant_fmu.tilt_guide import TiltGuide
+from pmlsm.electrical_angle import ElectricalAngle
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import GRAVITY
@@ -24,10 +26,11 @@ BETA2_BEYOND_STOP = 6
 RUN_AWAY = 7
 STEP_TOO_LONG = 8
 NO_SUCH_MOTOR = 9
+NO_SEED = 10
 
 
 class Stage5DOF:
-    """Motion of the 5-DOF stage with friction, bias, ripple, stops, a payload, amplifiers and encoders.
+    """Motion of the 5-DOF stage with guides, bias, stops, a payload, amplifiers and encoders.
 
     Each motor pulls and drives at its own place, with its own air gap and displacement. The platform tilts by small
     angles: roll about x, pitch about z.
@@ -40,6 +43,7 @@ class Stage5DOF:
         self.C4 = 8.71                       # m/(s² A T), parameter: normal force between magnets and coils
         self.C5 = 0.0045                     # m/(s² A²), parameter: normal force between coils and iron
         self.attraction_modulation = 0.0135  # parameter
+        self.roughness_seed = 1.0            # parameter: a whole number
         self.magnet_rise = 0.0               # K, parameter: how warm the magnets are, above the constants' temperature
         self.bus_voltage = 0.0               # V, parameter: of the amplifiers' supply, 0 = any that is needed
         self.height = -0.03                  # m, parameter: of the magnets' faces against the centre of mass, downwards
@@ -58,6 +62,8 @@ class Stage5DOF:
         self.pitch = Axis(0.2, 0.0, 0.02, 0.001, 0.02, -10.0, 10.0, 0.0)
         self.pitch.stop.stiffness = 0.0
         self.pitch.stop.damping = 0.0
+        self.x_angle = ElectricalAngle()
+        self.z_angle = ElectricalAngle()
         self.roll_guide = TiltGuide()
         self.pitch_guide = TiltGuide()
         self.payload = Payload()
@@ -77,13 +83,16 @@ class Stage5DOF:
         """Place the platform at its start position; the status says which axis or motor is beyond a stop."""
         if not self.geometry.prepare():
             return NO_SUCH_MOTOR
-        self.y.start()
-        if not self.x.start():
+        seed = int(self.roughness_seed)
+        if seed != self.roughness_seed:
+            return NO_SEED
+        self.y.start(seed, 0)
+        if not self.x.start(seed, 1):
             return X_BEYOND_STOP
-        if not self.z.start():
+        if not self.z.start(seed, 2):
             return Z_BEYOND_STOP
-        self.roll.start()
-        self.pitch.start()
+        self.roll.start(seed, 3)
+        self.pitch.start(seed, 4)
         self.place_motors()
         if self.alpha1_mount.beyond_stop():
             return ALPHA1_BEYOND_STOP
@@ -93,6 +102,8 @@ class Stage5DOF:
             return BETA1_BEYOND_STOP
         if self.beta2_mount.beyond_stop():
             return BETA2_BEYOND_STOP
+        self.x_angle.forget()
+        self.z_angle.forget()
         self.measure()
         return STARTED
 
@@ -111,10 +122,12 @@ class Stage5DOF:
             if not contained:
                 return RUN_AWAY
         geometry = self.geometry
-        self.alpha1.deliver(geometry.electrical_angle(self.alpha1_mount.displacement))
-        self.alpha2.deliver(geometry.electrical_angle(self.alpha2_mount.displacement))
-        self.beta1.deliver(geometry.electrical_angle(self.beta1_mount.displacement))
-        self.beta2.deliver(geometry.electrical_angle(self.beta2_mount.displacement))
+        self.x_angle.turn(geometry, self.alpha1_mount.displacement)
+        self.z_angle.turn(geometry, self.beta1_mount.displacement)
+        self.alpha1.deliver(self.x_angle)
+        self.alpha2.deliver(self.x_angle)
+        self.beta1.deliver(self.z_angle)
+        self.beta2.deliver(self.z_angle)
         self.push_motors()
         self.measure()
         return STARTED
@@ -131,6 +144,8 @@ class Stage5DOF:
         alpha2 = self.alpha2
         beta1 = self.beta1
         beta2 = self.beta2
+        x_angle = self.x_angle
+        z_angle = self.z_angle
         alpha1_mount = self.alpha1_mount
         alpha2_mount = self.alpha2_mount
         beta1_mount = self.beta1_mount
@@ -157,25 +172,33 @@ class Stage5DOF:
         alpha2_mount.begin()
         beta1_mount.begin()
         beta2_mount.begin()
-        alpha1.at_start(geometry.electrical_angle(alpha1_mount.displacement))
-        alpha2.at_start(geometry.electrical_angle(alpha2_mount.displacement))
-        beta1.at_start(geometry.electrical_angle(beta1_mount.displacement))
-        beta2.at_start(geometry.electrical_angle(beta2_mount.displacement))
+        x_angle.follow(geometry, alpha1_mount.displacement)
+        z_angle.follow(geometry, beta1_mount.displacement)
+        alpha1.at_start(x_angle)
+        alpha2.at_start(x_angle)
+        beta1.at_start(z_angle)
+        beta2.at_start(z_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        alpha1.at_middle(geometry.electrical_angle(alpha1_mount.displacement))
-        alpha2.at_middle(geometry.electrical_angle(alpha2_mount.displacement))
-        beta1.at_middle(geometry.electrical_angle(beta1_mount.displacement))
-        beta2.at_middle(geometry.electrical_angle(beta2_mount.displacement))
+        x_angle.turn(geometry, alpha1_mount.displacement)
+        z_angle.turn(geometry, beta1_mount.displacement)
+        alpha1.at_middle(x_angle)
+        alpha2.at_middle(x_angle)
+        beta1.at_middle(z_angle)
+        beta2.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        alpha1.at_middle(geometry.electrical_angle(alpha1_mount.displacement))
-        alpha2.at_middle(geometry.electrical_angle(alpha2_mount.displacement))
-        beta1.at_middle(geometry.electrical_angle(beta1_mount.displacement))
-        beta2.at_middle(geometry.electrical_angle(beta2_mount.displacement))
+        x_angle.turn(geometry, alpha1_mount.displacement)
+        z_angle.turn(geometry, beta1_mount.displacement)
+        alpha1.at_middle(x_angle)
+        alpha2.at_middle(x_angle)
+        beta1.at_middle(z_angle)
+        beta2.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt)
-        alpha1.at_end(geometry.electrical_angle(alpha1_mount.displacement))
-        alpha2.at_end(geometry.electrical_angle(alpha2_mount.displacement))
-        beta1.at_end(geometry.electrical_angle(beta1_mount.displacement))
-        beta2.at_end(geometry.electrical_angle(beta2_mount.displacement))
+        x_angle.turn(geometry, alpha1_mount.displacement)
+        z_angle.turn(geometry, beta1_mount.displacement)
+        alpha1.at_end(x_angle)
+        alpha2.at_end(x_angle)
+        beta1.at_end(z_angle)
+        beta2.at_end(z_angle)
         self.add_slope(dt / 6.0, 0.0)
         contained = y.finish() and x.finish() and z.finish() and roll.finish() and pitch.finish()
         self.place_motors()
@@ -211,10 +234,12 @@ class Stage5DOF:
         z.resume()
         roll.resume()
         pitch.resume()
-        alpha1.resume(geometry.electrical_angle(self.alpha1_mount.displacement))
-        alpha2.resume(geometry.electrical_angle(self.alpha2_mount.displacement))
-        beta1.resume(geometry.electrical_angle(self.beta1_mount.displacement))
-        beta2.resume(geometry.electrical_angle(self.beta2_mount.displacement))
+        self.x_angle.turn(geometry, self.alpha1_mount.displacement)
+        self.z_angle.turn(geometry, self.beta1_mount.displacement)
+        alpha1.resume(self.x_angle)
+        alpha2.resume(self.x_angle)
+        beta1.resume(self.z_angle)
+        beta2.resume(self.z_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)
@@ -280,19 +305,25 @@ class Stage5DOF:
         geometry = self.geometry
         modulation = self.attraction_modulation
         strength = magnet_strength(self.magnet_rise)
-        x_thrust = self.x.nominal_mass * self.C1 * strength               # N/A
-        z_thrust = self.z.nominal_mass * self.C2 * strength               # N/A
-        attraction = self.y.nominal_mass * self.C3 * strength * strength  # N/T²
-        coils = self.y.nominal_mass * self.C4 * strength                  # N/(A T)
-        iron = self.y.nominal_mass * self.C5                              # N/A²
+        x_thrust = self.x.nominal_mass * self.C1 * strength         # N/A
+        z_thrust = self.z.nominal_mass * self.C2 * strength         # N/A
+        pull = self.y.nominal_mass * self.C3 * strength * strength  # N/T²
+        coils = self.y.nominal_mass * self.C4 * strength            # N/(A T)
+        iron = self.y.nominal_mass * self.C5                        # N/A²
         alpha1 = self.alpha1
+        alpha1_mount = self.alpha1_mount
         alpha2 = self.alpha2
+        alpha2_mount = self.alpha2_mount
         beta1 = self.beta1
+        beta1_mount = self.beta1_mount
         beta2 = self.beta2
-        self.alpha1_mount.push(geometry, alpha1.i_d, alpha1.i_q, x_thrust, attraction, coils, iron, modulation)
-        self.alpha2_mount.push(geometry, alpha2.i_d, alpha2.i_q, x_thrust, attraction, coils, iron, modulation)
-        self.beta1_mount.push(geometry, beta1.i_d, beta1.i_q, z_thrust, attraction, coils, iron, modulation)
-        self.beta2_mount.push(geometry, beta2.i_d, beta2.i_q, z_thrust, attraction, coils, iron, modulation)
+        beta2_mount = self.beta2_mount
+        x_pull = pull * attraction_factor(modulation, alpha1_mount.displacement, geometry.slot_pitch)
+        z_pull = pull * attraction_factor(modulation, beta1_mount.displacement, geometry.slot_pitch)
+        alpha1_mount.push(geometry, alpha1.i_d, alpha1.i_q, x_thrust, x_pull, coils, iron)
+        alpha2_mount.push(geometry, alpha2.i_d, alpha2.i_q, x_thrust, x_pull, coils, iron)
+        beta1_mount.push(geometry, beta1.i_d, beta1.i_q, z_thrust, z_pull, coils, iron)
+        beta2_mount.push(geometry, beta2.i_d, beta2.i_q, z_thrust, z_pull, coils, iron)
 
     def induce(self, ahead: float) -> None:
         """Compute the voltages that the motion induces in the windings a time ahead (s)."""

@@ -90,12 +90,15 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
         ("friction.viscous", "N.s/m", "viscous friction of the guide", 0.0, 1e5, 1.0),
         ("ripple.amplitude", "m/s2", "amplitude of the ripple, of the guide or by the slots, at the nominal "
                                      f"{axis}.{inertia}; 0 = none", 0.0, 1e3, 0.1),
-        ("ripple.period", "m", "period of the ripple; 0 = no ripple", 0.0, 1.0, 1e-3))
+        ("ripple.period", "m", "period of the ripple; 0 = no ripple", 0.0, 1.0, 1e-3),
+        ("roughness.rms", "m/s2", f"rms of the roughness of the guide, at the nominal {axis}.{inertia}; 0 = none", 0.0,
+         1e3, 0.1),
+        ("roughness.correlation", "m", "correlation length of the roughness", 1e-5, 1.0, 1e-3))
     parameters = (
         lying_at(parameter(f"{axis}.{inertia}", unit("kg"), moved, rig.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
                  f"{axis}.mass"),
-        *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size)
-          for name, of_way, text, low, high, size in rows),
+        *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size,
+                    fixed=name == "roughness.correlation") for name, of_way, text, low, high, size in rows),
         *(stop_parameters(axis, axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
         *mode_parameters(rig, of),
         parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
@@ -175,6 +178,8 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     return (*inputs, *outputs, at_stop, *constants,
             parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
                       rig.source("modulation"), 0.0, 1.0, 0.01),
+            parameter("roughness_seed", "", "seed of the roughness of the guides, a whole number: another one, other "
+                      "tracks", rig.source("roughness_seed"), 0.0, 4294967295.0, 1.0, fixed=True),
             parameter("magnet_rise", "K", "temperature of the magnets above that at which the constants hold",
                       "assumed: none", -100.0, 200.0, 10.0),
             parameter("bus_voltage", "V", "voltage of the amplifiers' supply, which limits that of each phase; 0 = no "
@@ -190,7 +195,7 @@ def stage_refusals(rig: Rig) -> dict[int, str]:
               f"{stops(axis.name)}" for axis in rig.axes if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
                for motor in rig.motor_names if rig.rotations]
-    run_away, step_too_long, bad_geometry = range(len(beyond) + 1, len(beyond) + 4)
+    run_away, step_too_long, bad_geometry, no_seed = range(len(beyond) + 1, len(beyond) + 5)
     places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in rig.axes)
     every = "both" if len(rig.axes) == 2 else "all"
     bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if rig.rotations else "1000 m and slower than 1e6 m/s"
@@ -198,7 +203,8 @@ def stage_refusals(rig: Rig) -> dict[int, str]:
         **dict(enumerate(beyond, 1)),
         run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
         step_too_long: "communication step = {step} s, expected at most 1000 s",
-        bad_geometry: BAD_GEOMETRY}
+        bad_geometry: BAD_GEOMETRY,
+        no_seed: "roughness_seed = {roughness_seed}, expected a whole number"}
 
 
 def stops(owner: str) -> str:

@@ -1,6 +1,7 @@
 """Windings of a motor: the current that a limited voltage drives through them, and how warm they get."""
 
-from math import exp, expm1, log
+from pmlsm.elementary.exponential import exponential, exponential_minus_one
+from pmlsm.elementary.logarithm import logarithm
 
 COPPER = 3.93e-3       # 1/K, by which the resistance of copper grows from that at 20 °C
 SHORTEST_LAG = 1.0e-9  # s; where the voltage is limited, a lag of 0 is this one
@@ -30,7 +31,7 @@ class Winding:
         """Take in the loss R Σi² of a mean of the squared currents (A²) over a time dt (s): one time constant."""
         final = self.thermal_resistance * self.present_resistance() * squares
         if self.thermal_time > 0.0:
-            self.rise = final + (self.rise - final) * exp(-dt / self.thermal_time)
+            self.rise = final + (self.rise - final) * exponential(-dt / self.thermal_time)
         else:
             self.rise = final
 
@@ -97,12 +98,13 @@ class Winding:
                         if side == 0 or side == limit:
                             edge = (limit * voltage - unlimited) / fall   # the demand is at this limit there
                             if (edge - current) * (rest - edge) > 0.0:
-                                meeting = time_constant * log((rest - current) / (rest - edge))
+                                meeting = time_constant * logarithm((rest - current) / (rest - edge))
                                 if meeting < time:
                                     time = meeting
                                     bound = edge
                                     next_side = limit - side
-                end = bound if time < left else current - (rest - current) * expm1(-time / time_constant)
+                end = bound if time < left else (
+                    current - (rest - current) * exponential_minus_one(-time / time_constant))
                 charge += rest * time + (current - end) * time_constant
                 current = end
                 side = next_side

@@ -1,22 +1,19 @@
 """What the motor's forces owe to the air gap: permeance, Carter's coefficient, shape functions."""
 
-from math import atan, cosh, log, pi, sinh, sqrt
-
+from pmlsm.elementary.arctangent import arctangent_integral
+from pmlsm.elementary.exponential import exponential_minus_one
 from pmlsm.magnet_field import MagnetField  # noqa: F401 - pyccel finds its methods only where it is imported
 from pmlsm.motor_geometry import MotorGeometry
 
 
 def slot_permeance(motor: MotorGeometry, gap: float) -> float:
     """Relative permeance λ of the stator slots at an air gap (m), equation (2.3)."""
-    return 1.0 - motor.slot_width * motor.slot_width / (
-        4.0 * motor.slot_pitch * (gap + motor.slot_width / 2.0 + motor.recoil_height))
+    return 1.0 - motor.slot_loss / (gap + motor.slot_height)
 
 
 def carter_coefficient(motor: MotorGeometry, gap: float) -> float:
-    """Carter's coefficient Kc at an air gap (m), page 12."""
-    ratio = motor.slot_width / (2.0 * gap)
-    gamma1 = 4.0 / pi * (ratio * atan(ratio) - log(sqrt(1.0 + ratio * ratio)))
-    return motor.slot_pitch / (motor.slot_pitch - gap * gamma1)
+    """Carter's coefficient Kc = t1/(t1 − g γ1) at an air gap (m), page 12; γ1 = 4/π ∫ arctan from 0 to b0/(2g)."""
+    return 1.0 / (1.0 - motor.carter_share * gap * arctangent_integral(0.5 * motor.slot_width / gap))
 
 
 def gap_functions(motor: MotorGeometry, gap: float) -> tuple[float, float, float, float]:
@@ -37,10 +34,12 @@ def gap_functions(motor: MotorGeometry, gap: float) -> tuple[float, float, float
     permeance = slot_permeance(motor, g)
     carter = carter_coefficient(motor, g)
     b = motor.field.value(g)
-    a = motor.wave_number * (motor.magnet_height + g)
-    sinh_a = sinh(a)
-    coth_over_carter = cosh(a) / sinh_a / carter
-    return (permeance / (carter * sinh_a),
+    # Of e^a − 1 alone: sinh a = (e^2a − 1)/(2 e^a), coth a = (e^2a + 1)/(e^2a − 1).
+    grown = exponential_minus_one(motor.wave_number * (motor.magnet_height + g))
+    twice = grown * (grown + 2.0)   # e^2a − 1
+    share = 1.0 / (carter * twice)
+    coth_over_carter = (twice + 2.0) * share
+    return (2.0 * permeance * (1.0 + grown) * share,
             permeance * b * b,
             permeance * b * coth_over_carter,
             permeance * coth_over_carter * coth_over_carter)

@@ -1,7 +1,9 @@
 """Derivatives of the shape functions with respect to the air gap, for linearisation."""
 
-from math import cosh, log, pi, sinh
+from math import pi
 
+from pmlsm.elementary.exponential import exponential_minus_one
+from pmlsm.elementary.logarithm import logarithm_one_plus
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
 from pmlsm.magnet_field import MagnetField  # noqa: F401 - pyccel finds its methods only where it is imported
 from pmlsm.motor_geometry import MotorGeometry
@@ -9,8 +11,8 @@ from pmlsm.motor_geometry import MotorGeometry
 
 def slot_permeance_slope(motor: MotorGeometry, gap: float) -> float:
     """dλ/dg (1/m) at an air gap (m)."""
-    reach = gap + motor.slot_width / 2.0 + motor.recoil_height
-    return motor.slot_width * motor.slot_width / (4.0 * motor.slot_pitch * reach * reach)
+    reach = gap + motor.slot_height
+    return motor.slot_loss / (reach * reach)
 
 
 def carter_slope(motor: MotorGeometry, gap: float) -> float:
@@ -20,7 +22,7 @@ def carter_slope(motor: MotorGeometry, gap: float) -> float:
     """
     ratio = motor.slot_width / (2.0 * gap)
     carter = carter_coefficient(motor, gap)
-    return -carter * carter / motor.slot_pitch * (2.0 / pi) * log(1.0 + ratio * ratio)
+    return -carter * carter / motor.slot_pitch * (2.0 / pi) * logarithm_one_plus(ratio * ratio)
 
 
 def gap_slopes(motor: MotorGeometry, gap: float) -> tuple[float, float, float]:
@@ -30,11 +32,11 @@ def gap_slopes(motor: MotorGeometry, gap: float) -> tuple[float, float, float]:
     the range of the field as in `gap_functions`.
     """
     g = motor.field.clamp(gap)
-    a = motor.wave_number * (motor.magnet_height + g)
+    twice = exponential_minus_one(2.0 * motor.wave_number * (motor.magnet_height + g))   # e^2a − 1
     permeance = slot_permeance_slope(motor, g) / slot_permeance(motor, g)
     b = motor.field.value(g)
     field = motor.field.slope(g) / b if b != 0.0 else 0.0
-    coth_over_carter = (-motor.wave_number / (sinh(a) * cosh(a))
+    coth_over_carter = (-4.0 * motor.wave_number * (twice + 1.0) / (twice * (twice + 2.0))   # −κ/(sinh a cosh a)
                         - carter_slope(motor, g) / carter_coefficient(motor, g))
     f1, f2, f3, f4 = gap_functions(motor, g)
     return (f2 * (permeance + 2.0 * field),

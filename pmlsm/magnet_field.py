@@ -38,18 +38,9 @@ class MagnetField:
     def value(self, gap: float) -> float:
         """Field B_pmy1 (T) at an air gap (m) within the range of the polynomial."""
         s = (gap - self.centre) / self.scale
-        b = self.B12 * s + self.B11
-        b = b * s + self.B10
-        b = b * s + self.B9
-        b = b * s + self.B8
-        b = b * s + self.B7
-        b = b * s + self.B6
-        b = b * s + self.B5
-        b = b * s + self.B4
-        b = b * s + self.B3
-        b = b * s + self.B2
-        b = b * s + self.B1
-        return b * s + self.B0
+        return self.B0 + s * (self.B1 + s * (self.B2 + s * (self.B3 + s * (self.B4 + s * (self.B5 + s * (
+            self.B6 + s * (self.B7 + s * (self.B8 + s * (self.B9 + s * (self.B10 + s * (
+                self.B11 + s * self.B12)))))))))))
 
     def slope(self, gap: float) -> float:
         """Derivative dB/dg (T/m) at an air gap (m) within the range of the polynomial."""

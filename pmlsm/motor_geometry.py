@@ -16,13 +16,17 @@ class MotorGeometry:
         self.recoil_permeability = 1.05   # µrec, parameter; assumed: the thesis gives no value
         self.field = MagnetField()
         self.wave_number = 0.0            # π/τ, 1/m
-        self.recoil_height = 0.0          # hm/µrec, m
+        self.slot_height = 0.0            # b0/2 + hm/µrec, m
+        self.slot_loss = 0.0              # b0²/(4 t1), m
+        self.carter_share = 0.0           # 4/(π t1), 1/m
         self.prepare()
 
     def prepare(self) -> bool:
         """Compute what follows from the parameters; False where they are of no motor."""
         self.wave_number = pi / self.pole_pitch
-        self.recoil_height = self.magnet_height / self.recoil_permeability
+        self.slot_height = self.slot_width / 2.0 + self.magnet_height / self.recoil_permeability
+        self.slot_loss = self.slot_width * self.slot_width / (4.0 * self.slot_pitch)
+        self.carter_share = 4.0 / (pi * self.slot_pitch)
         return self.slot_width < self.slot_pitch and self.field.lower < self.field.upper
 
     def electrical_angle(self, displacement: float) -> float:

@@ -19,8 +19,8 @@ MOST_CYCLES = 0.1   # of a flexible mode in an integration step: its damping rat
 ROTATION = {"m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "kg": "kg.m2", "N": "N.m", "N.s/m": "N.m.s", "N/m": "N.m/rad"}
 
 
-def quantity(unit: str, low: float, high: float, default: float | None = None) -> Any:
-    """Number in SI of a description, with the unit and the range that a file is held to."""
+def quantity(unit: str, low: float, high: float, default: float | tuple[float, ...] | None = None) -> Any:
+    """Number in SI of a description, or several, with the unit and the range that a file is held to."""
     metadata = {"unit": unit, "low": low, "high": high}
     return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
 
@@ -40,6 +40,14 @@ class Ripple:
 
     amplitude: float = quantity("m/s2", 0.0, 1e3, 0.0)
     period: float = quantity("m", 0.0, 1.0, 5.0e-3)
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """Roughness of the guides of an axis, see `plant_fmu.roughness`; none where the rms is 0."""
+
+    rms: float = quantity("m/s2", 0.0, 1e3, 0.0)
+    correlation: float = quantity("m", 1e-5, 1.0, 2.0e-3)
 
 
 @dataclass(frozen=True)
@@ -90,6 +98,7 @@ class RigAxis:
     bias: float = quantity("m/s2", -1e3, 1e3, 0.0)   # constant acceleration
     friction: Friction = Friction()
     ripple: Ripple = Ripple()
+    roughness: Roughness = Roughness()
     mode: Mode = Mode()
 
     def unit(self, of: str) -> str:
@@ -202,6 +211,7 @@ class Rig:
     sharing: float = quantity("1", 1.0, 100.0, 1.0)            # motors that share each current
     resolution: float = quantity("m", 0.0, 1.0, 10.0e-6)       # of the encoders
     modulation: float = quantity("1", 0.0, 1.0, 0.0)           # k of the attraction along the slots
+    roughness_seed: float = quantity("1", 0.0, 4294967295.0, 1.0)   # of the guides' roughness, a whole number
     # Of the magnets' faces against the centre of mass, downwards; counts where the platform tilts.
     height: float = quantity("m", -1.0, 1.0, 0.0)
     motor_stop: Stop | None = None   # on the motors' air gaps, where the platform tilts; otherwise the axes have stops

@@ -40,5 +40,4 @@ def normal_terms(attraction: float, coils: float, iron: float, f2: float, f3: fl
 def normal_acceleration(attraction: float, coils: float, iron: float, f2: float, f3: float, f4: float, direct: float,
                         squares: float) -> float:
     """Acceleration (m/s²) of the air gap by the motors and gravity; arguments as of `normal_terms`."""
-    by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, f2, f3, f4, direct, squares)
-    return GRAVITY + by_iron + by_coils + by_attraction
+    return GRAVITY - iron * f4 * squares + coils * f3 * direct - attraction * f2

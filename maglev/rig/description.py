@@ -72,7 +72,7 @@ class Reader:
             inner = get_args(hint)[0]
             if is_dataclass(inner):
                 return self.named(cast(type, inner), given, key)
-            return self.numbers(given, key)
+            return self.numbers(given, key, metadata.get("low"), metadata.get("high"))
         if get_origin(hint) is not None:   # a mapping
             if not isinstance(given, dict):
                 self.refuse(key, f"{given!r}, expected a table")
@@ -100,12 +100,12 @@ class Reader:
         self.rotation = False
         return tuple(found)
 
-    def numbers(self, given: Any, key: str) -> tuple[float, ...]:
+    def numbers(self, given: Any, key: str, low: float | None, high: float | None) -> tuple[float, ...]:
         name = key.rpartition(".")[2]
         length = LENGTHS.get(name)
         if not isinstance(given, list) or length not in (None, len(given)):
             self.refuse(key, f"{given!r}, expected a list of {'' if length is None else f'{length} '}numbers")
-        return tuple(self.number(each, key, LIST_UNITS.get(name)) for each in given)
+        return tuple(self.number(each, key, LIST_UNITS.get(name), low, high) for each in given)
 
     def number(self, given: Any, key: str, unit: str | None = None, low: float | None = None,
                high: float | None = None) -> float:
@@ -157,17 +157,19 @@ class Reader:
             for name in names:
                 if name in own_names() or name in rig.axis_names and place == "motors":
                     self.refuse(f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so")
-        if rig.sharing != round(rig.sharing):
-            self.refuse("sharing", f"{rig.sharing:g}, expected a whole number of motors")
+        for key, value in (("sharing", rig.sharing), ("roughness_seed", rig.roughness_seed)):
+            if value != round(value):
+                self.refuse(key, f"{value:g}, expected a whole number{' of motors' if key == 'sharing' else ''}")
         for motor in rig.motors:
             if motor.drives not in horizontal:
                 self.refuse(f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}")
         for axis in rig.axes:
             if axis.stop is None and (axis in rig.horizontal or not rig.rotations):
                 self.refuse(f"axes.{axis.name}.stop", "missing")
-            if axis.stop is not None and not axis.stop.lower < axis.start < axis.stop.upper:
+            stop = axis.stop or (rig.motor_stop if axis is rig.vertical else None)
+            if stop is not None and not stop.lower < axis.start < stop.upper:
                 self.refuse(f"axes.{axis.name}.start", f"{axis.start:g} m, expected a place between its stops at "
-                            f"{axis.stop.lower:g} and {axis.stop.upper:g} m")
+                            f"{stop.lower:g} and {stop.upper:g} m")
             if axis.mode.frequency > rig.largest_mode:
                 self.refuse(f"axes.{axis.name}.mode.frequency", f"{axis.mode.frequency:g} Hz, expected at most "
                             f"{rig.largest_mode:g} Hz, as far as longest_step = {rig.longest_step:g} s follows it")

@@ -6,7 +6,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from itertools import accumulate
 from typing import Any
 
-from pmlsm.rig import Mode, RigAxis, Ripple, Stop
+from pmlsm.rig import Mode, RigAxis, Ripple, Roughness, Stop
 
 LONGEST = 120   # characters of a line
 BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
@@ -52,7 +52,7 @@ def said(part: Any) -> dict[str, Any]:
         member.default if member.default_factory is MISSING else member.default_factory())}
 
 
-def not_default(part: Ripple | Stop | Mode) -> list[tuple[str, float]]:
+def not_default(part: Ripple | Roughness | Stop | Mode) -> list[tuple[str, float]]:
     """Names and values of what the constructor of an axis does not take and is not as it has it."""
     return [(name, value) for name, value in said(part).items() if hasattr(type(part), name)]   # a default is there
 

@@ -40,7 +40,7 @@ def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
     found = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law"}
     for path in TEMPLATES.rglob("*.j2"):
-        if path.name.endswith((".html.j2", ".toml.j2")):
+        if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name == "repository":
             continue
         code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
         found.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
@@ -60,9 +60,9 @@ def words(rig: Rig) -> dict[str, Any]:
     `stopped` those that have stops. `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
     `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
     current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
-    it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `displacement`
-    what it commutates with, `driven` the axes, each as often as motors drive it. `encoders` are axes, and motors where
-    their gaps are measured, each with where it starts.
+    it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `place` by
+    axis what its motors commutate with, `driven` the axes, each as often as motors drive it. `encoders` are axes, and
+    motors where their gaps are measured, each with where it starts.
     """
     horizontal = [axis.name for axis in rig.horizontal]
     tilts = [axis.name for axis in rig.rotations]
@@ -76,8 +76,8 @@ def words(rig: Rig) -> dict[str, Any]:
         "masses": [axis.mass for axis in (rig.vertical, *rig.horizontal, *rig.rotations)],
         "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
-        "displacement": {motor.name: f"{motor.name}_mount.displacement" if tilts else f"{motor.drives}.position"
-                         for motor in rig.motors},
+        "place": {axis: f"{names[0]}_mount.displacement" if tilts else f"{axis}.position"
+                  for axis, names in motors_of.items()},
         "encoders": [(axis.name, axis.start) for axis in rig.measured] + [
             (motor, rig.vertical.start) for motor in rig.motor_names if tilts],
         "motors_of": motors_of,

@@ -18,6 +18,7 @@ from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from pmlsm.dq_transform import clarke, park
+from pmlsm.elementary.sine_cosine import sine_cosine
 
 TS = 0.5e-3
 
@@ -150,7 +151,8 @@ def test_motor_command(i_d: float, i_q: float, displacement: float, limit: float
     assert (motor.i_d_cmd, motor.i_q_cmd) == (min(max(i_d, -bound), bound), min(max(i_q, -bound), bound))
     assert motor.limited == (abs(i_d) > bound or abs(i_q) > bound)
     assert (motor.excess_d, motor.excess_q) == (motor.i_d_cmd - i_d, motor.i_q_cmd - i_q)
-    made = park(*clarke(motor.i_a_cmd, motor.i_b_cmd, motor.i_c_cmd), MOTOR.electrical_angle(displacement))
+    angle = sine_cosine(MOTOR.electrical_angle(displacement))
+    made = park(*clarke(motor.i_a_cmd, motor.i_b_cmd, motor.i_c_cmd), *angle)
     assert made == pytest.approx((motor.i_d_cmd, motor.i_q_cmd), abs=1e-13)
     motor.release()
     assert motor.i_a_cmd == motor.i_b_cmd == motor.i_c_cmd == motor.i_d_cmd == motor.i_q_cmd == 0.0

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import chi2, kstest, norm
 
 from measurement_fmu.measured_position import MeasuredPosition
-from measurement_fmu.normal_variate import normal_variate
-from measurement_fmu.random_words import random_words
 from measurement_fmu.sampling_instant import SamplingInstant
+from pmlsm.normal_variate import normal_variate
+from pmlsm.random_words import random_words
 
 SAMPLES = 8192
 SIGMA = 2e-6   # m

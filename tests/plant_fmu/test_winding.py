@@ -18,6 +18,7 @@ from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from plant_fmu.stage_5dof import Stage5DOF
 from plant_fmu.winding import Winding
+from pmlsm.electrical_angle import ElectricalAngle
 from pmlsm.rigs import RIGS
 
 DT = 0.2e-3
@@ -42,7 +43,7 @@ def test_response_to_a_step_of_voltage() -> None:
         assert motor.phase_a.current == pytest.approx(expected, rel=1e-12)
         assert motor.phase_b.current == -motor.phase_a.current
         assert motor.voltage == 24.0
-    motor.deliver(0.0)
+    motor.deliver(ElectricalAngle())
     assert motor.i_c == 0.0 and motor.saturated
 
 

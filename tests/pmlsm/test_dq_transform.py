@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from motor import MOTOR
 
 from pmlsm.dq_transform import clarke, park, phase_currents
+from pmlsm.elementary.sine_cosine import sine_cosine
 
 POLE_PITCH = 57.15e-3   # m, Tables 4.1 and 5.1
 
@@ -18,7 +19,7 @@ metres = st.floats(-0.1, 0.1)
 
 def dq(i_a: float, i_b: float, i_c: float, displacement: float) -> tuple[float, float]:
     """Both halves of (2.1)."""
-    return park(*clarke(i_a, i_b, i_c), MOTOR.electrical_angle(displacement))
+    return park(*clarke(i_a, i_b, i_c), *sine_cosine(MOTOR.electrical_angle(displacement)))
 
 
 @given(amperes, amperes, metres)

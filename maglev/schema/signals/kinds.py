@@ -1,11 +1,8 @@
 """Reference signals of a scenario, with their analytic time derivatives.
 
-Sines and powers are those of `math`, so that a signal is the same on every machine with the same C library: NumPy has
-others on some processors. That goes for sums, too: the bare `sum` has compensated the rounding of floats since
-Python 3.12, and did not before.
+A signal has the same bits on every machine, and in a browser: its sines are those of the blocks, and there is no power.
 """
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable
 from itertools import pairwise
@@ -20,6 +17,7 @@ from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
 from maglev.units import Unit, known_unit, parse_quantity, read_quantity, scaled, si_unit, split_text
+from maglev.waves import sines_cosines
 
 Array = NDArray[np.float64]
 
@@ -194,22 +192,20 @@ class Sinusoids(SignalTable):
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
-        return self.offset + self.ramped(self.envelope, 1.0, times) * self.oscillation(math.sin, times)
+        return self.offset + self.ramped(self.envelope, 1.0, times) * self.oscillation(times)
 
     def rates_at(self, times: Array) -> Array:
         """Return the time derivatives at times (s), shape (n,), SI."""
-        return (self.ramped(self.envelope_rate, 0.0, times) * self.oscillation(math.sin, times)
-                + self.ramped(self.envelope, 1.0, times) * self.oscillation(math.cos, times))
+        return (self.ramped(self.envelope_rate, 0.0, times) * self.oscillation(times)
+                + self.ramped(self.envelope, 1.0, times) * self.oscillation(times, rate=True))
 
-    def oscillation(self, function: Callable[[float], float], times: Array) -> Array:
-        """Return the sum of the terms at times (s), shape (n,): of sines, or of cosines for its time derivative."""
-        terms = []
+    def oscillation(self, times: Array, rate: bool = False) -> Array:
+        """Return the sum of the terms at times (s), shape (n,), or its time derivative."""
+        total = np.zeros(len(times))
         for term in self.terms:
-            waves = np.array(list(map(function, (term.omega * times + term.phase).tolist())))
-            terms.append((term.amplitude if function is math.sin else term.amplitude * term.omega) * waves)
-        if len(terms) == 1:
-            return terms[0] + 0.0   # as fsum, without negative zeros
-        return np.array(list(map(math.fsum, zip(*(values.tolist() for values in terms), strict=True))))
+            sines, cosines = sines_cosines(term.omega * times + term.phase)
+            total += term.amplitude * term.omega * cosines if rate else term.amplitude * sines
+        return total
 
     def ramped(self, function: Callable[[float], float], after: float, times: Array) -> Array:
         """Return a function of time (s) at times, shape (n,), that is constant after the ramp."""
@@ -221,12 +217,12 @@ class Sinusoids(SignalTable):
     def envelope(self, t: float) -> float:
         """Return the factor on the amplitude at time t (s) of the ramp, 0 to 1."""
         s = max(t, 0.0) / self.ramp
-        return 3.0 * s**2 - 2.0 * s**3
+        return s * s * (3.0 - 2.0 * s)
 
     def envelope_rate(self, t: float) -> float:
         """Return the time derivative of the envelope at time t (s) of the ramp, 1/s."""
         s = max(t, 0.0) / self.ramp
-        return (6.0 * s - 6.0 * s**2) / self.ramp
+        return 6.0 * s * (1.0 - s) / self.ramp
 
 
 class Csv(SignalTable):

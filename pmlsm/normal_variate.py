@@ -1,17 +1,16 @@
-"""A normal variate of a random word, with arithmetic that every machine rounds alike: no logarithm of a library.
+"""A normal variate of a random word.
 
 Wichura's PPND7 (algorithm AS 241, Applied Statistics 37, 1988, doi 10.2307/2347330), the quantile to 1e-7.
 """
 
 from math import sqrt
 
-from measurement_fmu.random_words import SHARE
+from pmlsm.elementary.logarithm import logarithm
+from pmlsm.random_words import SHARE
 
 CENTRE = 0.425   # from the middle, where the first rational function ends; no word comes to where the second does
 CENTRE_SQUARED = 0.180625
 NEAR_CENTRE = 1.6
-MIDDLE_OF_LOGARITHM = 0.70710678118654752
-LN2 = 0.69314718055994531
 
 
 def normal_variate(word: int) -> float:
@@ -26,18 +25,3 @@ def normal_variate(word: int) -> float:
     value = (((0.17023821103 * r + 1.3067284816) * r + 2.7568153900) * r + 1.4234372777) / (
         (0.12021132975 * r + 0.73700164250) * r + 1.0)
     return -value if q < 0.0 else value
-
-
-def logarithm(x: float) -> float:
-    """Natural logarithm of 2^-34 < x < 1, to 1e-12: ln x = 2 artanh((x - 1)/(x + 1)) after doublings of x."""
-    doublings = 0.0
-    for _ in range(34):
-        if x < MIDDLE_OF_LOGARITHM:
-            x *= 2.0
-            doublings += 1.0
-    s = (x - 1.0) / (x + 1.0)
-    square = s * s
-    series = 1.0 / 15.0
-    for k in range(7):
-        series = series * square + 1.0 / (13.0 - 2.0 * k)
-    return 2.0 * s * series - doublings * LN2
