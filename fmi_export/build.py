@@ -1,7 +1,6 @@
 """Build of pythonfmu FMUs: the same sources give the same bytes, whenever and wherever."""
 
 import hashlib
-import os
 import re
 import zipfile
 from collections.abc import Mapping
@@ -15,15 +14,14 @@ from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
 from fmi_export.native.model_description_3 import terminals_and_icons
 from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
-from fmi_export.pages.icon import png_icon
+from fmi_export.pages.icon import png_icon, svg_file
 from fmi_export.sources import carried_modules, renamed
+from maglev_files.environment import DATE, number_in
 from maglev_files.whole_file import whole_file
 
 CARRIED = ("fmi_export", "pythonfmu")   # packages of which every FMU carries modules
 
-DEFAULT_DATE = 1767225600      # 2026-01-01, where SOURCE_DATE_EPOCH is not set
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
-LATEST_IN_ZIP = 4354819200     # 2108-01-01, the first that it cannot
 
 SLAVE = '''"""The slave of {name}, in a module that is imported once."""
 
@@ -84,10 +82,10 @@ def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:
 
 def build_date() -> int:
     """Date that goes into the FMU, seconds since 1970."""
-    text = os.environ.get("SOURCE_DATE_EPOCH", str(DEFAULT_DATE))
-    if not (text.isascii() and text.isdigit() and len(text) <= 12 and int(text) < LATEST_IN_ZIP):
-        raise ExportError(f"SOURCE_DATE_EPOCH = {text!r}, expected seconds since 1970 as a whole number, before 2108")
-    return int(text)
+    try:
+        return number_in(DATE)
+    except ValueError as error:
+        raise ExportError(str(error)) from None
 
 
 def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
@@ -128,9 +126,11 @@ def described(definition: FmuDefinition, version: str, licence: str, fmi: str = 
 
     The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.
     """
-    icon = png_icon(icon_of(definition))
+    shapes = icon_of(definition)
+    icon = png_icon(shapes)
     pictures = {"model.png": icon} if fmi == "2.0" else {
-        "terminalsAndIcons/icon.png": icon, "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(definition)}
+        "terminalsAndIcons/icon.png": icon, "terminalsAndIcons/icon.svg": svg_file(shapes),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(definition)}
     return pictures | {"documentation/index.html": documentation(definition, version).encode("utf-8"),
                        "documentation/licenses/license.txt": licence.encode("utf-8")}
 

@@ -81,4 +81,5 @@ def date_of(contents: Mapping[str, bytes]) -> int:
 @cache
 def modules_of(folders: tuple[tuple[str, str], ...]) -> dict[str, str]:
     """Dotted names of the modules of packages, with a folder each, by their last part, of which there is but one."""
-    return {path.stem: f"{package}.{path.stem}" for package, folder in folders for path in Path(folder).glob("*.py")}
+    return {path.stem: ".".join((package, *path.relative_to(folder).with_suffix("").parts))
+            for package, folder in folders for path in Path(folder).rglob("*.py")}

@@ -15,7 +15,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from fmi_export.definition import FmuDefinition, Variable
 
-# By how much the master's clock may miss the end of the step before: see fmi_export/native/c/instance.c.
+# By how much the master's clock may miss the end of the step before: see fmi_export/native/c/life.c.
 CONTINUITY = 1.0e-3     # of a communication step
 LARGEST_MISS = 1.0e-5   # s
 ROUNDING = 1.0e-14      # of the time
@@ -204,9 +204,15 @@ class BlockSlave(Fmi2Slave):
             low = -inf if v.minimum is None else v.minimum
             high = inf if v.maximum is None else v.maximum
             if not (low <= value <= high and -inf < value < inf):
-                unit = f" {v.unit}" if v.unit else ""
-                return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}{v.hinted}"
+                return self.beyond(v, value)
         return None
+
+    def beyond(self, v: Variable, value: float) -> str:
+        """Words for a value that is not a finite number within the range of its variable."""
+        low = -inf if v.minimum is None else v.minimum
+        high = inf if v.maximum is None else v.maximum
+        unit = f" {v.unit}" if v.unit else ""
+        return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}{v.hinted}"
 
     def check_ranges(self) -> None:
         """Refuse inputs and parameters that are not finite numbers within their range."""
@@ -273,9 +279,11 @@ class BlockSlave(Fmi2Slave):
         if slots is None:
             slots = self.prepare_setter(key, boolean)
         for (owner, name, low, high), value in zip(slots, values, strict=True):
-            setattr(owner, name, value)
             if not low <= value <= high:
+                if value != value:
+                    raise self.refused(self.beyond(self.variables[vrs[[v != v for v in values].index(True)]], value))
                 self.suspect = True
+            setattr(owner, name, value)
         if self.phase != RUNNING:
             self.stale = True
 

@@ -10,11 +10,10 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 from fmi_export.build import write_archive
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.parameter_set import SSV, Value, parameter_set, xml_file
+from fmi_export.parameter_set import SSC, SSV, Value, parameter_set, xml_file
 from fmi_export.units import exponents
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 SSP = {2: "1.0", 3: "2.0"}   # version by that of FMI
 

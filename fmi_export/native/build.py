@@ -13,7 +13,7 @@ from fmi_export.build import build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import PLATFORMS, WEBASSEMBLY, Platform, library
+from fmi_export.native.compiler import FLAGS, PLATFORMS, WEBASSEMBLY, Platform, library
 from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.prefix import prefix_header
@@ -27,6 +27,7 @@ WEBASSEMBLY_HOST = "webassembly_host.c"
 TABLE = "model.c"
 BUILD = "buildDescription.xml"
 KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # what becomes the GUID, by whether it is FMI 3.0
+IN_BROWSERS = SHELLS[2]._replace(layer=(*SHELLS[2].layer, WEBASSEMBLY_HOST))
 FILE_SCOPE = re.compile(r"^(?:static [\w *]*?\b|#define |enum \{ )(\w+)(?=\(| =| [\d(]|\[)", re.MULTILINE)
 PREFIX = "prefix.h"
 BINARIES, SOURCES = "binaries/", "sources/"
@@ -75,19 +76,32 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
                       packages: tuple[str, ...], destination: Path) -> tuple[Path, Path]:
     """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
 
-    It is for co-simulation alone. Arguments and errors as of `build_native_fmu`; returns both paths.
+    It is for co-simulation alone. The last line of the description says what both are made of, see `made_of`. Arguments
+    and errors as of `build_native_fmu`; returns both paths.
     """
     definition = replace(definition, continuous=None)
     chosen = {"wasm32": WEBASSEMBLY}
     texts = carried_modules(definition.block.__module__, packages)
-    shell = SHELLS[2]._replace(layer=(*SHELLS[2].layer, WEBASSEMBLY_HOST))
-    made = native_sources(definition, texts, translation, version, chosen, shell, build_date())
+    made = native_sources(definition, texts, translation, version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
+    content = library({**made.files, **made.headers}, definition.name, chosen["wasm32"])
     with whole_file(module) as unfinished:
-        unfinished.write_bytes(library({**made.files, **made.headers}, definition.name, chosen["wasm32"]))
+        unfinished.write_bytes(content)
     with whole_file(description) as unfinished:
-        unfinished.write_bytes(made.description)
+        unfinished.write_bytes(made.description + made_of(definition, content, version, packages))
     return module, description
+
+
+def made_of(definition: FmuDefinition, module: bytes, version: str, packages: tuple[str, ...]) -> bytes:
+    """Line with the digest of a WebAssembly module and of the sources that it is made of, as they are now.
+
+    Neither translator nor compiler is asked: what remains trusted is as of `is_native_build`.
+    """
+    definition = replace(definition, continuous=None)
+    files = carried_modules(definition.block.__module__, packages) | layer_files(IN_BROWSERS.layer)
+    parts = [model_description(definition, "", version, 0).decode("utf-8"), repr((FLAGS, WEBASSEMBLY)),
+             hashlib.sha256(module).hexdigest(), *(part for item in sorted(files.items()) for part in item)]
+    return f"<!-- made of {digest(parts)} -->\n".encode("ascii")
 
 
 class NativeSources(NamedTuple):

@@ -1,7 +1,6 @@
 """Libraries for several platforms from one machine, by zig's C compiler."""
 
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -11,14 +10,23 @@ from typing import NamedTuple
 
 from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
+from maglev_files.cache import is_private
+from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
-# No contraction of a product and a sum into one rounding: Python does not do it either. Nothing but FMI's functions is
-# visible, under their own names. Debug information has paths in it, which would make the bytes depend on the machine.
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-s",
-         "-DFMI2_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+# No contraction of a product and a sum into one rounding: Python does not do it either. A square root is the
+# processor's, which sets no errno. Nothing but FMI's functions is visible, under their own names. Debug information has
+# paths in it, which would make the bytes depend on the machine.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN_ONE_UNIT", "-fvisibility=hidden",
+         "-fno-sanitize=all", "-g0", "-s", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+         "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
 
-UNIT = "all_in_one.c"
+# Functions of blocks become part of their callers up to this size: a step takes what it takes with all of them, and
+# the compiler a fifteenth of that.
+SHARED = ("-shared", "-mllvm", "-inline-threshold=1000")
+INLINED = "-DBLOCKS_INLINED"
+
+UNIT = "{}_in_one.c"   # a name of its own: zig locks what it keeps of a file by its name
 
 
 class Platform(NamedTuple):
@@ -32,17 +40,18 @@ class Platform(NamedTuple):
 # By the names that FMI 3.0 has for them. Those of Linux are linked against the oldest C library that zig has for both
 # processors; newer ones run it.
 PLATFORMS = {
-    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
-    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC", "-lm")),
-    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
-    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", ("-shared",)),
-    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC")),
-    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))}
+    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", (*SHARED, "-fPIC")),
+    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", (*SHARED, "-fPIC")),
+    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", SHARED),
+    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", SHARED),
+    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", (*SHARED, "-fPIC")),
+    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", (*SHARED, "-fPIC"))}
 MACOS = PLATFORMS["x86_64-darwin"]._replace(targets=("x86_64-macos.11.0", "aarch64-macos.11.0"))
 
-# One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc.
-WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", ("-mexec-model=reactor", "-Wl,--export-dynamic",
-                                                   "-Wl,--export=malloc", "-Wl,--export=free"))
+# One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc. It
+# travels in pages: functions stay functions, which takes two thirds of the room.
+WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", (
+    "-UBLOCKS_IN_ONE_UNIT", "-mexec-model=reactor", "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--export=free"))
 
 
 def require_zig() -> None:
@@ -51,24 +60,25 @@ def require_zig() -> None:
         raise ExportError("native FMUs need ziglang, expected it to be installed: pip install 'maglev-fmus[native]'")
 
 
-def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+def library(sources: Mapping[str, str], name: str, platform: Platform, *further: str) -> bytes:
     """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
     They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
     different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
-    ExportError if the compiler refuses the sources.
+    `further` flags follow ours, such as INLINED. ExportError if the compiler refuses the sources.
     """
     require_zig()
     with scratch() as root:
         for file, text in sources.items():
             (root / file).write_text(text, encoding="utf-8", newline="\n")
         unit = "".join(f'#include "{file}"\n' for file in sorted(sources) if file.endswith(".c"))
-        (root / UNIT).write_text(unit, encoding="utf-8", newline="\n")
+        (root / UNIT.format(name)).write_text(unit, encoding="utf-8", newline="\n")
         made = []
         for target in platform.targets:
             output = root / target / f"{name}{platform.ending}"
             output.parent.mkdir()
-            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o", str(output.relative_to(root)), UNIT])
+            compiled(root, [*FLAGS, *platform.flags, *further, "-target", target, "-o",
+                            str(output.relative_to(root)), UNIT.format(name)])
             made.append(output.read_bytes())
     return made[0] if len(made) == 1 else universal(made)
 
@@ -77,8 +87,10 @@ def compiled(root: Path, arguments: list[str]) -> None:
     """Run zig's C compiler in a folder."""
     place = {}
     if "HOME" not in os.environ:   # where zig keeps what it has compiled of the C libraries; not every service has one
-        place["ZIG_GLOBAL_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "maglev_zig")
-    done = subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], cwd=root, capture_output=True, text=True,
-                          env={**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
-    if done.returncode != 0:
-        raise ExportError(f"the C compiler refuses the sources: {' '.join(done.stderr.split())[-1000:]}")
+        shared = Path(tempfile.gettempdir()) / "maglev_zig"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        place["ZIG_GLOBAL_CACHE_DIR"] = str(shared if is_private(shared) else root / "zig")   # of another user
+    code, printed = output_of([sys.executable, "-m", "ziglang", "cc", *arguments], root,
+                              {**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
+    if code != 0:
+        raise ExportError(f"the C compiler refuses the sources: {' '.join(printed.split())[-1000:]}")

@@ -87,12 +87,10 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
 
 
 def sampling_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
-    """What event mode, or the clock, changes of an input or output of a block that samples."""
-    if not definition.sampled or variable.causality not in ("input", "output"):
+    """What the clock changes of an input or output of a block that samples."""
+    if not (definition.sampled and definition.clocked) or variable.causality not in ("input", "output"):
         return {}
-    once = {"canHandleMultipleSetPerTimeInstant": "false"} if variable.causality == "input" else {}   # then it samples
-    of_clock = {"variability": "discrete", "clocks": str(len(definition.native_variables) + 1)}
-    return once | (of_clock if definition.clocked else {})
+    return {"variability": "discrete", "clocks": str(len(definition.native_variables) + 1)}
 
 
 def build_description(name: str, units: Sequence[str]) -> str:

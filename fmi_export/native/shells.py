@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 from fmi_export.native.compiler import MACOS, PLATFORMS, Platform
 
-# The same in all versions.
-CORE = ("instance.c", "variables.c", "events.c", "exchange.c", "state.c", "messages.c", "instance.h", "model.h")
+# The layer that is the same in all versions: each file knows those before it, and all know model.h and instance.h.
+PARTS = ("messages", "state", "outputs", "variables", "exchange", "events", "life")
+CORE = ("model.h", "instance.h", *(f"{part}.{ending}" for part in PARTS for ending in ("h", "c")))
 
 
 class Shell(NamedTuple):

@@ -9,6 +9,7 @@ by its rule, so that the result is exact but for rounding; at a kink it is that 
 import ast
 from collections.abc import Iterable, Mapping
 from graphlib import TopologicalSorter
+from math import pi
 
 from fmi_export.errors import ExportError
 
@@ -20,11 +21,19 @@ def tangent_name(module: str) -> str:
     return f"{module}_tangent"
 
 
-# Derivative of a function of `math` at x, whose own is d.
+# Derivative of a function at x, whose own is d and whose value there is f: of `math`, and elementary ones, whose steps
+# are not those of a derivative.
 RULES = {
-    "sin": "cos({x}) * {d}", "cos": "-sin({x}) * {d}", "sinh": "cosh({x}) * {d}", "cosh": "sinh({x}) * {d}",
-    "exp": "exp({x}) * {d}", "expm1": "exp({x}) * {d}", "log": "{d} / {x}", "sqrt": "0.5 * {d} / sqrt({x})",
-    "atan": "{d} / (1.0 + {x} * {x})", "fabs": "({d} if {x} >= 0.0 else -{d})"}
+    "sqrt": "0.5 * {d} / {f}", "fabs": "({d} if {x} >= 0.0 else -{d})", "fraction": "{d}",
+    "exponential": "{f} * {d}", "exponential_minus_one": "({f} + 1.0) * {d}", "logarithm": "{d} / {x}",
+    "logarithm_one_plus": "{d} / (1.0 + {x})", "arctangent": "{d} / (1.0 + {x} * {x})",
+    "arctangent_integral": "arctangent({x}) * {d}"}
+TURNED = "sine_of_turns"
+PAIR = "sine_cosine"   # has two values, each the other's derivative but for a sign
+
+
+# Methods that keep what does not change along a direction, and so are called as they are.
+KEEPING = ("Roughness.enter",)
 
 
 class Blocks:
@@ -162,13 +171,20 @@ class Differentiated:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             return
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-            self.emit(self.call(node.value)[0])
+            keeping = self.callee(node.value) in KEEPING
+            self.emit(self.undifferentiated(node.value) if keeping else self.call(node.value)[0])
         elif isinstance(node, ast.AugAssign):
             self.assign(node.target, ast.BinOp(ast.parse(ast.unparse(node.target), mode="eval").body, node.op,
                                                node.value))
         elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
             if not isinstance(node.value, ast.Call):
                 raise self.unknown(node)
+            if isinstance(node.value.func, ast.Name) and node.value.func.id == PAIR:
+                sine, cosine, derivative = self.turned(node.value)
+                (s, s_dot), (c, c_dot) = (self.places(target, "float") for target in node.targets[0].elts)
+                self.emit(f"{s}, {s_dot}, {c}, {c_dot} = "
+                          f"{sine}, {cosine} * {derivative}, {cosine}, -{sine} * {derivative}")
+                return
             text, kinds = self.call(node.value)
             targets = [part for target, kind in zip(node.targets[0].elts, kinds, strict=True)
                        for part in self.places(target, kind)]
@@ -276,7 +292,8 @@ class Differentiated:
         """Function of the block's modules that is called, or nothing."""
         if isinstance(node.func, ast.Attribute):
             return f"{self.kind(node.func.value)}.{node.func.attr}"
-        return node.func.id if isinstance(node.func, ast.Name) and node.func.id in self.blocks.functions else ""
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        return name if name in self.blocks.functions and name not in (*RULES, PAIR, TURNED) else ""
 
     def call(self, node: ast.Call) -> tuple[str, list[str]]:
         """Call of a differentiated function, and the types of what the original returns."""
@@ -290,6 +307,10 @@ class Differentiated:
             arguments += [self.path(each), self.path(each, SUFFIX)] if kind in self.blocks.attributes \
                 else self.pair(each)
         return f"{named(key)}({', '.join(arguments)})", annotated(self.blocks.functions[key].returns).split(",")
+
+    def undifferentiated(self, node: ast.Call) -> str:
+        """Call of a method as it is."""
+        return f"{self.path(node.func)}({', '.join(self.plain(each) for each in node.args)})"
 
     def number(self, node: ast.expr) -> tuple[str, str]:
         """A number and its derivative, which is empty where it is zero whatever the direction."""
@@ -325,21 +346,34 @@ class Differentiated:
         return value, derivative
 
     def function(self, node: ast.Call) -> tuple[str, str]:
-        """Call of a function of the block's modules, or of `math`."""
+        """Call of a function of the block's modules, or of one that has a rule."""
         if self.callee(node):
             text, kinds = self.call(node)
             names = self.kept(text, kinds)
             return names[0], names[1]
-        if not (isinstance(node.func, ast.Name) and node.func.id in RULES):
+        if not (isinstance(node.func, ast.Name) and node.func.id in (*RULES, TURNED)):
             raise self.unknown(node)
+        if node.func.id == TURNED:
+            value, derivative = self.short(node.args[0])
+            self.names.add(TURNED)
+            return f"{TURNED}({value})", derivative and f"({2.0 * pi!r} * {TURNED}({value} + 0.25) * {derivative})"
         name = node.func.id
         value, derivative = self.short(node.args[0])
-        self.math.add(name)
+        (self.names if name in self.blocks.functions else self.math).add(name)
         if not derivative:
             return f"{name}({value})", ""
-        rule = RULES[name]
-        self.math |= {each for each in RULES if f"{each}(" in rule}
-        return f"{name}({value})", f"({rule.format(x=value, d=derivative)})"
+        self.names |= {each for each in RULES if f"{each}(" in RULES[name]}
+        found = self.kept(f"{name}({value})", [])[0] if "{f}" in RULES[name] else f"{name}({value})"
+        return found, f"({RULES[name].format(x=value, d=derivative, f=found)})"
+
+    def turned(self, node: ast.Call) -> tuple[str, str, str]:
+        """Names of sine and cosine of an angle, and the angle's derivative."""
+        value, derivative = self.short(node.args[0])
+        self.names.add(PAIR)
+        self.temporaries += 1
+        names = f"part_{self.temporaries}_sine", f"part_{self.temporaries}_cosine"
+        self.emit(f"{', '.join(names)} = {PAIR}({value})")
+        return *names, derivative or "0.0"
 
     def operation(self, node: ast.BinOp) -> tuple[str, str]:
         """Sum, difference, product or quotient."""

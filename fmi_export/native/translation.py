@@ -6,7 +6,6 @@ constants, with the values that Python has computed, and the functions go: nothi
 
 import os
 import re
-import subprocess
 import sys
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
@@ -17,6 +16,7 @@ from pathlib import Path
 
 from fmi_export.errors import ExportError
 from fmi_export.sources import imported_modules
+from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
 # One process for all modules: starting pyccel takes longer than a translation. Half of the time would go to looking for
@@ -39,9 +39,16 @@ INITIALISER = re.compile(r"^/\*\.+\*/\nvoid \w+__init\(void\)\n\{\n.*?^\}\n/\*\.
 FUNCTION = re.compile(r"^(\w[\w *]*)\(([^()\n]*)\)\n\{\n(.*?)^\}$", re.MULTILINE | re.DOTALL)
 LOCAL = re.compile(r"^    (?:double|int64_t|bool) (\w+);\n", re.MULTILINE)
 
+# A function of a block, at the beginning of a line.
+HEAD = re.compile(r"^(?=(?:double|int64_t|bool|void) \w+\()", re.MULTILINE)
+
+# A method of a part that most stages have off: as part of its callers it keeps these from becoming part of theirs.
+SELDOM = re.compile(r"^BLOCK_FUNCTION (?=double Roughness__acceleration\()", re.MULTILINE)
+
 PRELUDE_FILE = "block_math.h"
 PRELUDE = """\
-/* math.h with what C99 leaves out, for the translated blocks. */
+/* math.h with what C99 leaves out, for the translated blocks. Of its functions they call fabs, sqrt and isfinite: what
+   processors have, and nothing of a mathematical library. */
 
 #ifndef BLOCK_MATH_H
 #define BLOCK_MATH_H
@@ -55,6 +62,19 @@ PRELUDE = """\
 /* A product and a sum stay two roundings, as in Python; compilers without this pragma keep to it with -std=c99. */
 #if defined(__clang__) || defined(_MSC_VER)
 #pragma STDC FP_CONTRACT OFF
+#endif
+
+/* Where blocks are one translation unit with what calls them, the compiler may make their functions part of their
+   callers; in a loop that is made for speed alone, it makes all of them so. */
+#if defined BLOCKS_INLINED
+#define BLOCK_FUNCTION static inline __attribute__((always_inline, unused))
+#define SELDOM_CALLED BLOCK_FUNCTION
+#elif defined BLOCKS_IN_ONE_UNIT
+#define BLOCK_FUNCTION static __attribute__((unused))
+#define SELDOM_CALLED static __attribute__((noinline, unused))
+#else
+#define BLOCK_FUNCTION
+#define SELDOM_CALLED
 #endif
 
 #endif
@@ -119,10 +139,10 @@ def run_pyccel(root: Path, paths: Iterable[str]) -> None:
     # pyccel names its output folder after the worker of a parallel test run, and writes some things in the order of a
     # set, which depends on the hash seed.
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_XDIST_WORKER"}
-    done = subprocess.run([sys.executable, "-c", TRANSLATE, *paths], cwd=root, capture_output=True, text=True,
-                          env={**environment, "PYTHONPATH": str(root), "PYTHONHASHSEED": "0"})
-    if done.returncode != 0:
-        raise ExportError(f"pyccel cannot translate: {' '.join((done.stdout + done.stderr).split())[-1000:]}")
+    code, printed = output_of([sys.executable, "-c", TRANSLATE, *paths], root,
+                              {**environment, "PYTHONPATH": str(root), "PYTHONHASHSEED": "0"})
+    if code != 0:
+        raise ExportError(f"pyccel cannot translate: {' '.join(printed.split())[-1000:]}")
 
 
 def finished_header(header: str, module: str) -> str:
@@ -130,8 +150,9 @@ def finished_header(header: str, module: str) -> str:
     header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = "
                                         f"{literal(getattr(import_module(module), found[2]))};", header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
-    header = re.sub(r"^#define \w+_H\n", r'\g<0>\n#include "prefix.h"', header, count=1, flags=re.MULTILINE)
-    return header.replace("#include <math.h>", f'#include "{PRELUDE_FILE}"')
+    included = f'\n#include "prefix.h"\n#include "{PRELUDE_FILE}"'
+    header = re.sub(r"^#define \w+_H\n", lambda found: found[0] + included, header, count=1, flags=re.MULTILINE)
+    return marked(header.replace("#include <math.h>\n", ""))
 
 
 def literal(value: float | int | bool) -> str:
@@ -151,7 +172,12 @@ def finished_source(name: str, source: str, constants: Iterable[str]) -> str:
     source = FUNCTION.sub(used_names_only, source)
     if re.search(r"initialised|__init\(", source) or re.search(r"^(double|int64_t|bool) \w+( =.*)?;", source, re.M):
         raise ExportError(f"{name}: the C that pyccel has made of it has global variables, expected none to be left")
-    return source
+    return marked(source)
+
+
+def marked(text: str) -> str:
+    """Text whose functions say, before their types, that they are a block's, and which of them are called seldom."""
+    return SELDOM.sub("SELDOM_CALLED ", HEAD.sub("BLOCK_FUNCTION ", text))
 
 
 def used_names_only(function: re.Match[str]) -> str:

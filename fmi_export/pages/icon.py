@@ -67,9 +67,15 @@ def chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
-def svg_icon(shapes: Iterable[Shape]) -> str:
-    """The same as SVG, for a page; it is an ornament beside the name."""
+def svg_icon(shapes: Iterable[Shape], attributes: str = 'class="icon" aria-hidden="true"') -> str:
+    """The same as SVG: for a page, an ornament beside the name, if not said otherwise."""
     paths = "".join(f'<path fill="{colour}" d="M{"L".join(f"{x:.4g} {y:.4g}" for x, y in corners)}Z"/>'
                     for colour, corners in shapes)
-    return (f'<svg class="icon" viewBox="0 0 {UNITS} {UNITS}" aria-hidden="true">'
+    return (f'<svg {attributes} viewBox="0 0 {UNITS} {UNITS}">'
             f'<rect width="{UNITS}" height="{UNITS}" fill="#ffffff"/>{paths}</svg>')
+
+
+def svg_file(shapes: Iterable[Shape]) -> bytes:
+    """The same as a file."""
+    drawn = svg_icon(shapes, f'xmlns="http://www.w3.org/2000/svg" width="{SIZE}" height="{SIZE}"')
+    return f"{drawn}\n".encode()

@@ -23,7 +23,8 @@ BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEF
          "build(DEFINITIONS, Path(sys.argv[1]))")
 
 # Without a unit.
-RATIOS = ("attraction_modulation", "gamma", "seed", "convergence.tolerance", "geometry.recoil_permeability")
+RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergence.tolerance",
+          "geometry.recoil_permeability")
 OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
 
 

@@ -96,6 +96,8 @@ def test_files_inside(fmi3_fmus: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         files = set(archive.namelist())
         assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+        icon = etree.fromstring(archive.read("terminalsAndIcons/icon.svg"))
+        assert icon.tag == "{http://www.w3.org/2000/svg}svg" and len(icon) > 4, "expected a drawing"
     listed = read_build_description(path)[0].sourceFileSets[0].sourceFiles
     assert {f"sources/{file}" for file in listed} == {file for file in files if file.endswith(".c")}
     assert {file.partition("/")[0] for file in files} == {"modelDescription.xml", "binaries", "documentation",
@@ -180,13 +182,15 @@ def test_event_mode_is_refused(fmi3_fmus: Path) -> None:
 
 def test_a_run_equals_the_baseline(fmi3_fmus: Path, tmp_path: Path) -> None:
     (tmp_path / "fmi3").symlink_to(fmi3_fmus)
-    done = maglev("check", "3dof-setpoints", "--native", "--fmi", "3", "--fmus", tmp_path)
+    done = maglev("check", "3dof-setpoints", "--kind", "native", "--fmi", "3", "--fmus", tmp_path)
     assert done.exit_code == 0, done.output
 
 
 @pytest.mark.parametrize(("arguments", "reason"), [
-    (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --native with it"),
-    (("run", "2dof-setpoints", "--fmi", "3"), "--fmi 3: expected 2, or 3 and --native with it"),
-    (("build", "--native", "--fmi", "3", "--target", "wasm", "Plant2DOF"), "--fmi 3: expected 2 with --target wasm")])
+    (("build", "--fmi", "3", "Plant2DOF"), "--fmi 3: expected 2, or 3 and --kind native with it"),
+    (("run", "2dof-setpoints", "--kind", "python", "--fmi", "3"),
+     "--fmi 3: expected 2, or 3 and --kind native with it"),
+    (("build", "--kind", "native", "--fmi", "3", "--target", "wasm", "Plant2DOF"),
+     "--fmi 3: expected 2 with --target wasm")])
 def test_where_there_is_no_fmi_3(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
     assert reason in error_line(maglev(*arguments, "--fmus", tmp_path))

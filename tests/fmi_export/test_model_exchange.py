@@ -176,7 +176,8 @@ def test_states_but_positions_begin_at_nothing() -> None:
         block = ContinuousBlock(f"Plant{rig}", {})
         plant = definition(f"Plant{rig}")
         for number, v in enumerate(v for v in plant.variables if v.causality == "parameter" and not v.boolean):
-            block.set(v.name, plant.start_value(v) * (1.0 + 0.001 * (number % 7)) + 1e-6 * (number % 5))
+            if v.name != "roughness_seed":   # a whole number
+                block.set(v.name, plant.start_value(v) * (1.0 + 0.001 * (number % 7)) + 1e-6 * (number % 5))
         assert block.block.start() == 0
         outputs = {v.name for v in plant.variables if v.causality == "output"}
         assert not block.get([name for name in block.states if name not in outputs]).any()

@@ -70,6 +70,17 @@ def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_
     assert count == 500 and refusals > 10000
 
 
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
+def test_outputs_are_read_before_inputs_are_set(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
+    """`c/feedback.c`: as in a feedback loop; every output has the bits that it has without a question before."""
+    sources = unpacked_sources(request.getfixturevalue(kind) / "Regulator3DOF.fmu", tmp_path)
+    tool = compiled(sources, tmp_path / "feedback", *SANITIZERS, "-DFMI3", "-Wno-unused-function",
+                    extra=(HERE / "feedback.c",))
+    done = subprocess.run([tool], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, "400 samples\n"), done.stderr[-3000:]
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path,
                                                 version: int) -> None:

@@ -183,12 +183,13 @@ def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, m
 
     monkeypatch.setattr(fmi_export.native.translation, "find_spec", find_spec)
     monkeypatch.setattr(fmi_export.native.compiler, "find_spec", find_spec)
-    said = error_line(maglev("build", "--native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
+    said = error_line(maglev("build", "--kind", "native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
     assert missing in said and "pip install 'maglev-fmus[native]'" in said
     assert list(tmp_path.rglob("*.fmu*")) == []
 
 
-@pytest.mark.parametrize("arguments", [("--native", "--target", "linux"), ("--target", "host"), ("--target", "wasm")])
+@pytest.mark.parametrize("arguments", [("--kind", "native", "--target", "linux"), ("--target", "host"),
+                                       ("--target", "wasm")])
 def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     said = error_line(maglev("build", *arguments, "PID2DOF", "--fmus", tmp_path))
     assert f"--target {arguments[-1]}: expected all, host or wasm" in said

@@ -12,8 +12,8 @@ from command_line import maglev
 from lxml import etree
 
 from fmi_export.errors import ExportError
-from fmi_export.parameter_set import SSV
-from fmi_export.ssp import SSC, SSD, write_ssp
+from fmi_export.parameter_set import SSC, SSV
+from fmi_export.ssp import SSD, write_ssp
 from maglev.catalogue import SYSTEMS, build_systems
 from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan

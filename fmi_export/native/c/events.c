@@ -2,38 +2,17 @@
  *
  * Samples are then taken at events, not in steps. An event is one of a sample because its time has come, or, in an FMU
  * with a clock, because the importer activates that. The sample is taken with the inputs that are set in the event, by
- * the first call that asks for an output, or by the end of the instant. */
+ * the end of the instant. Who asks for an output before gets what it is with the inputs set so far: in a feedback loop
+ * some of them follow from outputs. */
 
-#include "instance.h"
+#include "events.h"
+
+#include "exchange.h"
+#include "messages.h"
+#include "outputs.h"
+#include "variables.h"
 
 #include <math.h>
-
-/* Share of an interval by which an importer may miss the time of a sample. */
-#define PUNCTUALITY 1.0e-3
-
-/* s */
-static double interval(const struct Instance *instance)
-{
-    return *(const double *)((const char *)instance->state + MODEL.sampling->interval);
-}
-
-/* When the next sample is to be taken, s. */
-static double due(const struct Instance *instance)
-{
-    const struct Progress *progress = &instance->state->progress;
-    return progress->start_time + (double)progress->samples * interval(instance);
-}
-
-/* s */
-static double tolerance(const struct Instance *instance)
-{
-    return PUNCTUALITY * interval(instance) + clock_rounding(instance);
-}
-
-bool sample_due(const struct Instance *instance)
-{
-    return fabs(instance->state->progress.next_time - due(instance)) <= tolerance(instance);
-}
 
 /* Whether a call of event mode is allowed; says why if not. */
 static bool with_events(const struct Instance *instance, const char *call, int phases)
@@ -49,13 +28,6 @@ static bool with_events(const struct Instance *instance, const char *call, int p
         absent(instance, call);
     }
     return false;
-}
-
-/* A sample falls on this event, and is not taken yet. */
-static void begin_sample(struct Instance *instance)
-{
-    instance->state->progress.sampling = true;
-    instance->state->progress.stale = true;
 }
 
 void begin_event(struct Instance *instance)
@@ -79,21 +51,6 @@ enum Status enter_event(struct Instance *instance, const char *call)
     return DONE;
 }
 
-enum Status take_sample(struct Instance *instance)
-{
-    struct RunState *state = instance->state;
-    if (state->progress.suspect && check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
-    int64_t status = MODEL.step(state->block, due(instance), interval(instance));
-    if (status != 0) {
-        refuse_status(instance, REFUSED, status, due(instance), interval(instance));
-        return fail(instance);
-    }
-    state->progress.stale = false;
-    return DONE;
-}
-
 enum Status take_event(struct Instance *instance, const char *call, bool *states_changed, double *next)
 {
     *states_changed = false;
@@ -111,7 +68,7 @@ enum Status take_event(struct Instance *instance, const char *call, bool *states
             ++progress->samples;
         }
         if (!MODEL.sampling->clocked) {
-            *next = due(instance);
+            *next = next_sample(instance);
         }
         return DONE;
     }
@@ -145,7 +102,7 @@ enum Status enter_steps(struct Instance *instance, const char *call)
     }
     if (instance->state->progress.sampling) {
         return refuse(instance, "%s at t = %s s, where a sample is taken, expected that to be ended before by an update "
-                      "of the discrete states", call, number(due(instance), text));
+                      "of the discrete states", call, number(next_sample(instance), text));
     }
     instance->state->progress.phase = RUNNING;
     return DONE;
@@ -154,7 +111,7 @@ enum Status enter_steps(struct Instance *instance, const char *call)
 enum Status hold(struct Instance *instance, double *end)
 {
     char from[NUMBER_LENGTH], to[NUMBER_LENGTH], at[NUMBER_LENGTH];
-    double time = instance->state->progress.next_time, next = due(instance), slack = tolerance(instance);
+    double time = instance->state->progress.next_time, next = next_sample(instance), slack = sample_tolerance(instance);
     bool stops = instance->early && !MODEL.sampling->clocked;   /* for an event */
     if (next <= time + slack && !stops) {
         return refuse(instance, "communication step from %s s, expected event mode before it%s, as a sample is due at "
@@ -169,30 +126,6 @@ enum Status hold(struct Instance *instance, double *end)
         *end = next > time ? next : time;
     }
     return DONE;
-}
-
-bool accessible_at_event(const struct Instance *instance, const uint32_t references[], size_t count, bool setting)
-{
-    const struct Progress *progress = &instance->state->progress;
-    if (setting && progress->sampling && !progress->stale) {
-        refuse(instance, "%s is set after the sample was taken, expected before an output of it is read",
-               count > 0 && references[0] < MODEL.variable_count ? MODEL.variables[references[0]].name : "nothing");
-        return false;
-    }
-    if (!MODEL.sampling->clocked || progress->sampling || !(progress->phase & (RUNNING | AT_EVENT))) {
-        return true;
-    }
-    for (size_t i = 0; i < count; ++i) {
-        if (references[i] < MODEL.variable_count) {
-            const struct Variable *variable = &MODEL.variables[references[i]];
-            if (variable->causality == INPUT || variable->causality == OUTPUT) {
-                refuse(instance, "%s belongs to the clock, expected access to it in event mode while the clock is active",
-                       variable->name);
-                return false;
-            }
-        }
-    }
-    return true;
 }
 
 enum Status clocks_known(const struct Instance *instance, const char *call, int phases, const uint32_t references[],
@@ -227,7 +160,7 @@ enum Status set_clocks(struct Instance *instance, const char *call, const uint32
         if (!instance->state->progress.sampling) {
             if (!sample_due(instance)) {
                 return refuse(instance, "clock = active at t = %s s, expected its next tick at %s s",
-                              number(instance->state->progress.next_time, now), number(due(instance), expected));
+                              number(instance->state->progress.next_time, now), number(next_sample(instance), expected));
             }
             begin_sample(instance);
         }
@@ -250,8 +183,8 @@ enum Status get_clocks(struct Instance *instance, const char *call, const uint32
 double told_interval(struct Instance *instance, bool *changed)
 {
     struct Progress *progress = &instance->state->progress;
-    *changed = progress->phase == INITIALIZING && progress->told != interval(instance);
-    return progress->told = interval(instance);
+    *changed = progress->phase == INITIALIZING && progress->told != sample_interval(instance);
+    return progress->told = sample_interval(instance);
 }
 
 enum Status set_interval(const struct Instance *instance, const char *call)

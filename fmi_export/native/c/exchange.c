@@ -1,26 +1,15 @@
 /* Model exchange: the states of the block, which the importer integrates, their rates, events, and derivatives. */
 
-#include "instance.h"
+#include "exchange.h"
+
+#include "messages.h"
+#include "outputs.h"
+#include "variables.h"
 
 #include <math.h>
 #include <string.h>
 
 static const int READABLE = INITIALIZING | AT_EVENT | BETWEEN_EVENTS | TERMINATED | FAILED;
-
-static bool listed(const uint32_t references[], size_t count, uint32_t reference)
-{
-    for (size_t i = 0; i < count; ++i) {
-        if (references[i] == reference) {
-            return true;
-        }
-    }
-    return false;
-}
-
-bool is_state(uint32_t reference)
-{
-    return MODEL.continuous && listed(MODEL.continuous->states, MODEL.continuous->state_count, reference);
-}
 
 bool exchanging(const struct Instance *instance, const char *call, int phases)
 {

@@ -1,6 +1,9 @@
 /* FMI 2.0: its functions over an instance; those of model exchange are in fmi2_exchange.c. */
 
-#include "instance.h"
+#include "life.h"
+#include "messages.h"
+#include "state.h"
+#include "variables.h"
 
 #include <math.h>
 

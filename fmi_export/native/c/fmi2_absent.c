@@ -1,7 +1,8 @@
 /* What of FMI 2.0 the model description says this FMU cannot do: derivatives by time, integers and texts, and steps that
  * return before they are done. */
 
-#include "instance.h"
+#include "messages.h"
+#include "variables.h"
 
 #include "fmi2Functions.h"
 

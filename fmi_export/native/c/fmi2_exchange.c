@@ -1,6 +1,8 @@
 /* FMI 2.0 for model exchange, and directional derivatives: its functions over an instance. */
 
-#include "instance.h"
+#include "events.h"
+#include "exchange.h"
+#include "messages.h"
 
 #include "fmi2Functions.h"
 

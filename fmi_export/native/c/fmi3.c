@@ -1,6 +1,10 @@
 /* FMI 3.0: its functions over an instance; those of model exchange are in fmi3_exchange.c. */
 
-#include "instance.h"
+#include "life.h"
+#include "messages.h"
+#include "outputs.h"
+#include "state.h"
+#include "variables.h"
 
 #include <math.h>
 

@@ -1,6 +1,7 @@
 /* What of FMI 3.0 the model description says this FMU cannot do, and access to variables of types that it does not have. */
 
-#include "instance.h"
+#include "messages.h"
+#include "variables.h"
 
 #include "fmi3Functions.h"
 

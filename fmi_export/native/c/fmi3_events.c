@@ -1,6 +1,7 @@
 /* FMI 3.0: event mode, and the clock of what is sampled. */
 
-#include "instance.h"
+#include "events.h"
+#include "messages.h"
 
 #include <math.h>
 

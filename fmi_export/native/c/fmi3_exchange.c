@@ -1,6 +1,8 @@
 /* FMI 3.0 for model exchange, and derivatives: its functions over an instance. */
 
-#include "instance.h"
+#include "exchange.h"
+#include "life.h"
+#include "messages.h"
 
 #include "fmi3Functions.h"
 

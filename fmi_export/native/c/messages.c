@@ -1,6 +1,7 @@
 /* What the FMU says to its importer. */
 
-#include "instance.h"
+#include "messages.h"
+
 
 #include <math.h>
 #include <stdarg.h>
@@ -86,6 +87,15 @@ const char *number(double value, char *text)
         }
     }
     return text;
+}
+
+enum Status refuse_value(const struct Instance *instance, const struct Variable *variable, double value)
+{
+    char text[NUMBER_LENGTH], minimum[NUMBER_LENGTH], maximum[NUMBER_LENGTH];
+    const char *space = *variable->unit ? " " : "";
+    return refuse(instance, "%s = %s%s%s, expected a number from %s to %s%s%s%s", variable->name, number(value, text),
+                  space, variable->unit, number(variable->minimum, minimum), number(variable->maximum, maximum), space,
+                  variable->unit, variable->hint);
 }
 
 static const struct Variable *find(const char *name, size_t length)

@@ -1,12 +1,30 @@
-/* The whole state of an instance: saved, restored, written as bytes. */
+/* The memory of instances, and their whole states: saved, restored, written as bytes. */
 
-#include "instance.h"
+#include "state.h"
 
+#include "messages.h"
+
+#include <stdlib.h>
 #include <string.h>
 
-static size_t state_size(void)
+/* One of the importer's functions alone is no use: memory has to go back to where it came from. */
+static bool manages_memory(const struct Importer *importer)
 {
-    return sizeof(struct RunState) + MODEL.block_size;
+    return importer->allocate && importer->release;
+}
+
+void *allocate(const struct Importer *importer, size_t size)
+{
+    return manages_memory(importer) ? importer->allocate(1, size) : calloc(1, size);
+}
+
+void release(const struct Importer *importer, void *memory)
+{
+    if (!manages_memory(importer)) {
+        free(memory);
+    } else if (memory) {
+        importer->release(memory);
+    }
 }
 
 /* As bytes: the GUID, so that no other FMU takes it, the checksum of what follows, and the state. */
@@ -15,9 +33,14 @@ static size_t guid_size(void)
     return strlen(MODEL.guid) + 1;
 }
 
-static size_t bytes_size(void)
+static size_t head_size(void)
 {
-    return guid_size() + sizeof(uint64_t) + state_size();
+    return guid_size() + sizeof(uint64_t);
+}
+
+static size_t bytes_size(bool events)
+{
+    return head_size() + state_size(events);
 }
 
 /* FNV-1a. */
@@ -51,12 +74,15 @@ enum Status save_state(struct Instance *instance, const char *call, void **place
         return refuse(instance, "%s with a null pointer, expected a place for the state", call);
     }
     if (!*place) {
-        *place = allocate(&instance->importer, state_size());
+        *place = allocate(&instance->importer, state_room());
     }
     if (!*place) {
         return refuse(instance, "out of memory");
     }
-    memcpy(*place, instance->state, state_size());
+    memcpy(*place, instance->state, state_size(instance->events));
+    if (instance->events && !sample_tried(&instance->state->progress)) {
+        memset(before_sample(*place), 0, MODEL.block_size);   /* so that equal states are equal bytes */
+    }
     return DONE;
 }
 
@@ -68,7 +94,7 @@ enum Status restore_state(struct Instance *instance, const char *call, const voi
     if (!fits(instance, state)) {
         return REFUSED;
     }
-    memcpy(instance->state, state, state_size());
+    memcpy(instance->state, state, state_size(instance->events));
     return DONE;
 }
 
@@ -89,24 +115,26 @@ enum Status serialized_size(struct Instance *instance, const char *call, const v
     if (!instance || !state || !size) {
         return refuse(instance, "%s with a null pointer, expected a state and a place for its size", call);
     }
-    *size = bytes_size();
+    *size = bytes_size(((const struct RunState *)state)->progress.events);
     return DONE;
 }
 
 enum Status serialize(struct Instance *instance, const char *call, const void *state, void *bytes, size_t size)
 {
     char *to = bytes;
+    const struct RunState *from = state;
     if (!instance || !state || !bytes) {
         return refuse(instance, "%s with a null pointer, expected a state and a place for its bytes", call);
     }
-    if (size < bytes_size()) {
+    bool events = from->progress.events;
+    if (size < bytes_size(events)) {
         return refuse(instance, "room for a serialized state = %u bytes, expected %u", (unsigned)size,
-                      (unsigned)bytes_size());
+                      (unsigned)bytes_size(events));
     }
-    uint64_t hash = checksum(state, state_size());
+    uint64_t hash = checksum(state, state_size(events));
     memcpy(to, MODEL.guid, guid_size());
     memcpy(to + guid_size(), &hash, sizeof hash);
-    memcpy(to + guid_size() + sizeof hash, state, state_size());
+    memcpy(to + head_size(), state, state_size(events));
     return DONE;
 }
 
@@ -117,21 +145,23 @@ enum Status deserialize(struct Instance *instance, const char *call, const void 
     if (!instance || !bytes || !place) {
         return refuse(instance, "%s with a null pointer, expected bytes and a place for the state", call);
     }
-    bool own = size >= bytes_size() && memcmp(from, MODEL.guid, guid_size()) == 0;
+    bool events = false;
+    bool own = size >= bytes_size(false) && memcmp(from, MODEL.guid, guid_size()) == 0;
     if (own) {
         memcpy(&hash, from + guid_size(), sizeof hash);
-        own = hash == checksum(from + guid_size() + sizeof hash, state_size());
+        events = MODEL.sampling && from[head_size() + offsetof(struct RunState, progress.events)] != 0;
+        own = size >= bytes_size(events) && hash == checksum(from + head_size(), state_size(events));
     }
     if (!own) {
         return refuse(instance, "serialized state of %u bytes, expected %u bytes that this FMU has written",
-                      (unsigned)size, (unsigned)bytes_size());
+                      (unsigned)size, (unsigned)bytes_size(instance->events));
     }
     if (!*place) {
-        *place = allocate(&instance->importer, state_size());
+        *place = allocate(&instance->importer, state_room());
     }
     if (!*place) {
         return refuse(instance, "out of memory");
     }
-    memcpy(*place, from + guid_size() + sizeof hash, state_size());
+    memcpy(*place, from + head_size(), state_size(events));
     return DONE;
 }

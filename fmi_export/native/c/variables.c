@@ -1,6 +1,9 @@
 /* Access to the variables, by their places in the table: there are real and Boolean ones. */
 
-#include "instance.h"
+#include "variables.h"
+
+#include "messages.h"
+#include "outputs.h"
 
 #include <math.h>
 
@@ -24,6 +27,21 @@ static bool refuse_reference(const struct Instance *instance, uint32_t reference
                variable->boolean ? "Boolean" : real_type());
     }
     return false;
+}
+
+bool listed(const uint32_t references[], size_t count, uint32_t reference)
+{
+    for (size_t i = 0; i < count; ++i) {
+        if (references[i] == reference) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool is_state(uint32_t reference)
+{
+    return MODEL.continuous && listed(MODEL.continuous->states, MODEL.continuous->state_count, reference);
 }
 
 bool callable(const struct Instance *instance, const char *call, int phases, const void *references, size_t count,
@@ -60,10 +78,30 @@ static bool other_settable(const struct Instance *instance, uint32_t reference)
     return false;
 }
 
+/* Whether an instance with event mode gives access to variables now: to those of a clock only while it is active. */
+static bool accessible_at_event(const struct Instance *instance, const uint32_t references[], size_t count)
+{
+    const struct Progress *progress = &instance->state->progress;
+    if (!MODEL.sampling->clocked || progress->sampling || !(progress->phase & (RUNNING | AT_EVENT))) {
+        return true;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (references[i] < MODEL.variable_count) {
+            const struct Variable *variable = &MODEL.variables[references[i]];
+            if (variable->causality == INPUT || variable->causality == OUTPUT) {
+                refuse(instance, "%s belongs to the clock, expected access to it in event mode while the clock is active",
+                       variable->name);
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 /* Whether all variables of references can be set now; inputs always can. */
 static bool settable(const struct Instance *instance, const uint32_t references[], size_t count, bool boolean)
 {
-    if (instance->events && !accessible_at_event(instance, references, count, true)) {
+    if (instance->events && !accessible_at_event(instance, references, count)) {
         return false;
     }
     for (size_t i = 0; i < count; ++i) {
@@ -77,11 +115,16 @@ static bool settable(const struct Instance *instance, const uint32_t references[
     return true;
 }
 
-/* Values change: those that follow from them in the initialization are to be computed anew. */
+/* Values are to change: those that follow from them in the initialization, or at a sample, will be computed anew. */
 static void outdate(struct Instance *instance)
 {
-    if (instance->state->progress.phase != RUNNING && !(instance->events && instance->state->progress.phase == AT_EVENT)) {
-        instance->state->progress.stale = true;
+    struct Progress *progress = &instance->state->progress;
+    if (instance->events && progress->phase == AT_EVENT) {
+        if (sample_tried(progress)) {
+            undo_sample(instance);
+        }
+    } else if (progress->phase != RUNNING) {
+        progress->stale = true;
     }
 }
 
@@ -89,7 +132,7 @@ enum Status get_reals(struct Instance *instance, const char *call, const uint32_
                       double values[])
 {
     if (!callable(instance, call, readable_phases(), references, count, values)
-        || (instance->events && !accessible_at_event(instance, references, count, false))) {
+        || (instance->events && !accessible_at_event(instance, references, count))) {
         return REFUSED;
     }
     enum Status status = refresh(instance);
@@ -114,12 +157,16 @@ enum Status set_reals(struct Instance *instance, const char *call, const uint32_
         return REFUSED;   /* and nothing is set */
     }
     char text[NUMBER_LENGTH];
-    for (size_t i = 0; instance->exchange && i < count; ++i) {
-        if (!isfinite(values[i]) && is_state(references[i])) {   /* an integrator may try another step */
-            return discard(instance, "%s = %s, expected a finite number", MODEL.variables[references[i]].name,
-                           number(values[i], text));
+    for (size_t i = 0; i < count; ++i) {
+        const struct Variable *variable = &MODEL.variables[references[i]];
+        if (!isfinite(values[i]) && instance->exchange && is_state(references[i])) {   /* another step may be tried */
+            return discard(instance, "%s = %s, expected a finite number", variable->name, number(values[i], text));
+        }
+        if (isnan(values[i])) {
+            return refuse_value(instance, variable, values[i]);
         }
     }
+    outdate(instance);
     for (size_t i = 0; i < count; ++i) {
         const struct Variable *variable = &MODEL.variables[references[i]];
         *real_at(instance, variable) = values[i];
@@ -127,7 +174,6 @@ enum Status set_reals(struct Instance *instance, const char *call, const uint32_
             instance->state->progress.suspect = true;   /* refused before the next step */
         }
     }
-    outdate(instance);
     return DONE;
 }
 
@@ -135,7 +181,7 @@ bool booleans_readable(struct Instance *instance, const char *call, const uint32
                        const void *values)
 {
     if (!callable(instance, call, readable_phases(), references, count, values)
-        || (instance->events && !accessible_at_event(instance, references, count, false))) {
+        || (instance->events && !accessible_at_event(instance, references, count))) {
         return false;
     }
     /* In model exchange they change at events alone. */

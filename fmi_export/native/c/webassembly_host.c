@@ -1,6 +1,6 @@
 /* What a host that is not written in C cannot make: FMI's callbacks, with a logger that keeps what was said last. */
 
-#include "instance.h"
+#include "prefix.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,42 +1,25 @@
 /* Instances of the FMU: their lives, phases and steps. */
 
-#include "instance.h"
+#include "life.h"
+
+#include "events.h"
+#include "messages.h"
+#include "outputs.h"
+#include "state.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* By how much the importer's clock may miss the end of the step before: a share of a communication step, but no more than
- * so many seconds, and beside them a share of the time, of some ten times its rounding. */
+ * so many seconds, and beside them the rounding of the time. */
 #define CONTINUITY 1.0e-3
 #define LARGEST_MISS 1.0e-5
-#define CLOCK_ROUNDING 1.0e-14
-
-/* One of the importer's functions alone is no use: memory has to go back to where it came from. */
-static bool manages_memory(const struct Importer *importer)
-{
-    return importer->allocate && importer->release;
-}
-
-void *allocate(const struct Importer *importer, size_t size)
-{
-    return manages_memory(importer) ? importer->allocate(1, size) : calloc(1, size);
-}
-
-void release(const struct Importer *importer, void *memory)
-{
-    if (!manages_memory(importer)) {
-        free(memory);
-    } else if (memory) {
-        importer->release(memory);
-    }
-}
 
 static void renew(struct Instance *instance)
 {
     struct RunState *state = instance->state;
     /* Padding too, so that equal states are equal bytes; from here on members change one by one. */
-    memset(state, 0, sizeof *state + MODEL.block_size);
+    memset(state, 0, state_room());
     MODEL.construct(state->block);
     state->progress.phase = INSTANTIATED;
     state->progress.exchange = instance->exchange;
@@ -68,7 +51,7 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
     }
     struct Instance *instance = allocate(importer, sizeof *instance);
     char *kept_name = allocate(importer, strlen(name) + 1);
-    struct RunState *state = allocate(importer, sizeof *state + MODEL.block_size);
+    struct RunState *state = allocate(importer, state_room());
     void *direction = exchange ? allocate(importer, MODEL.block_size) : NULL;
     if (!instance || !kept_name || !state || (exchange && !direction)) {
         refuse(&nobody, "out of memory");
@@ -153,42 +136,6 @@ enum Status enter_initialization(struct Instance *instance, const char *call)
     return DONE;
 }
 
-/* First input or parameter that is not a finite number within its range; NULL if there is none. */
-static const struct Variable *out_of_range(const struct Instance *instance)
-{
-    for (size_t i = 0; i < MODEL.variable_count; ++i) {
-        const struct Variable *variable = &MODEL.variables[i];
-        if (variable->boolean || (variable->causality != PARAMETER && variable->causality != INPUT)) {
-            continue;
-        }
-        double value = *real_at(instance, variable);
-        if (!(value >= variable->minimum && value <= variable->maximum && isfinite(value))) {
-            return variable;
-        }
-    }
-    return NULL;
-}
-
-enum Status check_ranges(struct Instance *instance)
-{
-    const struct Variable *wrong = out_of_range(instance);
-    if (wrong) {
-        char value[NUMBER_LENGTH], minimum[NUMBER_LENGTH], maximum[NUMBER_LENGTH];
-        const char *space = *wrong->unit ? " " : "";
-        return refuse(instance, "%s = %s%s%s, expected a number from %s to %s%s%s%s", wrong->name,
-                      number(*real_at(instance, wrong), value), space, wrong->unit, number(wrong->minimum, minimum),
-                      number(wrong->maximum, maximum), space, wrong->unit, wrong->hint);
-    }
-    instance->state->progress.suspect = false;
-    return DONE;
-}
-
-enum Status fail(struct Instance *instance)
-{
-    instance->state->progress.phase = FAILED;
-    return REFUSED;
-}
-
 enum Status exit_initialization(struct Instance *instance, const char *call)
 {
     if (!allowed(instance, call, INITIALIZING)) {
@@ -211,39 +158,6 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
     return DONE;
 }
 
-enum Status compute(struct Instance *instance)
-{
-    struct RunState *state = instance->state;
-    struct Progress *progress = &state->progress;
-    if (progress->sampling) {
-        return take_sample(instance);
-    }
-    if (instance->exchange && progress->phase & (AT_EVENT | BETWEEN_EVENTS | TERMINATED)) {
-        if (progress->suspect && check_ranges(instance) != DONE) {
-            return fail(instance);
-        }
-        int64_t status = MODEL.continuous->derive(state->block);
-        if (status != 0) {   /* an integrator may try another step */
-            return refuse_status(instance, DISCARDED, status, progress->next_time, 0.0);
-        }
-    } else {
-        if (out_of_range(instance) || (instance->exchange && progress->phase == FAILED)) {
-            return DONE;
-        }
-        MODEL.start(state->block);
-        if (instance->exchange) {
-            MODEL.continuous->derive(state->block);
-        }
-    }
-    progress->stale = false;
-    return DONE;
-}
-
-double clock_rounding(const struct Instance *instance)
-{
-    return CLOCK_ROUNDING * fabs(instance->state->progress.next_time);
-}
-
 enum Status take_step(struct Instance *instance, const char *call, double time, double size)
 {
     char text[NUMBER_LENGTH], expected[NUMBER_LENGTH];
@@ -264,7 +178,8 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
         refuse(instance, "communication point = %s s, expected a finite time", number(time, text));
         return fail(instance);
     }
-    double tolerance = fmin(CONTINUITY * size, LARGEST_MISS) + clock_rounding(instance);
+    double miss = CONTINUITY * size;
+    double tolerance = (miss < LARGEST_MISS ? miss : LARGEST_MISS) + clock_rounding(instance);
     if (progress->timed && !(fabs(time - progress->next_time) <= tolerance)) {
         refuse(instance, "communication point = %s s, expected %s s, where the step before ended",
                number(time, text), number(progress->next_time, expected));

@@ -1,0 +1,43 @@
+/* What follows from inputs, parameters and states: that they are in range, outputs and rates, samples. */
+
+#ifndef OUTPUTS_H
+#define OUTPUTS_H
+
+#include "instance.h"
+
+/* By how much rounding may put the importer's clock aside, s. */
+double clock_rounding(const struct Instance *instance);
+
+/* Leave the instance as one that can only be reset, restored or freed. */
+enum Status fail(struct Instance *instance);
+
+/* Refuse the first input or parameter that is not a finite number within its range. */
+enum Status check_ranges(struct Instance *instance);
+
+/* When the next sample is to be taken, s; the interval between two, s; by how much a time may miss one, s. */
+double next_sample(const struct Instance *instance);
+double sample_interval(const struct Instance *instance);
+double sample_tolerance(const struct Instance *instance);
+
+/* Whether a sample is due at the end of the step before. */
+bool sample_due(const struct Instance *instance);
+
+/* A sample falls on this event, and is not taken yet. */
+void begin_sample(struct Instance *instance);
+
+/* Take the sample that falls on the event, with the inputs as they are; undo one that was tried for who read an output. */
+enum Status take_sample(struct Instance *instance);
+void undo_sample(struct Instance *instance);
+
+/* Compute the outputs, which are stale, from what is set so far. In the initialization that is done if it is in range: if
+ * not, its end says so. In model exchange, what is out of range is refused, and a point at which there are no rates
+ * discarded. */
+enum Status compute(struct Instance *instance);
+
+/* Compute the outputs if they are stale. */
+static inline enum Status refresh(struct Instance *instance)
+{
+    return instance->state->progress.stale ? compute(instance) : DONE;
+}
+
+#endif

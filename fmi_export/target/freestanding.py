@@ -1,0 +1,256 @@
+"""A block as freestanding C99 for a microcontroller: one header with its ports, one source, no library, no memory.
+
+What is translated of the block's modules becomes one file of static functions; what nothing calls goes. Around it lie
+three functions, `NAME_init`, `NAME_start`, `NAME_sample`, which do what an FMU does: ranges are checked, times counted.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from importlib.resources import files
+from math import inf
+from textwrap import wrap
+from typing import NamedTuple
+
+from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
+from fmi_export.errors import ExportError
+from fmi_export.native.translation import PRELUDE_FILE, files_of, literal
+
+# What pyccel writes.
+STRUCT = re.compile(r"^struct (\w+) \{\n.*?^\};\n", re.MULTILINE | re.DOTALL)
+CONSTANT = re.compile(r"^static const \w+ (\w+) = .*;\n", re.MULTILINE)
+PROTOTYPE = re.compile(r"^BLOCK_FUNCTION \w[\w *]*?(\w+)\([^;{]*\);\n", re.MULTILINE)
+FUNCTION = re.compile(r"^BLOCK_FUNCTION \w[\w *]*?(\w+)\([^()]*\)\n\{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
+FREED = re.compile(r"^ +(?:bool is_freed|self->is_freed = 0|\w+__del__\([^;]*\));\n", re.MULTILINE)   # of destructors
+UNREAD = re.compile(r"^ +\w+ (Dummy_\w+);\n", re.MULTILINE)   # where it keeps what a call returns
+INCLUDED = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
+WORD = re.compile(r"\b[A-Za-z_]\w*")
+CALL = re.compile(r"\b([A-Za-z_]\w*)\(")
+
+# What is followed by a parenthesis and is there: words of C, and what is in arithmetic.h.
+KNOWN = {"if", "for", "while", "return", "sizeof", "INT64_C", "fabs", "sqrt", "isfinite"}
+
+WIDTH = 120            # of a line
+REFUSED_VALUE = 1000   # status: this and the number of a variable that is no number within its range
+
+ABOUT = """\
+{name}: {description}.
+
+Once every {period} s (sample_time), {name}_sample takes inputs and gives outputs, all in SI units. Before,
+{name}_init gives all parameters the values that are said below, and {name}_start computes what follows from them: in
+between they can be set, those that are tunable also later. Each function returns 0, or the status of what it refuses:
+a sample that is refused is not taken, and its outputs stay as they are. There is no library and no memory that is
+allocated; several controllers share nothing.
+
+{maker}, of the source of the FMU of this name, with its bits if the compiler neither contracts a product and a sum
+(-ffp-contract=off) nor is told to be fast (-ffast-math)."""
+
+
+class Ports(NamedTuple):
+    """Variables as the host of a board sees them, in the order of its tables: those to set, those to read."""
+
+    settable: tuple[Variable, ...]
+    readable: tuple[Variable, ...]
+
+
+def ports_of(definition: FmuDefinition) -> Ports:
+    """Parameters and inputs, and outputs."""
+    return Ports(tuple(v for v in definition.variables if v.causality in ("input", "parameter")),
+                 tuple(v for v in definition.variables if v.causality == "output"))
+
+
+def freestanding(definition: FmuDefinition, modules: Iterable[str], translation: Mapping[str, str],
+                 maker: str) -> dict[str, str]:
+    """C files by name: NAME.h and NAME.c, an example over them, a file for CMake, and a board in QEMU to run it on.
+
+    Parameters
+    ----------
+    definition : FmuDefinition
+        Of a block that samples.
+    modules : iterable of str
+        Dotted names of the modules that it consists of.
+    translation : mapping of str to str
+        These as C, of `translated`.
+    maker : str
+        What made it, for the header.
+
+    Raises
+    ------
+    ExportError
+        If the block does not sample, calls what a mathematical library has, or two of its ports become one name.
+    """
+    if not definition.sampled:
+        raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "
+                          "samples")
+    name, ports = definition.name, ports_of(definition)
+    inputs = tuple(v for v in ports.settable if v.causality == "input")
+    for chosen in (inputs, ports.readable):
+        if len(set(map(member, chosen))) < len(chosen):
+            raise ExportError(f"{name}: two of {', '.join(v.name for v in chosen)} have one name in C, expected names "
+                              "that differ by more than a dot")
+    code = code_of(definition, modules, translation)
+    sampling = next(v for v in definition.variables if v.name == SAMPLE_TIME)
+    period = repr(definition.start_value(sampling))
+    common = {"NAME": name, "SPACE": " " * len(name), "PERIOD": period, "BLOCK": definition.block.__name__}
+    about = ABOUT.format(name=name, description=definition.description.rstrip("."), period=period, maker=maker)
+    values = {
+        f"{name}.h": {
+            "ABOUT": listed(about.replace("\n\n", "\0").replace("\n", " ").replace("\0", "\n\n").split("\n"), 1, 116),
+            "GUARD": f"{name.upper()}_H", "INPUTS": members(inputs), "OUTPUTS": members(ports.readable),
+            "PARAMETERS": listed(parameter_line(definition, v, k) for k, v in enumerate(definition.variables)
+                                 if v.causality == "parameter"),
+            "STATUSES": listed([*(f"{status:4}  {text}" for status, text in sorted(definition.refusals.items())),
+                                f"{REFUSED_VALUE} and the number of a variable: it is no number within its range"]),
+            "STRUCTS": code.structs},
+        f"{name}.c": {
+            "ARITHMETIC": template("arithmetic.h"), "CONSTANTS": code.constants, "FUNCTIONS": code.functions,
+            "ARGUMENTS": ", ".join(["&self->block", *(literal(argument) for argument in definition.arguments)]),
+            "CHECKED_PARAMETERS": checks(definition, "parameter"), "CHECKED_INPUTS": checks(definition, "input"),
+            "TAKEN": "\n".join(f"    block->{v.place} = inputs->{member(v)};" for v in inputs),
+            "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{v.place};" for v in ports.readable),
+            "SAMPLE_TIME": sampling.place},
+        "qemu/table.h": {
+            "SETTABLE": places(name, "block", ((v.place, v) for v in ports.settable)),
+            "READABLE": places(name, "block", ((v.place, v) for v in ports.readable)),
+            "OUTPUTS": places(name, "outputs", ((member(v), v) for v in ports.readable)),
+            "INPUTS": "\n".join(f"    {{{place(name, 'inputs', member(v), v)}, {k}}},"
+                                for k, v in enumerate(ports.settable) if v.causality == "input")},
+        **{file: {} for file in ("main.c", "board.h", "CMakeLists.txt", "qemu/board_qemu.c", "qemu/mps2_an500.ld")}}
+    return {file: filled(file.replace(f"{name}.", "controller."), common | own) for file, own in values.items()}
+
+
+class Code(NamedTuple):
+    """What is translated of a block: structures, constants, and functions with their declarations before them."""
+
+    structs: str
+    constants: str
+    functions: str
+
+
+def code_of(definition: FmuDefinition, modules: Iterable[str], translation: Mapping[str, str]) -> Code:
+    """Of the translated files what a block needs, for one file, with names that a program can have beside others."""
+    name, block = definition.name, definition.block.__name__
+    parts = {file: text for file, text in files_of(modules, translation).items() if file != PRELUDE_FILE}
+    texts = [without_unread(FREED.sub("", text)) for text in (
+        *in_order({file: text for file, text in parts.items() if file.endswith(".h")}),
+        *(parts[file] for file in sorted(parts) if file.endswith(".c")))]
+    structs = {match[1]: match[0] for text in texts for match in STRUCT.finditer(text)}
+    functions = called({match[1]: match[0] for text in texts for match in FUNCTION.finditer(text)},
+                       [f"{block}__init__", f"{block}__start", f"{block}__step"])
+    wanted = set(CALL.findall("".join(functions.values()))) - functions.keys() - KNOWN
+    if wanted:
+        raise ExportError(f"{name}: calls {' and '.join(sorted(wanted))}, which a processor without a mathematical "
+                          "library does not have, expected functions of pmlsm.elementary")
+    used = set(WORD.findall("".join(functions.values())))
+    prototypes = [match[0] for text in texts for match in PROTOTYPE.finditer(text) if match[1] in functions]
+
+    def own(text: str) -> str:
+        for struct in structs:
+            text = re.sub(rf"\bstruct {struct}\b", f"struct {name}_{'block' if struct == block else struct}", text)
+        return text.replace("BLOCK_FUNCTION ", "static ")
+
+    return Code("\n".join(map(own, structs.values())),
+                "".join(match[0] for text in texts for match in CONSTANT.finditer(text) if match[1] in used),
+                "\n".join([own("".join(prototypes)), *map(own, functions.values())]))
+
+
+def in_order(headers: Mapping[str, str]) -> list[str]:
+    """Texts of headers, each after those that it includes."""
+    ordered: dict[str, str] = {}
+
+    def add(name: str) -> None:
+        for other in INCLUDED.findall(headers[name]):
+            if other in headers and other not in ordered:
+                add(other)
+        ordered.setdefault(name, headers[name])
+
+    for name in headers:
+        add(name)
+    return list(ordered.values())
+
+
+def without_unread(text: str) -> str:
+    """Code that calls a function without keeping what it returns, where nothing reads that."""
+    for name in set(UNREAD.findall(text)):
+        if not re.search(rf"\b{name}\b(?! = )(?!;\n)", text):
+            text = re.sub(rf"^ +\w+ {name};\n", "", text, flags=re.MULTILINE)
+            text = re.sub(rf"^( +){name} = ", r"\1", text, flags=re.MULTILINE)
+    return text
+
+
+def called(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]:
+    """Functions that the roots call, and what these call, in their order; destructors that nobody calls go."""
+    reached: set[str] = set()
+    waiting = [*roots]
+    while waiting:
+        name = waiting.pop()
+        if name not in reached:
+            reached.add(name)
+            waiting += set(WORD.findall(functions[name])) & functions.keys() - reached
+    return {name: text for name, text in functions.items() if name in reached}
+
+
+def template(name: str) -> str:
+    """A file of the folder `c`."""
+    return files("fmi_export.target").joinpath("c", name).read_text(encoding="utf-8")
+
+
+def filled(name: str, values: Mapping[str, str]) -> str:
+    """A file of the folder `c`, with values where it has their names between @."""
+    return re.sub(r"@([A-Z_]+)@", lambda match: values[match[1]], template(name))
+
+
+def member(variable: Variable) -> str:
+    """A port as a member of a structure."""
+    return variable.name.replace(".", "_")
+
+
+def members(variables: Iterable[Variable]) -> str:
+    """Members of a structure of ports, with units and descriptions."""
+    rows = [(f"    {'bool' if v.boolean else 'double'} {member(v)};", v) for v in variables]
+    width = max((len(declared) for declared, _ in rows), default=0)
+    lines = []
+    for declared, v in rows:
+        about = ", ".join(filter(None, (v.unit, v.description)))
+        beside = f"{declared:{width}}   /* {about} */"
+        above = [f"    /* {part} */" for part in wrap(about, WIDTH - 10)]
+        lines += [beside] if len(beside) <= WIDTH else [*above, declared]
+    return "\n".join(lines)
+
+
+def parameter_line(definition: FmuDefinition, variable: Variable, number: int) -> str:
+    """Number of a parameter, where it is, its value and unit, and what it is."""
+    value = definition.start_value(variable)
+    shown = " ".join(filter(None, (str(value).lower() if variable.boolean else repr(value), variable.unit)))
+    tunable = ", tunable" if variable.variability == "tunable" else ""
+    return f"{number:4}  block.{variable.place} = {shown}: {variable.description}{tunable}"
+
+
+def listed(lines: Iterable[str], indent: int = 3, width: int = 112) -> str:
+    """Lines of a comment."""
+    begin, further = f" *{' ' * indent}", " " * 3 * (indent - 1)
+    return "\n".join(f"{begin}{part}".rstrip() for line in lines
+                     for part in wrap(line.replace("*/", "* /"), width, subsequent_indent=further) or [""])
+
+
+def checks(definition: FmuDefinition, causality: str) -> str:
+    """Refusals of values that are no numbers within their range."""
+    lines = []
+    for number, v in enumerate(definition.variables):
+        if v.causality == causality and not v.boolean:
+            value = f"inputs->{member(v)}" if causality == "input" else f"block->{v.place}"
+            bounds = ((">=", v.minimum), ("<=", v.maximum))
+            limits = [f"{value} {sign} {literal(float(bound))}" for sign, bound in bounds
+                      if bound is not None and -inf < bound < inf]
+            fits = limits if len(limits) == 2 else [f"isfinite({value})", *limits]
+            lines += [f"    if (!({' && '.join(fits)})) {{", f"        return {REFUSED_VALUE + number};", "    }"]
+    return "\n".join(lines)
+
+
+def place(name: str, struct: str, path: str, variable: Variable) -> str:
+    """Initialiser of a row of a table of places."""
+    return f"{{offsetof(struct {name}_{struct}, {path}), {'true' if variable.boolean else 'false'}}}"
+
+
+def places(name: str, struct: str, members: Iterable[tuple[str, Variable]]) -> str:
+    """Rows of a table of places."""
+    return "\n".join(f"    {place(name, struct, path, variable)}," for path, variable in members)
