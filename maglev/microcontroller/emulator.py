@@ -1,0 +1,113 @@
+"""A controller on a Cortex-M7 that QEMU emulates, exchanged with sample by sample."""
+
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.arrays import Array
+from maglev.errors import MaglevError
+
+PROGRAM = "qemu-system-arm"
+MACHINE = "mps2-an500"
+MISSING = f"{PROGRAM} is not installed: apt-get install qemu-system-arm"
+
+# Instructions are counted by the machine's timer: 1024 ns pass with each of them. Standard input and output are the
+# converters of the board (fmi_export/target/c/qemu/board_qemu.c).
+OPTIONS = ("-machine", MACHINE, "-display", "none", "-monitor", "none", "-serial", "none", "-semihosting-config",
+           "enable=on,target=native", "-icount", "shift=10", "-kernel")
+
+DOUBLE = np.dtype("<f8")
+
+
+class EmulatorError(MaglevError):
+    """An emulator that does not run, or does not answer."""
+
+
+class Answer(NamedTuple):
+    """What comes back: a status, instructions since the values came, the deepest stack until then (bytes), outputs."""
+
+    status: int
+    instructions: int
+    stack: int
+    outputs: Array   # shape (n,)
+
+
+def require_emulator() -> str:
+    """Path of QEMU; EmulatorError with what to do if it is not installed."""
+    path = shutil.which(PROGRAM)
+    if path is None:
+        raise EmulatorError(MISSING)
+    return path
+
+
+def emulator_version() -> str:
+    """Version of QEMU, such as "7.2.22"."""
+    said = subprocess.run([require_emulator(), "--version"], capture_output=True, text=True, check=True).stdout
+    return said.split("version ")[-1].split(maxsplit=1)[0]
+
+
+class Emulator:
+    """A running emulator; a context manager that ends it.
+
+    Parameters
+    ----------
+    image : Path
+        Executable.
+    outputs : int
+        Number of values that come back.
+    timeout : float
+        Longest time for an answer, s.
+    """
+
+    def __init__(self, image: Path, outputs: int, timeout: float):
+        self.timeout = timeout
+        self.size = (3 + outputs) * DOUBLE.itemsize
+        self.said = tempfile.TemporaryFile()   # noqa: SIM115  # until the process ends
+        self.process = subprocess.Popen([require_emulator(), *OPTIONS, image], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, stderr=self.said, bufsize=0, start_new_session=True)
+
+    def __enter__(self) -> "Emulator":
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the emulator."""
+        self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout, self.said):
+            if stream is not None:
+                stream.close()
+
+    def exchange(self, values: Array) -> Answer:
+        """Give the values of a sample, shape (m,), and take what comes back."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            self.process.stdin.write(values.astype(DOUBLE, copy=False).tobytes())
+        except BrokenPipeError:
+            raise EmulatorError(self.ended()) from None
+        data, file = b"", self.process.stdout.fileno()
+        while len(data) < self.size:
+            if not select.select([file], [], [], self.timeout)[0]:
+                raise EmulatorError(f"{PROGRAM} has been silent for {self.timeout:g} s")
+            part = os.read(file, self.size - len(data))
+            if not part:
+                raise EmulatorError(self.ended())
+            data += part
+        status, instructions, stack, *_ = found = np.frombuffer(data, DOUBLE)
+        return Answer(int(status), int(instructions), int(stack), found[3:])
+
+    def ended(self) -> str:
+        """Why the emulator has ended."""
+        code = self.process.wait()
+        self.said.seek(0)
+        words = " ".join(self.said.read().decode("utf-8", "replace").split())
+        return f"{PROGRAM} ended with {code}: {words or 'the processor met a fault'}"

@@ -1,0 +1,142 @@
+"""A controller for a microcontroller: its C in a folder, and what it takes on a Cortex-M7 that an emulator runs."""
+
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+
+from fmi_export.definition import FmuDefinition
+from fmi_export.errors import ExportError
+from maglev.api.comparing import put_in
+from maglev.errors import BuildError, ScenarioError
+from maglev.experiment.execution import json_text
+from maglev.microcontroller.emulator import EmulatorError, require_emulator
+from maglev.microcontroller.generation import Generated, generated
+from maglev.microcontroller.measured import Measured, measured
+from maglev.own_stage.adoption import know_stage
+from maglev.processes.watching import Watch, unwatched
+from maglev.schema.layers import Scenario
+from maglev.schema.loading import load_plan
+from maglev.units import parse_quantity, refused_as
+from maglev.user_controllers.source import Given, carried
+from maglev_files.scratch import scratch
+from maglev_files.whole_file import write_whole
+from pmlsm.rigs import RIGS
+
+CLOCK = 216e6    # Hz, of a usual Cortex-M7
+CYCLES = 1.5     # of an instruction, assumed: two can begin at a time, a division of doubles takes many
+TIMEOUT = 60.0   # s, for an answer of the emulator
+
+
+@dataclass(frozen=True)
+class Target:
+    """A controller as freestanding C.
+
+    Attributes
+    ----------
+    folder : Path
+        With the files.
+    files : list of Path
+        What was written: `NAME.h`, `NAME.c`, an example `main.c` over `board.h`, `CMakeLists.txt`, the board of the
+        emulator, `report.txt` and `report.json`.
+    report : Measured or None
+        What it takes; None if it was not run.
+    left_out : str
+        Why it was not run; empty if it was.
+    """
+
+    folder: Path
+    files: list[Path]
+    report: Measured | None
+    left_out: str = ""
+
+
+def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | None = None,
+           out: str | Path = "target", fmus: str | Path | None = None, clock: float | str = CLOCK,
+           cycles: float = CYCLES, watch: Watch = unwatched) -> Target:
+    """Write a controller as C for a microcontroller, and measure it on an emulated Cortex-M7.
+
+    The C is freestanding C99: no library, no memory that is allocated. A whole run is made twice, with the controller
+    on this machine and with it in QEMU, sample by sample against the same plant: all signals have to have the same
+    bits.
+
+    Parameters
+    ----------
+    controller : str, path or type
+        Name of a controller of `fmus()`, or a Python file, "lqi.py" or "lqi.py:LQI", or a class that a module defines.
+    run : str or path, optional
+        A run of `scenarios()` or a TOML file; the set-points of the controller's stage if not given.
+    rig : path, optional
+        Description of a stage of yours that the controller is of.
+    out : path
+        Folder, in which a folder NAME is written.
+    fmus : path, optional
+        Folder with the FMUs, as of `run`; native ones are run.
+    clock : float or str
+        Of the processor, Hz or with a unit, for the estimate.
+    cycles : float
+        Of an instruction in the mean, for the estimate.
+    watch : callable, optional
+        As of `run`.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used, or a signal has other bits.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> made = maglev.target("PID2DOF", "2dof-smooth-pid")  # doctest: +SKIP
+    >>> made.files[0].name  # doctest: +SKIP
+    'PID2DOF.h'
+    """
+    with refused_as(ScenarioError, f"--clock {clock}"):
+        frequency = parse_quantity(clock, "Hz")
+    for name, value in (("clock", frequency), ("cycles", cycles)):
+        if not 0.0 < value < inf:
+            raise ScenarioError(f"--{name} {value:g}: expected a finite number above 0")
+    if rig is not None:
+        know_stage(rig)
+    controller = carried(controller)
+    made = generated(controller)
+    name = made.definition.name
+    folder = Path(out) / name
+    files = {**made.files}
+    report, left_out = None, ""
+    try:
+        require_emulator()
+        chosen = run if run is not None else usual_run(made.definition)
+        report = in_run(made, controller, chosen, fmus, frequency, cycles, watch)
+        files |= {"report.txt": str(report), "report.json": json_text(report.as_data())}
+    except (EmulatorError, ExportError, BuildError) as error:   # no emulator, or no compiler
+        left_out = f"it is not run: {error}"
+    written = []
+    for file, text in files.items():
+        place = folder / file
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(place, text)
+        written.append(place)
+    return Target(folder, written, report, left_out)
+
+
+def in_run(made: Generated, controller: str | Path, run: Scenario, fmus: str | Path | None, clock: float,
+           cycles: float, watch: Watch) -> Measured:
+    """What a controller takes in a run."""
+    plan = load_plan(run)
+    if "controller" not in plan.fmus:
+        raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")
+    experiment = put_in(plan, made.definition.name, controller, {"kind": "native", "fmus": fmus}, watch=watch)
+    with watch([plan.name]) as watcher, scratch() as folder:
+        return measured(made, experiment, "controller", folder, clock, cycles, TIMEOUT,
+                        lambda done, steps: watcher(plan.name, done, steps))
+
+
+def usual_run(definition: FmuDefinition) -> str:
+    """The set-points of the stage whose ports a controller has."""
+    names = {v.name for v in definition.variables}
+    for rig in RIGS.values():
+        ports = {f"{current}_cmd" for current in rig.phase_names} | {f"{axis}.reference" for axis in rig.axis_names} | {
+            encoder.replace("encoder", "measured") for encoder in rig.encoders}
+        if ports <= names:
+            return f"{rig.name}-setpoints"
+    raise ScenarioError(f"{definition.name}: is of no stage of the project, expected --run with a run of its own")

@@ -1,0 +1,76 @@
+"""Measure every law on an emulated Cortex-M7, over the set-points of its stage; minutes.
+
+    python tools/write_costs.py
+
+It writes `maglev/comparison/costs.toml`, and the table between the markers of docs/target.md.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import maglev
+from maglev.comparison.costs import Cost
+from maglev.errors import ScenarioError
+from maglev.microcontroller.target import usual_run
+from maglev.own_fmus import DEFINITIONS, definition
+
+ROOT = Path(__file__).parents[1]
+COSTS = ROOT / "maglev" / "comparison" / "costs.toml"
+PAGE = ROOT / "docs" / "target.md"
+BEGIN, END = "<!-- costs -->\n", "<!-- end of costs -->\n"
+HEAD = "# Written by `python tools/write_costs.py`.\n"
+
+
+def laws() -> dict[str, str]:
+    """Usual runs of all laws, by the names of their FMUs."""
+    found = {}
+    for name in DEFINITIONS:
+        try:
+            found[name] = usual_run(definition(name))
+        except ScenarioError:
+            continue
+    return found
+
+
+def measured(name: str, run: str) -> Cost:
+    """What a law takes."""
+    with TemporaryDirectory() as folder:
+        report = maglev.target(name, run, out=folder).report
+    assert report is not None, "expected qemu-system-arm to be installed"
+    return Cost(run, report.least, round(report.mean), report.most, report.flash, report.ram, report.stack)
+
+
+def as_toml(costs: Mapping[str, Cost]) -> str:
+    """Text of the file."""
+    return HEAD + "".join(f"\n[{name}]\n" + "".join(
+        f"{key} = {json.dumps(value)}\n" for key, value in cost._asdict().items()) for name, cost in costs.items())
+
+
+def as_markdown(costs: Mapping[str, Cost]) -> str:
+    """The table of the page."""
+    rows = [f"| `{name}` | {cost.mean} | {cost.least} to {cost.most} | {1e-3 * cost.flash:.1f} kB | "
+            f"{1e-3 * cost.ram:.1f} kB | {1e-3 * cost.stack:.2f} kB |\n" for name, cost in costs.items()]
+    return ("| | instructions a sample | least to most | flash | RAM | stack |\n|---|---|---|---|---|---|\n"
+            + "".join(rows))
+
+
+def with_table(page: str, costs: Mapping[str, Cost]) -> str:
+    """The page with another table."""
+    before, rest = page.split(BEGIN)
+    return before + BEGIN + "\n" + as_markdown(costs) + "\n" + END + rest.split(END)[1]
+
+
+def main() -> None:
+    """Measure and write."""
+    found = {}
+    for name, run in laws().items():
+        found[name] = measured(name, run)
+        print(name, found[name], flush=True)
+    COSTS.write_text(as_toml(found), encoding="utf-8")
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
