@@ -5,12 +5,16 @@ import zlib
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import distribution, version
+from io import BytesIO
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
 from fmi_export.definition import FmuDefinition
+from fmi_export.native.build import made_of
 from fmi_export.recognition import is_native_build, is_python_build
-from maglev.errors import BuildError, ScenarioError, nearest
+from maglev.copies import original
+from maglev.errors import OF_OWN_STAGE, BuildError, FmuError, ScenarioError, nearest
 from maglev.own_stage.adoption import OWN, know_stage
 from maglev.rig.modules import definitions
 from maglev.user_controllers.own_modules import PACKAGES
@@ -25,9 +29,56 @@ SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in RIGS.values() if rig.
 
 SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 
+KINDS = {"native": "--kind native", "fmi3": "--kind native --fmi 3", "clocked": "--kind native --fmi 3 --clocked",
+         "wasm": "--kind native --target wasm"}   # options that build those of a folder, by its name
+
 PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
 NAME = re.compile(rb'modelName="(\w+)"')
 MOST = 50_000_000   # bytes, more than any of them unpacks to
+
+
+def own_fmu(name: str, folder: Path) -> Path:
+    """File of an FMU of this project, or of a stage of the user's, in a folder with such.
+
+    Whoever runs one asks here where it is, and asks `stale` whether it is what the sources make now.
+    """
+    return folder / f"{name}.fmu"
+
+
+def current_fmu(name: str, folder: Path) -> Path:
+    """The same file, for what describes the sources as they are: FmuError if it is not what these make now."""
+    path = own_fmu(name, folder)
+    if old := stale(name, path):
+        raise FmuError(old)
+    return path
+
+
+def stale(name: str, path: Path) -> str:
+    """That a file is not the FMU, system or module of a name as this installation builds it now: a sentence.
+
+    Empty if it is; also if it is not there, which is refused in other words where it is needed.
+    """
+    same = {".ssp": is_own_system, ".wasm": is_own_module}.get(path.suffix, is_own_fmu)
+    if not path.is_file() or same(name, path):
+        return ""
+    path = original(path)
+    return (f"{from_here(path)} is not the {name} that this installation builds now: `{build_command(name, path)}` "
+            "builds it anew")
+
+
+def build_command(name: str, path: Path) -> str:
+    """The command that builds an FMU, system or module into the folder of a path."""
+    kind = KINDS.get(path.parent.name)
+    folder = from_here(path.parent if kind is None else path.parent.parent)
+    known = next((own for own in OWN.values() if name in (*definitions(own.rig), f"Stage{own.rig.suffix}")), None)
+    return " ".join(["maglev build", *([] if known is None else [f"--rig {from_here(known.file)}"]),
+                     *([] if kind is None else [kind]), *([] if folder == Path("fmus") else [f"--fmus {folder}"])])
+
+
+def from_here(path: Path) -> Path:
+    """A path as one types it in the current folder."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -> Path:
@@ -36,9 +87,9 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
     ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
     """
     if clocked and fmi != 3:
-        raise ScenarioError("--clocked: expected --native and --fmi 3 with it")
+        raise ScenarioError("--clocked: expected --kind native and --fmi 3 with it")
     if fmi not in (2, 3) or (fmi == 3 and not native):
-        raise ScenarioError(f"--fmi {fmi}: expected 2, or 3 and --native with it")
+        raise ScenarioError(f"--fmi {fmi}: expected 2, or 3 and --kind native with it")
     return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
 
 
@@ -67,7 +118,7 @@ def definition(name: str) -> FmuDefinition:
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; the FMUs of a stage of yours: --rig {name}")
         raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one "
-                         "that `maglev list` lists, or with --rig mine.toml one of a stage of yours")
+                         f"that `maglev list` lists, {OF_OWN_STAGE}")
     module, attribute = places()[name]
     found: FmuDefinition = getattr(import_module(module), attribute)
     return found
@@ -92,32 +143,78 @@ def built_here(path: Path) -> bool:
 
 def own_kind(path: Path) -> str | None:
     """Kind of an FMU that was built here, "Python" or "native"; None of what was not."""
+    found = own_build(path)
+    return None if found is None else found.kind
+
+
+class OwnBuild(NamedTuple):
+    """An FMU of this installation: its name, and "Python" or "native"."""
+
+    name: str
+    kind: str
+
+
+def own_build(path: Path) -> OwnBuild | None:
+    """What a file is, if it was built here; None of what was not."""
     try:
         written = path.stat()
     except OSError:
         return None
-    return kind_of_build(path, written.st_mtime_ns, written.st_size, written.st_ino,
+    return build_of_file(path, written.st_mtime_ns, written.st_size, written.st_ino,
                          tuple(str(own.folder) for own in OWN.values()))
 
 
+UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
+
+
 @lru_cache(maxsize=64)
-def kind_of_build(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> str | None:
-    """Kind of a file that is an FMU of this installation, looked at once for as long as it stays as it is."""
+def build_of_file(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> OwnBuild | None:
+    """What a file is, looked at once for as long as it stays as it is."""
     try:
-        contents = files_in(path)
-        found = NAME.search(contents["modelDescription.xml"])
-        name = found[1].decode("ascii") if found else ""
-        if name not in places():
-            return None
-        if PYTHON_KIND in contents:
-            same = is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
-            return "Python" if same else None
-        return "native" if is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES) else None
-    except (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError):
+        return build_of(path)
+    except UNREADABLE:
         return None   # whatever is wrong with it, loading it will say
 
 
-def files_in(path: Path) -> dict[str, bytes]:
+def build_of(file: Path | BytesIO) -> OwnBuild | None:
+    """What an archive is, if it was built here; one of UNREADABLE of what is no FMU at all."""
+    contents = files_in(file)
+    found = NAME.search(contents["modelDescription.xml"])
+    name = found[1].decode("ascii") if found else ""
+    if name not in places():
+        return None
+    if PYTHON_KIND in contents:
+        same = is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
+        return OwnBuild(name, "Python") if same else None
+    same = is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES)
+    return OwnBuild(name, "native") if same else None
+
+
+def is_own_fmu(name: str, path: Path) -> bool:
+    """Whether an FMU is that of a name, built here."""
+    found = own_build(path)
+    return found is not None and found.name == name
+
+
+def is_own_module(name: str, path: Path) -> bool:
+    """Whether a WebAssembly module, and the description beside it, are those of a name, built here."""
+    try:
+        made = made_of(definition(name), path.read_bytes(), version("maglev-fmus"), PACKAGES)
+        return path.with_suffix(".xml").read_bytes().endswith(b"\n" + made)
+    except OSError:
+        return False
+
+
+def is_own_system(name: str, path: Path) -> bool:
+    """Whether all FMUs in a system are of this installation."""
+    try:
+        fmus = {file: data for file, data in files_in(path).items() if file.endswith(".fmu")}
+        return name in systems() and bool(fmus) and all(build_of(BytesIO(data)) is not None for data in fmus.values())
+    except UNREADABLE:
+        return False
+
+
+def files_in(path: Path | BytesIO) -> dict[str, bytes]:
     """Files of an archive by name; ValueError if it is none of ours: too large, or two files of one name."""
     with ZipFile(path) as archive:
         entries = archive.infolist()

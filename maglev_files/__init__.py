@@ -1,1 +1,1 @@
-"""Files that appear when they are complete, and temporary folders that go: for all packages."""
+"""Files that appear when they are complete, temporary folders that go, programs that end: for all packages."""

@@ -1,8 +1,7 @@
 """The FMUs that this project builds."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,8 +11,8 @@ from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, carried
 from fmi_export.experiments.smoke_test import smoke_test
-from fmi_export.native.build import build_native_fmu, build_webassembly, host_platform, translated_blocks
-from fmi_export.native.compiler import library, require_zig
+from fmi_export.native.build import build_native_fmu, build_webassembly, translated_blocks
+from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError
 from maglev.own_fmus import DEFINITIONS as DEFINITIONS
@@ -25,6 +24,8 @@ from maglev.schema.layers import PACKAGED
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.own_modules import PACKAGES
 from maglev.user_controllers.source import is_class
+from maglev_files.cache import PLACE, cache_folder
+from maglev_files.programs import programs_side_by_side
 from maglev_files.whole_file import whole_files
 
 Watch = Callable[[int, int], None]               # told how many of how many are done
@@ -121,8 +122,8 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch 
     make = maker(chosen, kind)
     made = []
     # Most of the time goes to the compiler, in processes of its own; Python alone is not faster side by side.
-    with whole_files(folder) as unfinished, ThreadPoolExecutor(processors() if kind.native else 1) as pool:
-        loop = pool.submit(build_step_loop, unfinished) if kind.native and kind.target != "wasm" else None
+    with whole_files(folder) as unfinished, programs_side_by_side(processors() if kind.native else 1) as pool:
+        loop = pool.submit(build_step_loop) if kind.native and kind.target != "wasm" else None
         for path in pool.map(lambda each: make(each, unfinished), chosen):
             made.append(path)
             watch(len(made), len(chosen))
@@ -174,12 +175,25 @@ def loop_of(name: str) -> SystemLoop:
                       plan.stop_time)
 
 
-def build_step_loop(folder: Path) -> None:
-    """Compile the loop that steps native FMUs under our master, for this machine."""
-    from maglev.cosim.step_loop import LIBRARY, source  # to list what there is takes no fmpy
+def build_step_loop() -> None:
+    """Compile the loop that steps FMUs under our master, for this machine, into the user's cache, if there is room."""
+    from maglev.cosim.step_loop import build_loop  # to list what there is takes no fmpy
 
-    platform, = host_platform().values()
-    (folder / LIBRARY).write_bytes(library({"step_loop.c": source()}, Path(LIBRARY).stem, platform))
+    with suppress(OSError):   # runs are stepped in Python, then
+        build_loop()
+
+
+def without_step_loop() -> str:
+    """That there is no such loop although it was built, in a sentence; empty if there is."""
+    from maglev.cosim.step_loop import own_loop
+
+    return "" if own_loop() is not None else uncacheable("the step loop", "runs are stepped in Python")
+
+
+def uncacheable(what: str, then: str) -> str:
+    """That something cannot be kept in the cache, and what follows, in a sentence."""
+    return (f"{cache_folder()}: {what} cannot be kept there, expected a folder that this user alone can write to; "
+            f"{then}. {PLACE} sets another folder")
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path, fmi: int = 2) -> list[Path]:

@@ -1,0 +1,177 @@
+"""FMUs that runs need: those of a folder that is named, or built when they are missing and kept in the user's cache.
+
+What is kept is known by all that it is made of, so that every folder and every version finds its own.
+"""
+
+import hashlib
+import platform
+from collections.abc import Collection, Iterable
+from functools import cache, partial
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import get_args
+
+from maglev.catalogue import PYTHON, Kind, build, uncacheable
+from maglev.copies import copied
+from maglev.errors import BuildError, ScenarioError
+from maglev.installation import HERE, digest_of
+from maglev.kinds import KindName
+from maglev.own_fmus import definition, kind_folder, places
+from maglev.own_stage.adoption import OWN, OwnStage, know_stage
+from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.rig.modules import definitions
+from maglev.schema.layers import PACKAGED
+from maglev.user_controllers.own_modules import PACKAGES
+from maglev_files.cache import FMUS, cache_folder, keep, kept
+from maglev_files.environment import DATE, number_in
+from maglev_files.scratch import scratch
+
+COMPILER = ("pyccel", "ziglang")                # what native FMUs are made with
+TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are theirs
+
+
+def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2, *,
+                  everywhere: bool = False, say: Say = warn, watch: Watch = unwatched) -> Path:
+    """Folder with FMUs of this project, or of stages of the user's that this process knows.
+
+    Parameters
+    ----------
+    names : iterable of str
+    fmus : path, optional
+        The folder that a user names: what is in it flies, nothing is built.
+    kind : "python" or "native", optional
+        Of a folder, native ones are in its folder `native`. Results have the same bits. If not given, what is built is
+        native where there is a compiler; a folder is taken as it is.
+    fmi : int
+        3 for native ones of FMI 3.0, in the folder `fmi3`.
+    everywhere : bool
+        Whether native ones that are built fly on every platform, not only on this machine.
+    say, watch : callable
+        Told what is built or fails, and how many are done.
+
+    Raises
+    ------
+    ScenarioError, BuildError
+        If there is no such kind or FMU, or what is asked for by `kind` or `fmi` cannot be built.
+    """
+    if kind not in (None, *get_args(KindName)):
+        raise ScenarioError(f"--kind {kind}: expected python or native")
+    asked = kind == "native" or (kind is None and fmi != 2)
+    if fmus is not None:
+        return kind_folder(Path(fmus), asked, fmi)
+    kind_folder(Path(), asked, fmi)   # refuses a version of FMI
+    needed = list(dict.fromkeys(names))
+    for name in needed:
+        definition(name)   # refuses one that there is not
+    if asked or compiles(kind):
+        try:
+            return built(needed, Kind(True, "all" if everywhere else "host", fmi), say, watch)
+        except BuildError as error:
+            if asked:
+                raise
+            say(f"{error}; FMUs that run Python take their place: the same results, slower")
+    return built(needed, PYTHON, say, watch)
+
+
+def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path | None = None,
+               kind: str | None = None, fmi: int = 2) -> Path:
+    """Folder with those that are given by name, among files and classes; also of the stage of a description."""
+    if rig is not None:
+        know_stage(rig)
+    return fmus_for_runs([str(each) for each in given if str(each) in places()], fmus, kind, fmi)
+
+
+def compiles(kind: str | None) -> bool:
+    """Whether what is built, of a kind or of none that is asked for, is native."""
+    return kind == "native" or (kind is None and all(find_spec(name) is not None for name in COMPILER))
+
+
+def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
+    """Folder with FMUs of a kind, or modules; those that the cache has not are built into it. BuildError as of `build`.
+
+    They are copies: whatever becomes of the cache, a run has what it was made ready with.
+    """
+    found: dict[str, bytes] = {}
+    for name in names:
+        found |= kept_files(name, kind)
+    missing = [name for name in names if files_of(name, kind)[0] not in found]
+    if missing:
+        for stage in {stage.file: stage for stage in map(own_stage, missing) if stage is not None}:
+            require_flyable(stage)
+        say(f"{', '.join(missing)}: {what_is_built(kind)} are built, once for all runs")
+        with scratch() as folder, watch(["FMUs"]) as watcher:
+            build(missing, folder, kind, partial(watcher, "FMUs"))
+            found |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
+        keep_files(missing, kind, found, say)
+    return copied(found, cache_folder() / FMUS)
+
+
+def what_is_built(kind: Kind) -> str:
+    """What a build of a kind makes."""
+    return "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
+
+
+def files_of(name: str, kind: Kind) -> tuple[str, ...]:
+    """Names of the files that a build makes of one."""
+    return (f"{name}.wasm", f"{name}.xml") if kind.target == "wasm" else (f"{name}.fmu",)
+
+
+def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
+    """Files that the cache has of one, all or none."""
+    found = [kept(key(name, kind), file) for file in files_of(name, kind)]
+    try:
+        return {file: entry.path.read_bytes() for file, entry in zip(files_of(name, kind), found, strict=True)
+                if entry is not None and None not in found}
+    except OSError:   # cleared by another process
+        return {}
+
+
+def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:
+    """Put files into the cache; where it cannot be written, one sentence says so."""
+    try:
+        for name in names:
+            for file in files_of(name, kind):
+                keep(key(name, kind), file, contents[file])
+        lost = any(not kept_files(name, kind) for name in names)
+    except OSError:
+        lost = True
+    if lost:
+        say(uncacheable("what is built", "it is for this command alone"))
+
+
+def key(name: str, kind: Kind) -> str:
+    """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
+    stage = own_stage(name)
+    own = "" if stage is None else digest_of(stage.folder, stage.folder.glob("*/**/*.*"))
+    parts = (installed(), tuple(kind), number_in(DATE), own)
+    return f"{FMUS}/{hashlib.sha256(repr(parts).encode('utf-8')).hexdigest()[:32]}"
+
+
+def own_stage(name: str) -> OwnStage | None:
+    """The stage of the user's that an FMU is of, if it is of one."""
+    return next((stage for stage in OWN.values() if name in definitions(stage.rig)), None)
+
+
+def require_flyable(description: Path) -> None:
+    """Refuse a stage that cannot fly, as of `flyable`."""
+    from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
+
+    flyable(description)
+
+
+@cache
+def installed() -> tuple[str, ...]:
+    """What every FMU depends on: sources with what is carried, versions of tools, this machine."""
+    folders = [HERE / package for package in (*PACKAGES, "fmi_export", "maglev/catalogue")]
+    return (digest_of(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
+            digest_of(PACKAGED, (PACKAGED / "validation").iterdir()),
+            *map(version_of, ("maglev-fmus", *TOOLS)), platform.system(), platform.machine())
+
+
+def version_of(package: str) -> str:
+    """Version of a package; empty text if it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""

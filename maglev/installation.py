@@ -1,0 +1,48 @@
+"""The code of this installation, known by its content."""
+
+import base64
+import hashlib
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import distribution
+from pathlib import Path
+
+from maglev.user_controllers.own_modules import OURS
+
+HERE = Path(__file__).parents[1]
+COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is flown
+
+
+@cache
+def code() -> str:
+    """SHA-256 of all Python modules of this project that are installed."""
+    return digest_of(HERE, (path for package in OURS for path in (HERE / package).rglob("*.py")))
+
+
+def digest_of(root: Path, files: Iterable[Path]) -> str:
+    """SHA-256 of files below a folder, of their paths in it and what is in them; not of what Python has compiled."""
+    found = hashlib.sha256()
+    for path in sorted(path for path in files if path.suffix != ".pyc"):
+        found.update(path.relative_to(root).as_posix().encode("utf-8") + b"\0")
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()
+
+
+@cache
+def edited() -> tuple[str, ...]:
+    """Files of the installed package that are not as they were installed; of a checkout nothing is known here.
+
+    Nor are files that were added: nothing imports them.
+    """
+    found = []
+    for path in distribution("maglev-fmus").files or []:
+        if path.hash is None or path.suffix not in COMPARED:
+            continue
+        try:
+            content = Path(str(path.locate())).read_bytes()
+        except OSError:
+            content = b""
+        digest = base64.urlsafe_b64encode(hashlib.new(path.hash.mode, content).digest()).rstrip(b"=").decode("ascii")
+        if digest != path.hash.value:
+            found.append(path.as_posix())
+    return tuple(found)

@@ -1,0 +1,29 @@
+"""Files that belong together: one of them, as JSON, has the digests of the others."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from maglev_files.cache import digest_of
+
+KEY = "files"   # of the JSON: digests by file name
+
+
+def digests_of(paths: Iterable[Path]) -> dict[str, str]:
+    """SHA-256 of files by their names."""
+    return {path.name: digest_of(path) for path in paths}
+
+
+def stranger(path: Path) -> str:
+    """Why a file is not the one that the JSON beside it is of, as the end of a sentence.
+
+    Empty if it is, or if there is none that has its digest.
+    """
+    beside = path.with_suffix(".json")
+    try:
+        expected = json.loads(beside.read_text(encoding="utf-8"))[KEY][path.name]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    return "" if digest_of(path) == expected else (
+        f"is not the file that {beside.name} beside it is of: it was edited, or is of another run; expected both of "
+        "one run, or this file alone")

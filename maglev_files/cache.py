@@ -1,0 +1,101 @@
+"""The cache of this user: what takes long to make, kept for the next time and known by its content.
+
+A file in it is named after its own digest, in a folder that is named after what it is made of. It is found for as long
+as its content has that digest, and nobody else can write there.
+"""
+
+import errno
+import hashlib
+import os
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev_files.whole_file import whole_file
+
+PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
+FMUS, STEP_LOOP = "fmus", "step_loop"   # folders in it
+
+
+class Kept(NamedTuple):
+    """A file, and the SHA-256 of its content."""
+
+    path: Path
+    sha256: str
+
+    @property
+    def intact(self) -> bool:
+        """Whether the file still has that content."""
+        return digest_of(self.path) == self.sha256
+
+
+def cache_folder() -> Path:
+    """Folder of the cache, which need not be there."""
+    place = os.environ.get(PLACE)
+    if place:
+        return Path(place).absolute()
+    from platformdirs import user_cache_path
+
+    try:
+        return user_cache_path("maglev-fmus", appauthor=False)
+    except RuntimeError:
+        return Path("~/.cache/maglev-fmus")   # there is no home folder, and nothing is kept
+
+
+def kept(key: str, name: str) -> Kept | None:
+    """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
+    folder = cache_folder() / key
+    for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
+        found = Kept(path, path.name.removesuffix(f"-{name}"))
+        if is_private(path) and found.intact:
+            return found
+    return None
+
+
+def keep(key: str, name: str, content: bytes) -> Kept:
+    """Keep a content under a key and a file name, in place of what was there; OSError if it cannot be written."""
+    folder = cache_folder() / key
+    if not folder.is_absolute():   # where this user has no home folder
+        raise OSError(errno.ENOENT, "there is no home folder", str(folder))
+    folder.mkdir(parents=True, exist_ok=True)
+    folder.chmod(0o700)
+    digest = hashlib.sha256(content).hexdigest()
+    path = folder / f"{digest}-{name}"
+    with whole_file(path) as unfinished:
+        unfinished.write_bytes(content)
+        unfinished.chmod(0o700)
+    for other in folder.glob(f"*-{name}"):
+        if other != path:
+            other.unlink(missing_ok=True)
+    return Kept(path, digest)
+
+
+def sizes() -> list[int]:
+    """Sizes of all files that are kept, bytes."""
+    return [path.stat().st_size for part in (FMUS, STEP_LOOP) for path in (cache_folder() / part).rglob("*-*")
+            if path.is_file()]
+
+
+def clear() -> None:
+    """Remove all that is kept, and nothing else that lies there; OSError if it cannot be removed."""
+    for part in (FMUS, STEP_LOOP):
+        if (cache_folder() / part).exists():
+            shutil.rmtree(cache_folder() / part)
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file; empty text if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def is_private(path: Path) -> bool:
+    """Whether only this user, or the system's, can change a file or a folder; where owners are unknown, it is."""
+    try:
+        found = path.stat()
+    except OSError:
+        return False
+    return not hasattr(os, "geteuid") or (found.st_uid in (0, os.geteuid()) and not found.st_mode & 0o022)
