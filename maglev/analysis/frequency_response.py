@@ -20,11 +20,14 @@ from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
 from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
+from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
+from maglev.kinds import reads_native
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
 from maglev.units import parse_quantity, refused_as
+from maglev.user_controllers.source import Given
 
 AMPLITUDE = 100e-6   # m or rad, peak of what is added
 LINES = 48
@@ -33,15 +36,15 @@ REALISATIONS, PERIODS = 3, 2
 LEAD = 4.0           # s, at least, until a loop has forgotten the multisine before
 
 
-def frequency_response(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity],
+@reads_native
+def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
                        signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
                        highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,
                        periods: int = PERIODS, smooth: bool = False, linear: bool = True, settle: float = SETTLE,
-                       seed: int = 1, fmus: str | Path = "fmus", native: bool = False, fmi: int = 2,
-                       ports: str | Path | None = None,
-                       plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
-                       sample_time: Quantity | None = None, rig: str | Path | None = None,
-                       timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
+                       seed: int = 1, fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2,
+                       ports: str | Path | None = None, plant_parameters: Settings | None = None,
+                       controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
+                       rig: str | Path | None = None, timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
     """Fly a loop with a multisine on a measurement, and give the response of the loop opened there.
 
     What is measured is the loop as it flies at that amplitude: with friction, rounding, limits.
@@ -61,14 +64,12 @@ def frequency_response(plant: str | Path, controller: str | Path | type, at: Map
         Without Coulomb friction and rounding of the encoders, as the linear model has it.
     linear : bool
         Whether the linear loop is looked for, too: from the equations where both are ours, otherwise by differences.
-    settle : float
-        Time before that, at most, s.
+    settle, timeout : float
+        Time before that, at most, s; and as of `linearise_numerically`.
     seed : int
         Of the phases.
-    timeout : float
-        As of `linearise_numerically`.
-    plant, controller, at, fmus, native, fmi, ports, plant_parameters, controller_parameters, sample_time, rig
-        As of `make_pair`.
+    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
+        As of `make_pair`, the last three as of `run`.
 
     Returns
     -------
@@ -83,8 +84,9 @@ def frequency_response(plant: str | Path, controller: str | Path | type, at: Map
     if realisations < 2 or periods < 1:
         raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
                                "differ by is the error")
-    where = {"fmus": fmus, "native": native, "fmi": fmi, "ports": ports, "plant_parameters": plant_parameters,
-             "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
+    where = {"fmus": fmus_named((plant, controller), rig, fmus, kind, fmi), "ports": ports, "rig": rig,
+             "sample_time": sample_time, "plant_parameters": plant_parameters,
+             "controller_parameters": controller_parameters}
     plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
     return apart(responses_here, flown_files(plant, controller), timeout, plant, controller, at,
                  (signals,) if isinstance(signals, str) else tuple(signals), plan, where)
@@ -105,7 +107,7 @@ class Plan(NamedTuple):
     linear: bool
 
 
-def responses_here(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity],
+def responses_here(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
                    signals: tuple[str, ...], plan: Plan, where: dict[str, Any]) -> dict[str, FrequencyResponse]:
     """Do so in this process; `where` has the options of `make_pair`."""
     pair = make_pair(plant, controller, at, **where, smooth=plan.smooth)
@@ -146,7 +148,7 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     return found
 
 
-def linear_loop_of(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], where: Any,
+def linear_loop_of(plant: str | Path, controller: Given, at: Mapping[str, Quantity], where: Any,
                    settle: float) -> tuple[Loop | None, str]:
     """The linear loop, of ours from their equations, of others by differences; or None, and why there is none."""
     if plant in PLANTS and controller in CONTROLLERS and where["sample_time"] is None:

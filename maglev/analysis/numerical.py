@@ -13,15 +13,18 @@ from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
 from maglev.analysis.realisation import Realisation, realise
 from maglev.arrays import Array
+from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
+from maglev.kinds import reads_native
+from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_amplifiers
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
-from maglev.linear.plant import linear_plant
 from maglev.linear.text import aligned
+from maglev.user_controllers.source import Given
 
 PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
 CONTROLLER_SECONDS = 0.6        # s of a controller's response: an internal model of 4.7 rad/s turns by half a circle
@@ -58,6 +61,9 @@ class NumericalLoop:
     misfit: float
     means: str
     moving: float
+
+    def __repr__(self) -> str:
+        return f"<NumericalLoop {self.pair.name}: {self.why_not or 'linear'}>"
 
     @property
     def why_not(self) -> str:
@@ -112,9 +118,10 @@ class NumericalLoop:
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
 
 
-def linearise_numerically(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
-                          references: bool = True, settle: float = SETTLE, fmus: str | Path = "fmus",
-                          native: bool = False, fmi: int = 2, ports: str | Path | None = None,
+@reads_native
+def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
+                          references: bool = True, settle: float = SETTLE, fmus: str | Path | None = None,
+                          kind: str | None = None, fmi: int = 2, ports: str | Path | None = None,
                           plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                           sample_time: Quantity | None = None, rig: str | Path | None = None,
                           timeout: float = TIMEOUT) -> NumericalLoop:
@@ -134,8 +141,8 @@ def linearise_numerically(plant: str | Path, controller: str | Path | type, at: 
         How long the loop flies at most before it is looked at, s.
     timeout : float
         Longest time that a step of what is not of this project may take, s; it flies in a process of its own.
-    plant, controller, at, fmus, native, fmi, ports, plant_parameters, controller_parameters, sample_time, rig
-        As of `make_pair`.
+    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
+        As of `make_pair`, the last three as of `run`.
 
     Returns
     -------
@@ -147,13 +154,14 @@ def linearise_numerically(plant: str | Path, controller: str | Path | type, at: 
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `at_rest`.
     """
-    where = {"fmus": fmus, "native": native, "fmi": fmi, "ports": ports, "plant_parameters": plant_parameters,
-             "controller_parameters": controller_parameters, "sample_time": sample_time, "rig": rig}
+    where = {"fmus": fmus_named((plant, controller), rig, fmus, kind, fmi), "ports": ports, "rig": rig,
+             "sample_time": sample_time, "plant_parameters": plant_parameters,
+             "controller_parameters": controller_parameters}
     return apart(linearised_here, flown_files(plant, controller), timeout, plant, controller, at, references, settle,
                  where)
 
 
-def linearised_here(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], references: bool,
+def linearised_here(plant: str | Path, controller: Given, at: Mapping[str, Quantity], references: bool,
                     settle: float, where: dict[str, Any]) -> NumericalLoop:
     """Do so in this process; `where` has the options of `make_pair`."""
     pair = make_pair(plant, controller, at, **where)

@@ -14,17 +14,18 @@ from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import LinearModelError, nearest, one_of
+from maglev.errors import OF_OWN_STAGE, LinearModelError, nearest, one_of
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
-from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, RIG_OF, Quantity, block_of, number
-from maglev.own_fmus import kind_folder
+from maglev.linear.places import MotorPlaces
+from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
-from maglev.user_controllers.source import is_written, path_of
+from maglev.user_controllers.source import Given, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
+from pmlsm.elementary.sine_cosine import sine_cosine
 from pmlsm.rig import Rig
 
 SETTLE = 10.0        # s, at most, that a loop flies before it is looked at
@@ -103,19 +104,20 @@ class Rest:
     moving: float              # how far what is measured still moved in the last half second, m or rad
 
 
-def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str, Quantity], *,
-              fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, ports: str | Path | None = None,
-              plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
-              sample_time: Quantity | None = None, rig: str | Path | None = None, smooth: bool = True) -> Pair:
+def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
+              fmus: Path, ports: str | Path | None = None, plant_parameters: Settings | None = None,
+              controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
+              rig: str | Path | None = None, smooth: bool = True) -> Pair:
     """Make a plant and a controller ready.
 
     Parameters
     ----------
-    plant, controller : str, Path or type
-        Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class.
+    plant, controller : str, Path, type or object
+        Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class,
+        or an object of one.
     at : mapping of str to float or str
         Position of each axis, as of `linearise`.
-    fmus, native, fmi, ports : as of `maglev.run`
+    fmus, ports : Path, and as of `maglev.run`
         Where the FMUs of this project are, and what others call their ports.
     plant_parameters, controller_parameters : mapping, optional
         Parameters that differ from their start values.
@@ -133,18 +135,18 @@ def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str,
     """
     if rig is not None:
         know_stage(rig)
-    folder = kind_folder(Path(fmus), native, fmi)
     maps = {} if ports is None else read_port_maps(Path(ports))
     files, names, described = {}, {}, {}
     for role, given, known in (("plant", plant, PLANTS), ("controller", controller, CONTROLLERS)):
         if given in known:
-            files[role], names[role] = folder / f"{given}.fmu", str(given)
+            files[role], names[role] = current_fmu(str(given), fmus), str(given)
         else:
             if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
-                raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, or the path of an "
-                                       f"FMU or a Python file; nearest is {nearest(given, known)}")
+                raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, "
+                                       f"{OF_OWN_STAGE}, or the path of an FMU or a Python file; nearest is "
+                                       f"{nearest(given, known)}")
             files[role] = as_it_is(path_of(given))
-            names[role] = given.__name__ if isinstance(given, type) else Path(given).name
+            names[role] = name_of(given)
         described[role] = read_description(role, files[role])
         apply(maps.get(role, PortMap()), described[role])
     variables = {role: {v.name: v for v in each.modelVariables} for role, each in described.items()}
@@ -181,7 +183,7 @@ def make_pair(plant: str | Path, controller: str | Path | type, at: Mapping[str,
                 signals, tuple(commands), references)
 
 
-def flown_files(plant: str | Path, controller: str | Path | type) -> list[Path]:
+def flown_files(plant: str | Path, controller: Given) -> list[Path]:
     """Files that a user names, or paths that stand for a class, of plant and controller."""
     return [path_of(given) for given in (plant, controller) if given not in (*PLANTS, *CONTROLLERS)]
 
@@ -272,6 +274,7 @@ def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -
     along = tuple((MotorPlaces.of(pair.rig).along @ list(positions.values())).tolist())
     motor = pair.rig.motor()
     by_name = dict(zip(pair.commands, commands.tolist(), strict=True))
-    dq = [park(*clarke(*(by_name[f"{name}.i_{phase}_cmd"] for phase in "abc")), motor.electrical_angle(place))
+    dq = [park(*clarke(*(by_name[f"{name}.i_{phase}_cmd"] for phase in "abc")),
+               *sine_cosine(motor.electrical_angle(place)))
           for name, place in zip(pair.rig.motor_names, along, strict=True)]
     return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, motor)

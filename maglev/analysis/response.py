@@ -1,7 +1,8 @@
 """A frequency response that was flown, with its margins, as text, JSON, python-control's type and a picture."""
 
-from dataclasses import dataclass
-from math import degrees, inf
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import degrees, inf, isnan, nan
 from textwrap import fill
 from typing import Any
 
@@ -15,7 +16,7 @@ from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins, frequencies_of, margins_between, margins_of
 from maglev.linear.model import Equilibrium
 from maglev.linear.text import aligned
-from maglev.pictures import FAINT, require_matplotlib
+from maglev.pictures import FAINT, new_figure
 
 FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
 TITLES = {"gain_down": "gain down to", "gain_up": "gain up to", "phase": "phase (°)", "delay": "delay (ms)",
@@ -102,18 +103,31 @@ class FrequencyResponse:
 
     @property
     def margins(self) -> Margins:
-        """Margins between the lowest and the highest line, L interpolated between the lines."""
+        """Margins between the lowest and the highest line, L interpolated between the lines; NaN of what is not there.
+
+        `unknown` says why.
+        """
         return self.margins_from(self.returned.mean(axis=0), self.measured.mean(axis=0))
 
     @property
+    def unknown(self) -> dict[str, str]:
+        """Why numbers of `margins` are NaN, by their names: nothing between the lines tells them."""
+        return self.between(self.returned.mean(axis=0), self.measured.mean(axis=0))[1]
+
+    @property
     def margin_errors(self) -> dict[str, float]:
-        """Standard errors of the numbers in `margins`, by their names; infinite where a margin is not always found."""
-        found = [vars(self.margins_from(returned.mean(axis=0), measured.mean(axis=0)))
-                 for returned, measured in self.rest()]
-        values = {name: np.array([each[name] for each in found]) for name, value in found[0].items()
-                  if isinstance(value, float)}
-        return {name: float(jackknife(each)) if np.isfinite(each).all() else
-                0.0 if np.isinf(each).all() else float("inf") for name, each in values.items()}
+        """Standard errors of the numbers in `margins`, by their names.
+
+        NaN where a margin is, and infinite where it is not always found.
+        """
+        left_out = [vars(self.margins_from(returned.mean(axis=0), measured.mean(axis=0)))
+                    for returned, measured in self.rest()]
+        found = {}
+        for name, value in vars(self.margins).items():
+            if isinstance(value, float):
+                each = np.array([other[name] for other in left_out])
+                found[name] = nan if isnan(value) else float(jackknife(each)) if np.isfinite(each).all() else inf
+        return found
 
     @property
     def linear_margins(self) -> Margins | None:
@@ -121,7 +135,12 @@ class FrequencyResponse:
         return None if self.linear is None else margins_of(self.linear.opened(self.at), self.at)
 
     def margins_from(self, returned: Complex, measured: Complex) -> Margins:
-        """Margins of a loop with these responses at the lines."""
+        """Margins of a loop with these responses at the lines; NaN of those that no line tells."""
+        margins, unknown = self.between(returned, measured)
+        return replace(margins, **dict.fromkeys(unknown, nan))   # type: ignore[arg-type]  # numbers all
+
+    def between(self, returned: Complex, measured: Complex) -> tuple[Margins, dict[str, str]]:
+        """Margins of a loop with these responses at the lines, and why some are not known, by their names."""
         if len(returned) < MANY:
             raise LinearModelError(f"{self.name}: {len(returned)} lines, expected at least {MANY} for margins")
         # Both are bounded where L is not: at a pole on the imaginary axis, as of an internal model.
@@ -132,7 +151,9 @@ class FrequencyResponse:
             return complex(back(np.log(frequency)) / seen(np.log(frequency)))
 
         fine = np.exp(np.interp(np.arange(FINE * (len(log) - 1) + 1) / FINE, np.arange(len(log)), log))
-        return margins_between(self.at, fine, back(np.log(fine)) / seen(np.log(fine)), response)
+        loop = back(np.log(fine)) / seen(np.log(fine))
+        margins = margins_between(self.at, fine, loop, response)
+        return margins, untold(margins, fine, loop)
 
     def to_control(self) -> Any:
         """L as python-control's FrequencyResponseData; LinearModelError if it is not installed."""
@@ -149,7 +170,8 @@ class FrequencyResponse:
                 "frequencies": self.frequencies.tolist(), "loop": [[z.real, z.imag] for z in loop.tolist()],
                 "error": self.error.tolist(), "coherence": self.coherence.tolist(),
                 "linear": None if linear is None else [[z.real, z.imag] for z in linear.tolist()],
-                "margins": vars(self.margins), "margin_errors": self.margin_errors,
+                "margins": known(vars(self.margins)), "margin_errors": known(self.margin_errors),
+                "margins_unknown": self.unknown,
                 "linear_margins": None if margins is None else vars(margins), "why_not_linear": self.why_not}
 
     def __str__(self) -> str:
@@ -157,13 +179,12 @@ class FrequencyResponse:
         parts = [heading(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
         return "\n\n".join(parts) + "\n"
 
+    __repr__ = __str__
+
     def plot(self) -> Any:
         """Figure of matplotlib: gain, phase, sensitivity and coherence, flown and linear; MaglevError without it."""
-        require_matplotlib()
-        from matplotlib.figure import Figure
-
         lines, loop, error = self.frequencies, self.loop, self.error
-        figure = Figure(figsize=(8, 9), layout="constrained")
+        figure = new_figure(8, 9)
         gain, phase, sensitivity, agreement = figure.subplots(4, 1, sharex=True, height_ratios=(3, 2, 3, 1))
         figure.suptitle(f"{self.name}, opened at {self.at}")
         angle = np.unwrap(np.angle(loop))
@@ -193,6 +214,35 @@ class FrequencyResponse:
             panel.set_ylabel(label)
         agreement.set_xlabel("frequency (rad/s)")
         return figure
+
+
+def untold(margins: Margins, frequencies: Array, loop: Complex) -> dict[str, str]:
+    """Which margins a loop between two frequencies (rad/s) does not tell, by their names, and why.
+
+    What lies beyond the frequencies may be a crossing, or a larger peak.
+    """
+    lowest, highest = f"{frequencies[0]:.3g}", f"{frequencies[-1]:.4g} rad/s"
+    found = {}
+    for name, none, where in (("gain_down", 0.0, "beyond"), ("gain_up", inf, "within")):
+        if getattr(margins, name) == none:
+            found[name] = f"L does not cross the negative real axis {where} −1 from {lowest} to {highest}"
+    last = abs(loop[-1])
+    if last >= 1.0 or margins.phase == inf:
+        why = f"|L| is never 1 from {lowest} to {highest}" if last < 1.0 else (
+            f"|L| is {last:.3g} at {highest}, and crosses 1 beyond")
+        found |= dict.fromkeys(("phase", "phase_frequency", "delay"), why)
+    sensitivity = 1.0 / (1.0 + loop)
+    for names, values in ((("sensitivity_peak", "sensitivity_frequency"), sensitivity), (("disk",), sensitivity - 0.5)):
+        k = int(np.argmax(np.abs(values)))
+        if k in (0, len(loop) - 1):
+            found |= dict.fromkeys(names, f"the peak is at {frequencies[k]:.4g} rad/s, the end of the lines: it may be "
+                                   "larger beyond")
+    return found
+
+
+def known(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers by name as JSON has them: None of what is not known."""
+    return {name: None if isinstance(value, float) and isnan(value) else value for name, value in numbers.items()}
 
 
 def jackknife(left_out: Any) -> Any:
@@ -234,10 +284,14 @@ def margins_text(found: FrequencyResponse) -> str:
     rows = [["margins", "flown", "±", *(["linear"] if linear is not None else [])]]
     for name, title in TITLES.items():
         by = SCALES.get(name, 1.0)
-        missing = flown[name] in (0.0, inf)
+        missing = isnan(flown[name])
         cells = [title, "not among the lines" if missing else f"{by * flown[name]:.4g}",
                  "" if missing else f"{by * errors[name]:.1g}"]
         if linear is not None:
             cells.append(f"{by * vars(linear)[name]:.4g}")
         rows.append(cells)
-    return aligned(rows)
+    reasons: dict[str, list[str]] = {}
+    for name, why in found.unknown.items():
+        if name in TITLES:
+            reasons.setdefault(why, []).append(TITLES[name].partition(" (")[0])
+    return "\n".join([aligned(rows), *(fill(f"{', '.join(names)}: {why}", WIDTH) for why, names in reasons.items())])

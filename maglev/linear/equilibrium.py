@@ -1,6 +1,6 @@
 """Where a stage rests: the currents that hold it at a gap, and whether its amplifiers can."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import hypot, sqrt
 from typing import Any
 
@@ -9,12 +9,12 @@ from scipy.linalg import null_space
 
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of
+from maglev.linear.blocks.plant import at_rest
+from maglev.linear.blocks.tangent import derivatives, slot
 from maglev.linear.model import Equilibrium
-from maglev.linear.motors.forces import MotorForces
-from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, rig_of
+from maglev.linear.parameters import BLOCKS, CONTROLLERS, Quantity, block_of, rig_of
+from maglev.linear.places import MotorPlaces
 from maglev.units import parse_quantity, refused_as
-from plant_fmu.attraction import attraction_factor
-from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
@@ -51,31 +51,28 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     return equilibrium_of(name, block_of(name, parameters or {}), read_positions(name, at))
 
 
-def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: MotorForces | None = None) -> Equilibrium:
+def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: Any = None) -> Equilibrium:
     """Find the equilibrium of a block at the positions of its axes (m); see `equilibrium`.
 
-    With a `split` that is a model whose normal forces change evenly over a platform that tilts; without one the direct
+    With a `split` that is a stage whose normal forces change evenly over a platform that tilts; without one the direct
     currents do.
     """
     rig = rig_of(name)
     place = f"{name} at {', '.join(spelled(rig, positions, rig.vertical.name))}"
-    forces = MotorForces.of(rig, block)
-    check_gaps(place, rig, block, forces, positions)
+    places = MotorPlaces.of(rig, block)
+    check_gaps(place, rig, block, places, positions)
     if name in CONTROLLERS:
-        found = solve(place, rig, forces, positions, np.eye(len(rig.axes))[0] * GRAVITY, split or model_of(name, block))
+        found = solve(place, rig, modelled(rig, block), places, positions, split or model_of(name, block))
         check_limit(place, block, found)
         return found
-    axes = [getattr(block, axis) for axis in rig.axis_names]
-    for (axis_name, position), axis, text in zip(positions.items(), axes, spelled(rig, positions, *positions),
-                                                 strict=True):
+    for (axis_name, position), text in zip(positions.items(), spelled(rig, positions, *positions), strict=True):
+        axis = getattr(block, axis_name)
         if axis.locked:
             raise LinearModelError(f"{name}: {axis_name}.locked = true, expected an axis that is free to move")
         if axis.stop.touched(position):
             raise LinearModelError(f"{name} at {text}: beyond the end stops, expected "
                                    f"{axis_name} within {1e3 * axis.stop.lower:g}…{1e3 * axis.stop.upper:g} mm")
-    ripples = [axis.ripple.acceleration(position) for axis, position in zip(axes, positions.values(), strict=True)]
-    found = solve(place, rig, forces, positions, loads(rig, block, positions) / mass_factors(rig, block) + ripples,
-                  split)
+    found = solve(place, rig, block, places, positions, split)
     check_amplifiers(place, block, found)
     return found
 
@@ -87,18 +84,42 @@ def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
             for axis in (*axes, *tilts)]
 
 
-def model_of(name: str, block: Any) -> MotorForces | None:
-    """The model by which a controller makes the normal forces change evenly over a platform; None if currents do."""
+def modelled(rig: Rig, controller: Any) -> Any:
+    """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
+    stage = BLOCKS[rig.name][0].new_block()
+    stage.geometry = controller.geometry
+    for constant in rig.constants:
+        setattr(stage, constant.name, getattr(controller, constant.name))
+    stage.attraction_modulation = stage.magnet_rise = 0.0
+    for axis in (getattr(stage, name) for name in rig.axis_names):
+        axis.bias = axis.ripple.amplitude = 0.0
+    if rig.rotations:
+        model = controller.allocation
+        stage.height, stage.payload.mass = controller.platform.height, 0.0
+        for name, mass in zip(rig.axis_names, (model.mass_y, model.mass_x, model.mass_z, model.inertia_roll,
+                                               model.inertia_pitch), strict=True):
+            axis = getattr(stage, name)
+            axis.mass = axis.nominal_mass = mass
+        for motor in rig.motor_names:
+            mount, place = getattr(stage, f"{motor}_mount"), getattr(controller, f"{motor}_place")
+            mount.x, mount.z = place.x, place.z
+        for tilt in rig.rotations:
+            getattr(stage, f"{tilt.name}_guide").stiffness = 0.0
+    return stage
+
+
+def model_of(name: str, block: Any) -> Any:
+    """The stage by which a controller makes the normal forces change evenly over a platform; None if currents do."""
     rig = rig_of(name)
-    return MotorForces.of(rig, block) if rig.rotations and name.startswith("Regulator") else None
+    return modelled(rig, block) if rig.rotations and name.startswith("Regulator") else None
 
 
-def check_gaps(place: str, rig: Rig, block: Any, forces: MotorForces, positions: Mapping[str, float]) -> None:
+def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: Mapping[str, float]) -> None:
     """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
     if not rig.rotations:
         return
-    field = forces.motor.field
-    for motor, gap in zip(rig.motor_names, (forces.places.gaps @ list(positions.values())).tolist(), strict=True):
+    field = block.geometry.field
+    for motor, gap in zip(rig.motor_names, (places.gaps @ list(positions.values())).tolist(), strict=True):
         mount = getattr(block, f"{motor}_mount", None)
         low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
         if not low <= gap <= high:
@@ -106,58 +127,38 @@ def check_gaps(place: str, rig: Rig, block: Any, forces: MotorForces, positions:
                                    f"{1e3 * high:g} mm{'' if mount is None else ', its end stops'}")
 
 
-def present_masses(rig: Rig, block: Any) -> Array:
-    """Mass or inertia of each axis of a plant with the payload on it, shape (axes,)."""
-    masses = np.array([getattr(block, axis).mass for axis in rig.axis_names])
-    if rig.rotations:
-        payload = block.payload
-        tilts = [payload.roll_inertia(), payload.pitch_inertia()]
-        masses += [tilts.pop(0) if axis.rotation else payload.mass for axis in rig.axes]
-    return masses
+def moved(rig: Rig, stage: Any, currents: Array, wanted: Sequence[str]) -> tuple[Array, Array]:
+    """What the motion of a stage at rest computes under i_d, i_q of each motor (A), and its derivatives by them."""
+    for name, current in zip(rig.dq_names, currents.tolist(), strict=True):
+        setattr(*slot(stage, name), current)
+    stage.add_slope(1.0, 0.0)
+    return (np.array([getattr(*slot(stage, place)) for place in wanted]),
+            derivatives(stage, {"add_slope": (1.0, 0.0)}, rig.dq_names, wanted))
 
 
-def mass_factors(rig: Rig, block: Any) -> Array:
-    """Nominal over actual mass of each axis of a plant: the constants C are accelerations at the nominal masses."""
-    return np.array([getattr(block, axis).nominal_mass for axis in rig.axis_names]) / present_masses(rig, block)
+def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict[str, float],
+          split: Any) -> Equilibrium:
+    """Currents under which no axis of a stage accelerates.
 
-
-def loads(rig: Rig, block: Any, positions: Mapping[str, float]) -> Array:
-    """Accelerations (m/s²) of a plant by what is neither motor nor ripple: gravity, bias, payload, guides."""
-    found = np.array([getattr(block, axis).bias for axis in rig.axis_names])
-    found[0] += GRAVITY
-    if rig.rotations:
-        payload = block.payload
-        torques = [payload.roll_torque(), payload.pitch_torque()]
-        for tilt, torque in zip(rig.rotations, torques, strict=True):
-            guide = getattr(block, f"{tilt.name}_guide").torque(positions[tilt.name])
-            k = rig.axis_names.index(tilt.name)
-            found[k] += (torque + guide) / present_masses(rig, block)[k]
-    return found
-
-
-def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float], needed: Array,
-          split: MotorForces | None) -> Equilibrium:
-    """Solve 0 = needed + motors, the accelerations of the axes at nominal masses (m/s²), for i_q and i_d.
-
-    In closed form as though there were no tilt, which is all on a rig without; otherwise by Newton's method from there.
+    In closed form as though the axes had no effect on each other but by the iron, which is all on a rig without tilts;
+    otherwise by Newton's method from there.
     """
-    gap = positions[rig.vertical.name]
-    q = list(positions.values())
-    f1, f2, f3, f4 = gap_functions(forces.motor, gap)
-    n = len(rig.motors)
-    currents = np.zeros(2 * n)
+    stage = at_rest(block, positions)
+    accelerations = [f"{axis}.acceleration" for axis in rig.axis_names]
+    currents = np.zeros(2 * len(rig.motors))
+    rates, slopes = moved(rig, stage, currents, accelerations)
     for k, axis in enumerate(rig.driven):
-        thrust = rig.driven.count(axis) * forces.thrusts[k]   # all that drive it have the same current
-        if thrust * f1 == 0.0 and needed[axis] != 0.0:   # also of a constant that is nearly no number above 0
-            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed[axis]:g} m/s², "
+        thrust = sum(slopes[axis, 2 * j + 1] for j, driven in enumerate(rig.driven) if driven == axis)
+        needed = rates[axis]   # all that drive it have the same current
+        if thrust == 0.0 and needed != 0.0:   # also of a constant that is nearly no number above 0
+            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed:g} m/s², "
                                    "expected a thrust constant above 0")
-        currents[2 * k + 1] = needed[axis] / (thrust * f1) if needed[axis] else 0.0
+        currents[2 * k + 1] = -needed / thrust if needed else 0.0
     # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
-    a = n * forces.iron * f4
-    b = n * forces.coils * f3
-    modulated = [attraction_factor(forces.modulation, along, forces.motor.slot_pitch)
-                 for along in (forces.places.slots @ q).tolist()]
-    c = (forces.attraction * f2 * sum(modulated) + forces.iron * f4 * float(currents @ currents) - float(needed[0]))
+    rates, slopes = moved(rig, stage, currents, accelerations)
+    b, c = float(slopes[0, 0::2].sum()), -float(rates[0])
+    _, slopes = moved(rig, stage, currents + np.tile([1.0, 0.0], len(rig.motors)), accelerations)
+    a = 0.5 * (b - float(slopes[0, 0::2].sum()))
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
         raise LinearModelError(f"{place}: no direct current holds the mover, for the coils can push it off by "
@@ -165,22 +166,20 @@ def solve(place: str, rig: Rig, forces: MotorForces, positions: dict[str, float]
                                "than gravity, expected a larger gap or other constants")
     currents[0::2] = 2.0 * c / (b + sqrt(discriminant))
     if rig.rotations:
-        currents = balanced(place, forces, q, needed, currents, split)
-    along = tuple((forces.places.along @ q).tolist())
+        currents = balanced(place, rig, stage, places, currents, None if split is None else at_rest(split, positions))
+    along = tuple((places.along @ list(positions.values())).tolist())
     return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
-                       forces.motor)
+                       block.geometry)
 
 
-def balanced(place: str, forces: MotorForces, positions: list[float], needed: Array, currents: Array,
-             split: MotorForces | None) -> Array:
+def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
     """Currents (A) from which no axis accelerates, and of which, or of whose forces, all is spread evenly."""
-    uneven = null_space(forces.places.even.T).T
+    uneven = null_space(places.even.T).T
+    forces = [f"{motor}_mount.{force}" for motor in rig.motor_names for force in ("normal", "thrust")]
     for _ in range(ITERATIONS):
-        _, by_current = forces.slopes(positions, currents)
-        spread, by_spread = currents, np.eye(len(currents))
-        if split is not None:
-            spread, _, _, by_spread = split.of_motors(positions, currents)
-        miss = np.concatenate([needed + forces.accelerations(positions, currents), uneven @ spread])
+        rates, by_current = moved(rig, stage, currents, [f"{axis}.acceleration" for axis in rig.axis_names])
+        spread, by_spread = (currents, np.eye(len(currents))) if split is None else moved(rig, split, currents, forces)
+        miss = np.concatenate([rates, uneven @ spread])
         if np.abs(miss).max() < BALANCED:
             return currents
         slopes = np.vstack([by_current, uneven @ by_spread])

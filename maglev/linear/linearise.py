@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from maglev.errors import LinearModelError, one_of
+from maglev.linear.blocks.controller import linear_controller
+from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
-from maglev.linear.laws.controller import linear_controller
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, number, rig_of
-from maglev.linear.plant import linear_plant
 
 Currents = Literal["dq", "phases"]
 
@@ -18,13 +18,13 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
               parameters: Mapping[str, Quantity | bool] | None = None) -> LinearModel:
     """Linearise a plant or a controller about an equilibrium.
 
-    The model is exact: its matrices are derivatives of the equations, written out, not differences.
+    The model is exact: its matrices are derivatives of what the block computes, not differences.
 
     In the model of a plant: motors (4.3), (5.3) with the modulation of the attraction, gravity, bias (through the
     equilibrium), mass, viscous friction, ripple, flexible modes, the lag of the amplifiers. Left out, for they are not
     smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
-    encoders. With friction on, motions that are short beside its presliding displacement meet its spring, which is not
-    in here.
+    encoders; and the roughness of the guides, whose slope is a random number at each place. With friction on, motions
+    that are short beside its presliding displacement meet its spring, which is not in here.
 
     The model of a controller is sampled at its sample time: observer, internal model or integral and pre-filter, and
     its law at the operating point. Left out: the current limit with its antiwindup, the safety trip, and the

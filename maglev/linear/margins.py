@@ -66,10 +66,11 @@ class Margins:
         return 2.0 * float(np.arctan(self.disk / 2.0))
 
     def __str__(self) -> str:
-        """The margins in one line."""
-        return (f"{self.at}: gain {self.gain_down:.3g}…{self.gain_up:.3g}, phase {degrees(self.phase):.1f}° at "
+        """The margins in one line; "?" of what is not known."""
+        text = (f"{self.at}: gain {self.gain_down:.3g}…{self.gain_up:.3g}, phase {degrees(self.phase):.1f}° at "
                 f"{self.phase_frequency:.4g} rad/s, delay {1e3 * self.delay:.3g} ms, Ms {self.sensitivity_peak:.3g} at "
                 f"{self.sensitivity_frequency:.4g} rad/s, disk {self.disk:.3g}")
+        return text.replace("nan", "?")
 
 
 def frequencies_of(loop: LinearModel) -> Array:

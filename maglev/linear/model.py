@@ -113,6 +113,11 @@ class LinearModel:
             raise LinearModelError(f"{self.name}{at}: its linear model is beyond all numbers, expected a time and "
                                    "parameters nearer to those of the stage")
 
+    def __repr__(self) -> str:
+        every = "continuous" if self.sample_time is None else f"every {self.sample_time:g} s"
+        return (f"<LinearModel {self.name}: {len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} "
+                f"outputs, {every}>")
+
     @property
     def poles(self) -> Complex:
         """Eigenvalues of A, shape (n,): 1/s of a continuous-time model, in the z-plane of a sampled one."""

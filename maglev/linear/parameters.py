@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from fmi_export.definition import FmuDefinition
-from maglev.errors import LinearModelError, nearest
+from maglev.errors import OF_OWN_STAGE, LinearModelError, nearest
 from maglev.rig.modules import definitions
 from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
@@ -54,8 +54,8 @@ Quantity = float | str   # SI, or text with a unit such as "25 mm"
 def rig_of(name: str) -> Rig:
     """Rig of a plant or controller; LinearModelError if there is no linear model of an FMU of this name."""
     if name not in DEFINITIONS:
-        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, or with "
-                               f"--rig mine.toml one of a stage of yours; nearest is {nearest(name, DEFINITIONS)}")
+        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, "
+                               f"{OF_OWN_STAGE}; nearest is {nearest(name, DEFINITIONS)}")
     return RIG_OF[name]
 
 

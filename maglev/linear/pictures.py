@@ -6,7 +6,7 @@ import numpy as np
 
 from maglev.linear.loop import Loop
 from maglev.linear.margins import frequencies_of
-from maglev.pictures import FAINT, require_matplotlib, write_figure
+from maglev.pictures import FAINT, new_figure, write_figure
 
 JUMP = 1.5     # rad, of phase between neighbouring frequencies
 WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1
@@ -17,10 +17,7 @@ def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
 
     Errors as of `Loop.opened`, and MaglevError without matplotlib.
     """
-    require_matplotlib()
-    from matplotlib.figure import Figure  # an extra: only who plots needs it
-
-    figure = Figure(figsize=(8, 8), layout="constrained")
+    figure = new_figure(8, 8)
     gain, phase, sensitivity = figure.subplots(3, 1, sharex=True)
     figure.suptitle(loop.closed.name)
     for signal in signals:
@@ -45,11 +42,10 @@ def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     The circle about −1 is the distance that the largest peak of the sensitivity leaves. Errors as of `write_bode`, and
     LinearModelError if the loop is unstable.
     """
-    require_matplotlib()
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
+    figure = new_figure(7, 7)
+    from matplotlib.patches import Circle  # an extra: only who plots needs it
 
-    figure = Figure(figsize=(7, 7), layout="constrained")
+
     panel = figure.subplots()
     figure.suptitle(loop.closed.name)
     for signal in signals:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from maglev.arrays import Array
+from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import StabilityError
+from maglev.kinds import reads_native
 from maglev.linear.parameters import Quantity
-from maglev.own_fmus import kind_folder
 from maglev.stability.axis_loop import axis_loop, rig_named
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
@@ -23,10 +24,11 @@ DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest pol
 AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 
+@reads_native
 def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
-           step: Quantity | None = None, fly: bool = True, fmus: str | Path = "fmus", native: bool = False,
-           fmi: int = 2) -> Region:
+           step: Quantity | None = None, fly: bool = True, fmus: str | Path | None = None,
+           kind: str | None = None, fmi: int = 2) -> Region:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
     Certified: an ellipsoid by linear matrix inequalities from which the linear loop comes back for certain. Simulated:
@@ -55,12 +57,8 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
         leave room for.
     fly : bool
         Whether to fly steps with the FMUs, a dozen or two for each candidate; the Python kind takes a minute or two.
-    fmus : path
-        Folder with the FMUs of this project, which `build` makes.
-    native : bool
-        The FMUs that need no Python, of the folder's folder `native`.
-    fmi : int
-        3 for those of FMI 3.0, native as well, of the folder's folder `fmi3`.
+    fmus, kind, fmi
+        As of `run`.
 
     Raises
     ------
@@ -94,7 +92,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
         if fly:
             described, _, regulators = rig_named(rig)
             name = controller or regulators[0]
-            folder = kind_folder(Path(fmus), native, fmi)
+            folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
             # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.
             gaps = [False] if axis == described.vertical.name or loop.axes[1:] else [False, True]
             flights = [stack.enter_context(Flights(rig, axis, gap, name, settings["plant"], settings["controller"],

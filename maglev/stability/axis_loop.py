@@ -10,8 +10,8 @@ from maglev.arrays import Array
 from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
-from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import BLOCKS, Quantity, block_of
+from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named as own_or_ours
 from pmlsm.rig import Rig
 

@@ -9,8 +9,9 @@ import numpy as np
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import StabilityError
 from maglev.linear.equilibrium import read_positions
-from maglev.linear.motors.places import MotorPlaces
 from maglev.linear.parameters import DEFINITIONS, Quantity, block_of
+from maglev.linear.places import MotorPlaces
+from maglev.own_fmus import current_fmu
 from maglev.own_stage.loop import loop_table
 from maglev.quantities import printed
 from maglev.stability.axis_loop import currents_of, rig_named
@@ -52,7 +53,7 @@ class Flights:
         self.middle = read_positions(stage, {self.vertical: gap})
         self.blocks = block_of(controller, settings), block_of(self.names[1], plant)
         self.given = settings, plant
-        self.files = [fmus / f"{name}.fmu" for name in self.names]
+        self.files = [current_fmu(name, fmus) for name in self.names]
         self.centred = axis in [each.name for each in self.rig.horizontal]
         self.master: Master | None = None
 

@@ -8,7 +8,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import StabilityError
 from maglev.linear.text import aligned
-from maglev.pictures import require_matplotlib
+from maglev.pictures import new_figure
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import LARGEST_STEP, Certificate
 from maglev.stability.simulation import Response, comes_back
@@ -162,6 +162,8 @@ class Region:
                 f"{LEFT_OUT}\n\n"
                 f"{aligned([list(rows[0]), *(list(row.values()) for row in rows)])}\n")
 
+    __repr__ = __str__
+
     def as_data(self) -> dict[str, Any]:
         """Everything as JSON has it, SI; a settling time of null is one that does not end within the response."""
         loop = self.loop
@@ -179,11 +181,8 @@ class Region:
         do not (rings), the certified ellipsoid's section with them (line) and its shadow (dashed). Below, the
         responses.
         """
-        require_matplotlib()
-        from matplotlib.figure import Figure  # an extra: only who plots needs it
-
         loop, step = self.loop, self.step
-        figure = Figure(figsize=(4.0 * max(2, len(self.candidates)), 8.0), layout="constrained")
+        figure = new_figure(4.0 * max(2, len(self.candidates)), 8.0)
         figure.suptitle(loop.name)
         halves: Any = figure.subfigures(2, 1)
         upper, lower = halves

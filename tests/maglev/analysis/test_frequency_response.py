@@ -1,7 +1,8 @@
 """Injected responses against the linear loop, and against the describing function of a rounding."""
 
 import json
-from math import floor, pi, sqrt
+from collections.abc import Callable
+from math import floor, isnan, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,9 @@ from command_line import error_line, maglev
 
 from maglev.analysis.frequency_response import frequency_response
 from maglev.analysis.multisine import crest_factor, make_grid, multisine
-from maglev.analysis.response import FrequencyResponse
+from maglev.analysis.response import FrequencyResponse, untold
 from maglev.errors import LinearModelError
-from maglev.linear.margins import Margins
+from maglev.linear.margins import Margins, margins_between
 
 STEP = 0.2e-3    # m, of the rounding
 
@@ -34,7 +35,7 @@ def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.Monkey
 
 def response_of(controller: object, fmus: Path, **given: object) -> FrequencyResponse:
     """Of h of the 2-DOF stage, without what is not smooth in the plant, and in h without a bias."""
-    found = frequency_response("Plant2DOF", controller, {"v": 20e-3}, "h", smooth=True, fmus=fmus,   # type: ignore
+    found = frequency_response("Plant2DOF", controller, {"v": 20e-3}, "h", smooth=True, fmus=fmus,
                                plant_parameters={"h.bias": 0.0}, **{"settle": 3.0, **given})   # type: ignore[arg-type]
     return found["h.measured"]
 
@@ -77,6 +78,62 @@ def test_a_rounding_is_its_describing_function(peak: float, gain: float, fastest
     assert abs(rounded.loop[0] / smooth.loop[0]) == pytest.approx(describing_function(seen), rel=0.02)
     assert describing_function(seen) == pytest.approx(gain, rel=0.03)
     assert abs(np.angle(rounded.loop[0] / smooth.loop[0])) < 0.03
+
+
+def loop_between(response: Callable[[complex], complex], lowest: float,
+                 highest: float) -> tuple[Margins, dict[str, str]]:
+    """Margins of a loop that was measured between two frequencies (rad/s), and what they do not tell."""
+    grid = np.geomspace(lowest, highest, 2000)
+    values = np.array([response(1j * w) for w in grid])
+    margins = margins_between("y", grid, values, lambda w: response(1j * w))
+    return margins, untold(margins, grid, values)
+
+
+def unstable(s: complex) -> complex:
+    """K e^(−sT)/(s − 1): stable in a loop while 1 < K < 23.6, of which the lower end is at ω = 0."""
+    return 4.0 * np.exp(-0.0636 * s) / (s - 1.0)
+
+
+def integrator(s: complex) -> complex:
+    """2 e^(−sT)/s: |L| = 1 at 2 rad/s, on the negative axis at π/(2T), Ms near it."""
+    return 2.0 * np.exp(-0.1 * s) / s
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(("response", "lowest", "highest", "unknown"), [
+    (unstable, 0.1, 200.0, {"gain_down"}),
+    (unstable, 0.1, 10.0, {"gain_down", "gain_up", "sensitivity_peak", "sensitivity_frequency"}),
+    (unstable, 0.1, 2.0, {"gain_down", "gain_up", "phase", "phase_frequency", "delay", "sensitivity_peak",
+                          "sensitivity_frequency", "disk"}),
+    (integrator, 0.1, 200.0, {"gain_down"}),
+    (integrator, 5.0, 200.0, {"gain_down", "phase", "phase_frequency", "delay"})])
+def test_what_no_line_tells_is_not_known(response: Callable[[complex], complex], lowest: float, highest: float,
+                                         unknown: set[str]) -> None:
+    """Against the same loop at all frequencies: what is said to be known is what it is there."""
+    everywhere, _ = loop_between(response, 1e-4, 1e3)
+    margins, untold_of = loop_between(response, lowest, highest)
+    assert set(untold_of) == unknown
+    for name, value in vars(margins).items():
+        if isinstance(value, float) and name not in unknown:
+            assert value == pytest.approx(vars(everywhere)[name], rel=1e-6), name
+    for name, why in untold_of.items():
+        assert f"{lowest:.3g}" in why or f"{highest:.4g}" in why, name
+
+
+def test_margins_beyond_the_lines_are_no_numbers(fastest_fmus: Path, tmp_path: Path) -> None:
+    """As on the command line, so from Python and in JSON: NaN with a reason, and no error of 0."""
+    found = response_of("Regulator2DOF", fastest_fmus, amplitude="50 um", lowest=60.0, highest=1500.0, lines=12,
+                        linear=False, settle=1.0)
+    assert isnan(found.margins.gain_down) and isnan(found.margin_errors["gain_down"])
+    assert "?…" in str(found.margins)
+    assert found.unknown["gain_down"].startswith("L does not cross the negative real axis beyond −1 from")
+    assert not any(isnan(value) for name, value in found.margin_errors.items() if name not in found.unknown)
+    data = json.loads(json.dumps(found.as_data(), allow_nan=False))
+    assert data["margins"]["gain_down"] is data["margin_errors"]["gain_down"] is None
+    assert data["margins_unknown"] == found.unknown
+    text = str(found)
+    assert "not among the lines" in text and "gain down to: L does not cross" in text
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:

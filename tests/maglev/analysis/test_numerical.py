@@ -10,6 +10,7 @@ from written_controllers import controller
 
 from maglev.analysis.numerical import linearise_numerically
 from maglev.analysis.pair import make_pair
+from maglev.catalogue.for_runs import fmus_named
 from maglev.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
 
@@ -84,11 +85,13 @@ def test_command_line_of_an_fmu(fastest_fmus: Path, tmp_path: Path) -> None:
 
 def test_fmus_of_fmi_3_are_taken_from_their_folder(fmi3_fmus: Path, tmp_path: Path) -> None:
     (tmp_path / "fmi3").symlink_to(fmi3_fmus)
-    pair = make_pair("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, fmus=tmp_path, native=True, fmi=3)
+    folder = fmus_named(("Plant3DOF", "Regulator3DOF"), None, tmp_path, fmi=3)
+    pair = make_pair("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, fmus=folder)
     assert pair.plant.path == tmp_path / "fmi3" / "Plant3DOF.fmu"
     for command in ("linearise", "frequency-response"):
-        done = maglev(command, "Plant3DOF", fmi3_fmus / "Regulator3DOF.fmu", "--at", "y=25mm", "--fmi", "3")
-        assert "--fmi 3: expected 2, or 3 and --native with it" in error_line(done)
+        done = maglev(command, "Plant3DOF", fmi3_fmus / "Regulator3DOF.fmu", "--at", "y=25mm", "--fmi", "3", "--kind",
+                      "python")
+        assert "--fmi 3: expected 2, or 3 and --kind native with it" in error_line(done)
 
 
 def test_a_file_flies_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path: Path) -> None:

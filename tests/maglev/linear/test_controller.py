@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from complex_stage import shape_functions
 from linear_blocks import jacobian, read_all, set_all
+from scipy.linalg import expm
 from scipy.optimize import least_squares
 
 from maglev.linear.linearise import Currents, linearise
@@ -105,6 +107,26 @@ def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float 
                          (model.D, by_input[n:])):
         assert np.abs(ours - theirs).max(axis=1) == pytest.approx(np.zeros(len(ours)), abs=1e-6 * np.abs(theirs).max())
         np.testing.assert_allclose(ours, theirs, rtol=2e-6, atol=2e-7 * np.abs(theirs).max())
+
+
+def test_an_axis_is_its_law_written_out() -> None:
+    """Observer (Fig. 4.7), internal model (4.15) by the matrix exponential, demand (4.16), and i_q that makes it."""
+    model = linearise("Regulator3DOF", {"y": "25 mm", "x": "4 mm"})
+    k1, k2, k3, k4, k5 = -463.0, -35.0, -15121.0, -997.0, -2548.0
+    share, square = 1.0 - np.exp(-0.2), (1.5 * np.pi)**2
+    held = expm(0.2e-3 * np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, -square, 0, 1], [0, 0, 0, 0]]))
+    a, b, e = np.zeros((5, 5)), np.zeros((5, 3)), np.array([-1.0, 0.0, 1.0])   # inputs: reference, rate, measured
+    a[:2, :2] = [[1.0 - share, 0.0], [-share**2 / 0.2e-3, 1.0 - share]]
+    b[:2, 2] = [share, share**2 / 0.2e-3]
+    a[2:, 2:], b[2:] = held[:3, :3], np.outer(held[:3, 3], e)
+    demand = np.array([0.0, 0.0, k3 + 1.0, k4, k5]) + k2 * a[1], k1 * e + k2 * (b[1] - [0.0, 1.0, 0.0])
+    rows = [k for k, state in enumerate(model.states) if state.startswith("x.")]
+    columns = [k for k, name in enumerate(model.inputs) if name.startswith("x.")]
+    i_q = model.index("output", "alpha.i_q_cmd")
+    thrust = 2.0 * 0.6135 * shape_functions(25e-3)[0]
+    for ours, theirs in ((model.A[np.ix_(rows, rows)], a), (model.B[np.ix_(rows, columns)], b),
+                         (model.C[i_q, rows], -demand[0] / thrust), (model.D[i_q, columns], -demand[1] / thrust)):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-18)
 
 
 def test_of_its_own_model() -> None:

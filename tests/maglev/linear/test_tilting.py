@@ -141,7 +141,10 @@ def test_an_axis_opened_is_its_share_of_every_gap(axis: str) -> None:
         controller.C, np.hstack([np.delete(controller.D, gaps, 1), controller.D[:, gaps] @ rows]),
         {**controller.units, **dict.fromkeys(names, "m")}, controller.sample_time, controller.equilibrium)
     theirs, ours = (vars(each.margins(axis)) for each in (Loop(loop.plant, mine), loop))
-    assert ours == {key: value if key == "at" else pytest.approx(value, rel=1e-6) for key, value in theirs.items()}
+    # Where a flat maximum is, is known to the root of its rounding.
+    assert ours == {key: value if key == "at" else
+                    pytest.approx(value, rel=1e-4 if key == "sensitivity_frequency" else 1e-6)
+                    for key, value in theirs.items()}
 
 
 def test_a_controller_has_to_see_where_the_platform_is() -> None:

@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
-from maglev.cli.linearise import pair
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, AsJson, Debug, Fmi, Fmus, Native, Out
+from maglev.cli.loops.linearise import pair
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, AsJson, Debug, Fmi, Fmus, Kind, Out
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
-RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}.", show_default=False)]
+RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}, or a TOML file.", show_default=False)]
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
 Gap = Annotated[str, typer.Option(help="Air gap at which all else rests, in m or with a unit.", show_default=False)]
 Regulator = Annotated[str | None, typer.Option(help="An output regulator; the nonlinear one if not given.",
@@ -23,14 +23,14 @@ Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for th
 Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
 Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
                                           "if not given.", show_default=False)]
-Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FMUs, beside what is certified; with the "
-                                   "Python kind a minute or two, with --native seconds.")]
+Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FMUs, beside what is certified; with "
+                                   "native ones it takes seconds, with Python ones a minute or two.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 
 
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = True, plot: Plot = False,
-           as_json: AsJson = None, out: Out = Path("results"), fmus: Fmus = Path("fmus"), native: Native = False,
+           as_json: AsJson = None, out: Out = Path("results"), fmus: Fmus = None, kind: Kind = None,
            fmi: Fmi = 2, debug: Debug = False) -> None:
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
@@ -39,11 +39,11 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
 
     **Examples:**
 
-    `maglev region 3dof x --gap 25mm --native --plot`
+    `maglev region 3dof x --gap 25mm --plot`
 
     `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --no-fly --json x.json`
 
-    `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --native --step 20mm`
+    `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm`
     """
     # numpy and scipy take their time to load: only who asks waits for them.
     from maglev.pictures import require_matplotlib, write_figure
@@ -56,7 +56,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
                  for name, value in (pair("--set", text) for text in settings or [])}
         found = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
                              decay=decay, step=None if step is None else number_or_text(step), fly=fly, fmus=fmus,
-                             native=native, fmi=fmi)
+                             kind=kind, fmi=fmi)
         typer.echo(str(found), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"

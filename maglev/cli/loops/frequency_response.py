@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.linearise import At, Parameters, SampleTime, Settle, pair, read_parameters, seconds
-from maglev.cli.options import AsJson, Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
+from maglev.cli.loops.linearise import At, Parameters, SampleTime, Settle, pair, read_parameters, seconds
+from maglev.cli.options import AsJson, Debug, Fmi, Fmus, Kind, Out, PortsFile, RigFile, Timeout
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.units import number_or_text
 
@@ -34,7 +34,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
                        lines: Lines = 48, realisations: Realisations = 3, periods: Periods = 2, smooth: Smooth = False,
                        linear: Linear = True, settings: Parameters = None, rig: RigFile = None,
                        ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
-                       fmus: Fmus = Path("fmus"), native: Native = False, fmi: Fmi = 2,
+                       fmus: Fmus = None, kind: Kind = None, fmi: Fmi = 2,
                        timeout: Timeout = "60 s", plot: Plot = False, as_json: AsJson = None,
                        out: Out = Path("results"), debug: Debug = False) -> None:
     """Measure the frequency response of a loop as it flies, and its margins, by injection.
@@ -45,11 +45,11 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
 
     **Examples:**
 
-    `maglev frequency-response Plant3DOF Regulator3DOF --at y=25mm --native --open y --plot`
+    `maglev frequency-response Plant3DOF Regulator3DOF --at y=25mm --open y --plot`
 
-    `maglev frequency-response Plant3DOF mine.py --at y=25mm --native --amplitude 0.3mm --from 3 --to 600`
+    `maglev frequency-response Plant3DOF mine.py --at y=25mm --amplitude 0.3mm --from 3 --to 600`
 
-    `maglev frequency-response Plant3DOF theirs.fmu --map ports.toml --at y=25mm --native --smooth --json theirs.json`
+    `maglev frequency-response Plant3DOF theirs.fmu --map ports.toml --at y=25mm --smooth --json theirs.json`
     """
     # numpy and scipy take their time to load: only who asks waits for them.
     from maglev.analysis.frequency_response import frequency_response as measured
@@ -65,7 +65,7 @@ def frequency_response(plant: PlantName, controller: ControllerName, at: At, ope
                          smooth=smooth, linear=linear, plant_parameters=given["plant"],
                          controller_parameters=given["controller"], rig=rig, ports=ports,
                          sample_time=None if sample_time is None else number_or_text(sample_time),
-                         settle=seconds("settle", settle), fmus=fmus, native=native, fmi=fmi,
+                         settle=seconds("settle", settle), fmus=fmus, kind=kind, fmi=fmi,
                          timeout=seconds("timeout", timeout))
         typer.echo("\n".join(str(each) for each in found.values()), nl=False)
         data: dict[str, Any] = {name: each.as_data() for name, each in found.items()}

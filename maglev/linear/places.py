@@ -19,8 +19,8 @@ class MotorPlaces:
     # (m, n), of the displacement along which the slots modulate the attraction: where no platform tilts, of the first
     # horizontal axis; otherwise of the motor's own.
     slots: Array
-    # (n, 2 m): accelerations of the axes, at nominal masses, by those that motors give the vertical axis and the one
-    # that they drive, motor by motor.
+    # (n, 2 m): accelerations of the axes, at the masses of the description, by those that motors give the vertical
+    # axis and the one that they drive, motor by motor.
     effects: Array
     # (2 m, n): currents, or forces, that are spread evenly: one value that all motors have in common, two slopes over
     # the platform, and one for the motors of each horizontal axis.
@@ -30,14 +30,9 @@ class MotorPlaces:
     def of(cls, rig: Rig, block: Any = None) -> "MotorPlaces":
         """Places of the motors of a plant or controller of a rig; without one, of the rig's description."""
         if block is None or not rig.rotations:
-            return cls.at(rig, rig.motors, rig.height, [axis.mass for axis in rig.axes])
-        names = rig.motor_names
-        if hasattr(block, "allocation"):
-            model = block.allocation
-            masses = [model.mass_y, model.mass_x, model.mass_z, model.inertia_roll, model.inertia_pitch]
-            return cls.at(rig, [getattr(block, f"{name}_place") for name in names], block.platform.height, masses)
-        masses = [getattr(block, axis).nominal_mass for axis in rig.axis_names]
-        return cls.at(rig, [getattr(block, f"{name}_mount") for name in names], block.height, masses)
+            return cls.at(rig, rig.motors, rig.height)
+        kind, height = ("place", block.platform.height) if hasattr(block, "platform") else ("mount", block.height)
+        return cls.at(rig, [getattr(block, f"{name}_{kind}") for name in rig.motor_names], height)
 
     def measuring(self, rig: Rig) -> Array:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
@@ -50,8 +45,8 @@ class MotorPlaces:
         return found
 
     @classmethod
-    def at(cls, rig: Rig, spots: Sequence[Any], height: float, masses: Sequence[float]) -> "MotorPlaces":
-        """Places of motors that are at x and z (m) of a platform; nominal masses are those of each axis in turn."""
+    def at(cls, rig: Rig, spots: Sequence[Any], height: float) -> "MotorPlaces":
+        """Places of motors that are at x and z (m) of a platform."""
         motors, axes = np.arange(len(rig.motors)), len(rig.axes)
         gaps, along, slots = np.zeros((3, len(motors), axes))
         gaps[:, 0] = along[motors, list(rig.driven)] = slots[:, 1] = 1.0
@@ -61,7 +56,7 @@ class MotorPlaces:
             along[:, pitch] = [-height if motor.drives == rig.horizontal[0].name else 0.0 for motor in rig.motors]
             along[:, roll] = [height if motor.drives == rig.horizontal[1].name else 0.0 for motor in rig.motors]
             slots = along
-        mass = np.array(masses)
+        mass = np.array([axis.mass for axis in rig.axes])
         effects, even = np.zeros((axes, 2 * len(motors))), np.zeros((2 * len(motors), axes))
         effects[:, 0::2] = gaps.T * mass[0] / mass[:, None]
         effects[:, 1::2] = along.T * mass[list(rig.driven)] / mass[:, None]

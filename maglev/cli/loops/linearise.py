@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import Debug, Fmi, Fmus, Native, Out, PortsFile, RigFile, Timeout
+from maglev.cli.options import Debug, Fmi, Fmus, Out, PortsFile, RigFile, Timeout
+from maglev.cli.options import Kind as FmuKind
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError
 from maglev.units import number_or_text, positive_time
@@ -49,7 +50,7 @@ AsJson = Annotated[Path | None, typer.Option(
 def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier = True, hold: Hold = None,
               forces: Forces = False, settings: Parameters = None, openings: Openings = None, rig: RigFile = None,
               ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
-              fmus: Fmus = Path("fmus"), native: Native = False, fmi: Fmi = 2, timeout: Timeout = "60 s",
+              fmus: Fmus = None, kind: FmuKind = None, fmi: Fmi = 2, timeout: Timeout = "60 s",
               plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
     """Linearise a plant, a controller, or the loop of both about an equilibrium.
 
@@ -69,7 +70,7 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
 
     `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
 
-    `maglev linearise Plant3DOF mine.py --at y=25mm --native --plot` of a controller of yours, a Python file or an FMU
+    `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of a controller of yours, a Python file or an FMU
     """
     # numpy and scipy take their time to load: only who linearises waits for them.
     from maglev.linear.linearise import linearise as linearised
@@ -101,7 +102,7 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
                 if not amplifier:
                     raise LinearModelError("--no-amplifier: expected no file with it, whose loop flies as it is")
                 show_numerical(names, positions, given, openings or (), out if plot else None, as_json,
-                               {"rig": rig, "ports": ports, "fmus": fmus, "native": native, "fmi": fmi,
+                               {"rig": rig, "ports": ports, "fmus": fmus, "kind": kind, "fmi": fmi,
                                 "sample_time": None if sample_time is None else number_or_text(sample_time),
                                 "settle": seconds("settle", settle), "timeout": seconds("timeout", timeout)})
                 return

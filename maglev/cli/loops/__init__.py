@@ -1,0 +1,1 @@
+"""Commands about loops: linear models, measured responses, regions of stability."""

@@ -1,0 +1,1 @@
+"""Linear models of blocks, by their derivatives."""

@@ -1,0 +1,84 @@
+"""Linear models of the controllers, sampled: derivatives of one sample of their blocks."""
+
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+
+from maglev.errors import LinearModelError
+from maglev.linear.blocks.tangent import derivatives, slot
+from maglev.linear.model import Equilibrium, LinearModel
+from maglev.linear.parameters import CONTROLLERS, prepare
+from maglev.linear.places import MotorPlaces
+from pmlsm.rig import Rig
+
+# States of an axis, with their units on a translation, where its law has them: of the observer, then of the internal
+# model, or of pre-filter and integral.
+STATES = {"observer.position": "m", "observer.velocity": "m/s", "model.xi1": "m.s3", "model.xi2": "m.s2",
+          "model.xi3": "m.s", "filter.position": "m", "filter.rate": "m/s", "integral": "m.s"}
+
+ITERATIONS = 60   # more than Newton's method takes where there is a solution
+SETTLED = 1e-10   # A, last step of the currents; the one after it would be of the size of its square
+
+
+def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
+    """Linearise a controller about an equilibrium; see `maglev.linear.linearise.linearise`.
+
+    LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
+    """
+    prepare(name, block)
+    states = {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
+              for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
+    inputs = [variable for variable in CONTROLLERS[name].variables if variable.causality == "input"]
+    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
+    come_to_rest(name, rig, block, at, [each for each in states if ".observer." not in each])
+    n = len(states)
+    slopes = derivatives(block, {"sample": ()}, [*states, *(each.place for each in inputs)], [*states, *commands])
+    (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))
+    return LinearModel(name, tuple(states), tuple(each.name for each in inputs), commands, a, b, c, d,
+                       {**states, **{each.name: each.unit for each in inputs}, **dict.fromkeys(commands, "A")},
+                       block.sample_time, at)
+
+
+def has(axis: Any, state: str) -> bool:
+    """Whether the law of an axis has a state; a pre-filter without a corner passes its input through."""
+    part = state.partition(".")[0]
+    return hasattr(axis, part) and not (part == "filter" and axis.prefilter == 0.0)
+
+
+def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
+    """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
+
+    As nearly as it can, where its law cannot command them. The references move with the states, for a law may have no
+    integral.
+    """
+    for limit in ("current_limit", "trip_error", "trip_tilt"):
+        if hasattr(block, limit):
+            setattr(block, limit, 0.0)
+    positions = list(at.positions.values())
+    for axis, position in at.positions.items():
+        part = getattr(block, axis)
+        part.reference = part.measured = position
+    for motor, gap in zip(rig.motor_names, (MotorPlaces.of(rig, block).gaps @ positions).tolist(), strict=True):
+        if rig.rotations:
+            getattr(block, f"{motor}_place").gap_measured = gap
+    block.sample()   # observers begin at the measurement
+    moved = [*states, *(f"{axis}.reference" for axis in rig.axis_names)]
+    commands = [f"{current}_cmd" for current in rig.dq_names]
+    start = np.array([getattr(*slot(block, place)) for place in moved])
+    change = np.zeros(len(moved))
+    for _ in range(ITERATIONS):
+        for place, value in zip(moved, (start + change).tolist(), strict=True):
+            setattr(*slot(block, place), value)
+        ahead = deepcopy(block)
+        ahead.sample()
+        if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
+            change /= 2.0
+            continue
+        slopes = derivatives(block, {"sample": ()}, moved, commands)
+        missing = at.dq - [getattr(*slot(ahead, command)) for command in commands]
+        start, change = start + change, np.linalg.lstsq(slopes, missing, rcond=None)[0]
+        if np.abs(slopes @ change).max() < SETTLED:
+            return
+    raise LinearModelError(f"{name} at {at}: in its model more direct current no longer lifts, expected an "
+                           "equilibrium with less current")

@@ -1,0 +1,145 @@
+"""Linear model of a stage with its amplifiers."""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from maglev.arrays import Array
+from maglev.linear.blocks.tangent import derivatives, slot
+from maglev.linear.model import Equilibrium, LinearModel
+from maglev.linear.places import MotorPlaces
+from pmlsm.dq_transform import phase_currents
+from pmlsm.rig import Rig
+
+
+@np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
+def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool, amplifier: bool, forces: bool,
+                 hold: float | None) -> LinearModel:
+    """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
+    axes, motors = len(rig.axes), len(rig.motors)
+    places = MotorPlaces.of(rig, block)
+    rotation = rotation_of(places, at)
+    flexible = [axis for axis in rig.axes if getattr(block, axis.name).mode.frequency > 0.0]
+    modes = {f"{axis.name}.mode.{part}": axis.unit(unit) for axis in flexible
+             for part, unit in (("deflection", "m"), ("rate", "m/s"))}
+    motion = {**{f"{axis.name}.position": axis.unit("m") for axis in rig.axes},
+              **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes}, **modes}
+    n = len(motion)
+    resting = at_rest(block, at.positions)
+    for place, current in at.currents.items():
+        setattr(*slot(resting, place), current)
+    slopes = derivatives(resting, {**({"place_motors": ()} if rig.rotations else {}), "add_slope": (1.0, 0.0)},
+                         [*motion, *rig.dq_names, *(f"{axis}.force" for axis in rig.axis_names)],
+                         [f"{place}_sum" for place in motion])
+    by_motion, by_current, by_force = np.split(slopes, [n, n + 2 * motors], axis=1)
+    lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motor_names for _ in "dq"]
+    lagged = np.array([lag > 0.0 for lag in lags])
+    follow = np.array([1.0 / lag if lag > 0.0 else 0.0 for lag in lags])
+    # Commands seen in the frame of the mover: phase currents stay where they are while it moves. Those in d and q move
+    # with it, unless they are held from sample to sample.
+    turned, turning = np.zeros((2, 2 * motors, n))
+    turned[:, axes:2 * axes] = rotation * lagged[:, None]
+    turning[:, :axes] = rotation if phases or hold is not None else 0.0
+    at_once = by_current * ~lagged
+    moved = np.block([[by_motion + at_once @ turning, by_current * lagged],
+                      [follow[:, None] * turning + turned, -np.diag(follow)]])
+    drive = np.vstack([at_once, np.diag(follow)])
+    if phases:
+        drive = drive @ park_matrix(at)
+    push = np.vstack([by_force, np.zeros((2 * motors, axes))])
+
+    units = {**motion, **dict.fromkeys(rig.dq_names, "A")}
+    order = [*range(2 * axes), *(n + np.flatnonzero(lagged)), *range(2 * axes, n)]
+    names = tuple(list(units)[k] for k in order)
+    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
+    external = {axis.external: axis.unit("N") for axis in rig.axes}
+    rows = measured(rig, resting, list(motion))
+    outputs = np.pad(np.array(list(rows.values())), ((0, 0), (0, 2 * motors)))[:, order]
+    model = LinearModel(name, names, (*commands, *external), tuple(rows), moved[np.ix_(order, order)],
+                        np.hstack([drive, push])[order], outputs, np.zeros((len(rows), len(commands) + axes)),
+                        {**{each: units[each] for each in names}, **external,
+                         **{each: "m" for each in rows if each not in units}, **dict.fromkeys(commands, "A")}, None, at)
+    if hold is not None:
+        model = sampled(model, rotation @ measuring(rig, places, model.outputs), phases, hold)
+    return model if forces else model.select(commands, model.outputs)
+
+
+def at_rest(block: Any, positions: Mapping[str, float]) -> Any:
+    """A copy of a stage at rest at positions of its axes (m), without currents and without what is not smooth."""
+    block = deepcopy(block)
+    block.encoder.resolution = 0.0
+    for name, position in positions.items():
+        axis = getattr(block, name)
+        axis.position, axis.friction.coulomb, axis.roughness.rms = position, 0.0, 0.0
+        axis.flexible = axis.mode.start()
+    block.derive()
+    return block
+
+
+def measured(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Array]:
+    """Outputs by positions, velocities and modes: positions, gaps, and what encoders read where they see a mode.
+
+    Where the platform tilts, its encoders are at the motors: if one of them sees a mode, all do.
+    """
+    gaps = [f"{motor}.gap" for motor in rig.motor_names if rig.rotations]
+    names = [*(f"{axis}.position" for axis in rig.axis_names), *gaps, *rig.encoders]
+    slopes = derivatives(block, {"derive": (), "measure": ()}, motion,
+                         [name.replace(".gap", "_mount.gap") for name in names])
+    rows = dict(zip(names, slopes, strict=True))
+    true = {name: rows[name.replace("gap_encoder", "gap").replace(".encoder", ".position")] for name in rig.encoders}
+    alike = {name for name, row in true.items() if (row == rows[name]).all()}
+    if not {f"{gap}_encoder" for gap in gaps} <= alike:
+        alike -= {f"{gap}_encoder" for gap in gaps}
+    return {name: row for name, row in rows.items() if name not in alike}
+
+
+def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
+    """Positions that a controller commutates with by the outputs, (axes, outputs): the true ones, or by encoders."""
+    found = np.eye(len(rig.axes), len(outputs))
+    if f"{rig.motor_names[0]}.gap_encoder" in outputs:
+        first = outputs.index(f"{rig.motor_names[0]}.gap_encoder")
+        found[:] = 0.0
+        found[:, first:first + len(rig.motors)] = np.linalg.pinv(places.gaps)
+    for k, axis in enumerate(rig.axis_names):
+        if f"{axis}.encoder" in outputs or axis in [each.name for each in rig.measured]:
+            found[k] = 0.0
+            found[k, outputs.index(f"{axis}.encoder") if f"{axis}.encoder" in outputs else k] = 1.0
+    return found
+
+
+def rotation_of(places: MotorPlaces, at: Equilibrium) -> Array:
+    """Derivatives of i_d, i_q with respect to the positions while the phase currents stay, A/m, (2 motors, axes).
+
+    di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d, with x the displacement of the motor.
+    """
+    rotation = np.zeros((2 * len(at.motors), len(at.positions)))
+    rotation[0::2] = at.motor.wave_number * np.array(at.i_q)[:, None] * places.along
+    rotation[1::2] = -at.motor.wave_number * np.array(at.i_d)[:, None] * places.along
+    return rotation
+
+
+def park_matrix(at: Equilibrium) -> Array:
+    """Matrix of (2.1) from the phase currents of all motors to i_d, i_q at the positions, (2 motors, 3 motors).
+
+    That of (C.1), the other way, has its columns 120° apart: its transpose times it is 3/2 I.
+    """
+    angles = [at.motor.electrical_angle(along) for along in at.along]
+    blocks = [np.array([phase_currents(1.0, 0.0, angle), phase_currents(0.0, 1.0, angle)]) for angle in angles]
+    return np.asarray(2.0 / 3.0 * block_diag(*blocks))
+
+
+def sampled(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
+    """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled.
+
+    `rotation` is that of i_d, i_q by the outputs, A/m, shape (2 motors, outputs).
+    """
+    held = model.discretise(hold)
+    if phases:
+        return held
+    commutation = np.zeros((len(held.inputs), len(held.outputs)))
+    commutation[:len(rotation)] = -rotation
+    return replace(held, A=held.A + held.B @ commutation @ held.C, commutation=commutation)

@@ -1,1 +1,0 @@
-"""What the motors of a rig do to its axes."""
