@@ -4,7 +4,7 @@
     ├── ScenarioError          a scenario file, a port map or an option cannot be used
     ├── RigError               a description of a rig cannot be used
     ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
-    ├── UnknownName            a column or entry that does not exist (also a LookupError)
+    ├── UnknownName            a column or entry that does not exist (also a KeyError)
     ├── FmuError               an FMU cannot be loaded, or refused a call
     ├── RunFailed              a co-simulation ended early; what was recorded until then is in `cosim.master`
     ├── MeasurementError       a recording on which nothing can be measured or judged
@@ -23,6 +23,7 @@
 Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
 """
 
+import json
 import re
 import signal
 from collections.abc import Collection, Iterable, Sequence
@@ -34,6 +35,8 @@ from typing import Any
 from unicodedata import category
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
+
+OF_OWN_STAGE = "or with --rig mine.toml one of a stage of yours"   # what else is expected in place of an FMU's name
 
 HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
 
@@ -50,8 +53,10 @@ class QuantityError(MaglevError, ValueError):
     """A quantity that is no finite number, has no known unit, or is of another dimension than needed."""
 
 
-class UnknownName(MaglevError, LookupError):
+class UnknownName(MaglevError, KeyError):
     """A name that does not exist where it was looked up; the message has the nearest one that does."""
+
+    __str__ = Exception.__str__   # a KeyError puts its message in quotes
 
 
 class FmuError(MaglevError):
@@ -125,9 +130,9 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return repr(matches[0]) if matches else "none exists"
 
 
-def one_of(name: str, valid: Collection[str]) -> str:
-    """What is valid in place of a name, and the most like it, such as "one of a, b; nearest is 'a'"."""
-    return f"one of {', '.join(valid)}; nearest is {nearest(name, valid)}"
+def one_of(name: str, valid: Collection[str], otherwise: str = "") -> str:
+    """What is valid in place of a name, or otherwise, and the most like it: "one of a, b; nearest is 'a'"."""
+    return f"one of {', '.join([*valid, *filter(None, [otherwise])])}; nearest is {nearest(name, valid)}"
 
 
 def nearest_file(path: Path) -> str:
@@ -168,8 +173,14 @@ def key_path(keys: Sequence[str | int]) -> str:
             path += f"[{key}]"
         else:
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
-            path += ("." if path else "") + (key if bare else f'"{key}"')
+            path += ("." if path else "") + (key if bare else quoted(key))
     return path
+
+
+def quoted(key: str) -> str:
+    """Write a key in quotes as TOML does, in one line and without what cannot be seen."""
+    return "".join(letter if letter.isprintable() else f"\\U{ord(letter):08x}"
+                   for letter in json.dumps(key, ensure_ascii=False))
 
 
 class RigError(MaglevError):

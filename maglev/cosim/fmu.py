@@ -1,14 +1,13 @@
 """One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
 
 import ctypes
-import os
 import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from ctypes import c_int, c_size_t, c_uint32, c_void_p
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -18,15 +17,16 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import exponents
 from maglev.copies import original
-from maglev.cosim.messages import Messages
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
-from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of
+from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of, function_of
+from maglev.cosim.versions.messages import Messages
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
 from maglev.rig.modules import definitions
 from maglev.units import known_unit
+from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
 from pmlsm.rigs import EXAMPLE, RIGS
 
@@ -35,8 +35,6 @@ FATAL = 4   # fmi2Fatal, fmi3Fatal
 COUNT = count(1)   # makes instance names unique
 
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
-
-MOST_UNPACKED = int(os.environ.get("MAGLEV_MOST_UNPACKED", "1000000000"))   # bytes
 
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
@@ -70,9 +68,8 @@ def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError says what is wrong with another file."""
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
-                       "`maglev build` makes those of this project in the folder fmus, "
-                       "`maglev build --native` those in fmus/native, with --fmi 3 in fmus/fmi3"
-                       f"{of_own_stage(path.stem)}")
+                       "without --fmus those of this project are built where they are missing, `maglev build` makes "
+                       f"them in a folder{of_own_stage(path.stem)}")
     written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
     return copy(described(name, path, written.st_mtime_ns, written.st_size))
@@ -128,7 +125,7 @@ def of_own_stage(name: str) -> str:
 
 def other_kind(path: Path) -> str:
     """Say of a missing FMU of which other kind there is one."""
-    folders = {"": "without --native", "native": "with --native", "fmi3": "with --native --fmi 3",
+    folders = {"": "without --kind", "native": "with --kind native", "fmi3": "with --fmi 3",
                "clocked": "with --fmus {folder}"}
     own = path.parent.name if path.parent.name in folders else ""
     root = path.parent.parent if own else path.parent
@@ -184,13 +181,24 @@ class Fmu:
         unpack(self.path, self.folder)
         instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
+        instance._call = partial(self.heard, instance._call)   # which fmpy calls for each function that it knows
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
         self.do_step = self.fmi.do_step(instance, self.description, self.messages.add)
+        self.terminate = function_of(instance, f"{self.fmi.prefix}Terminate")
         if clocks_of(self.description):
             self.ticking = Ticking(instance, self.folder, self.description, self.fmi.types, self.get_functions,
                                    self.set_functions, self.do_step, self.messages.add)
             self.get_functions, self.set_functions = self.ticking.getters, self.ticking.setters
             self.do_step = self.ticking
+
+    def heard(self, call: Callable[..., Any], name: str, *arguments: Any) -> Any:
+        """Make a call of fmpy's, which refuses a status beyond a warning; one below zero is refused, too."""
+        status = call(name, *arguments)
+        if type(status) is int and status < 0:
+            raise self.failed(name, status)
+        if type(status) is int and status == WARNING:
+            self.messages.warned(name)
+        return status
 
     def take_message(self, status: int, message: bytes) -> None:
         """Keep a message."""
@@ -222,6 +230,13 @@ class Fmu:
         """Sentence about what the FMU has said in a run that went on; empty if nothing."""
         summary = self.messages.summary()
         return f"{self.name} ({self.path.name}) says: {summary}" if summary else ""
+
+    def require(self, call: str, status: int) -> None:
+        """Refuse a call that returned a status beyond a warning; count one that returned a warning."""
+        if status > WARNING:
+            raise self.failed(call, status)
+        if status == WARNING:
+            self.messages.warned(call)
 
     def failed(self, call: str, status: int) -> FmuError:
         """Error for a call that returned a status beyond a warning, or one below zero."""
@@ -259,10 +274,7 @@ class Fmu:
                 for buffer in buffers:
                     self.set(buffer)
 
-            for call, status in self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs,
-                                                     self.ticking):
-                if status < 0:   # fmpy refuses those beyond a warning
-                    raise self.failed(call, status)
+            self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs, self.ticking)
         except FmuError:
             raise
         except Exception as error:
@@ -286,24 +298,25 @@ class Fmu:
     def set(self, buffer: Buffer) -> None:
         """Set the variables of a buffer."""
         status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
-        if status > WARNING:
-            raise self.failed(f"{self.fmi.name('Set', buffer.kind)} of {', '.join(buffer.names)}", status)
+        self.require(f"{self.fmi.name('Set', buffer.kind)} of {', '.join(buffer.names)}", status)
 
     def get(self, buffer: Buffer) -> None:
         """Get the variables of a buffer."""
         status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
-        if status > WARNING:
-            raise self.failed(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
+        self.require(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
 
 
 def unpack(path: Path, folder: Path) -> None:
     """Unpack what it takes to run an FMU on this machine; FmuError if the archive is a bomb."""
     with zipfile.ZipFile(path) as archive:
         size = sum(entry.file_size for entry in archive.infolist())
-    if size > MOST_UNPACKED:
-        raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most "
-                       f"{1e-6 * MOST_UNPACKED:.0f} MB; the environment variable MAGLEV_MOST_UNPACKED sets another "
-                       "number of bytes")
+    try:
+        most = number_in(MOST_UNPACKED)
+    except ValueError as error:
+        raise FmuError(str(error)) from None
+    if size > most:
+        raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * most:.0f} MB; the "
+                       f"environment variable {MOST_UNPACKED} sets another number of bytes")
     fmpy.extract(str(path), str(folder),
                  include=lambda name: name.startswith(HERE) or not name.startswith(NOT_NEEDED))
 

@@ -5,9 +5,9 @@ already see. With the controller first and the plant second this is the sampled 
 """
 
 import signal
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from maglev.cosim.block_loop import BlockLoop, block_loop
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
-from maglev.cosim.step_loop import folders_for
+from maglev.cosim.step_loop import own_loop
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter
-from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
-from maglev.errors import FmuError, Interrupted, MaglevError, name_of, signal_of
+from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
+from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress as Progress
+from maglev.time_grid import whole_steps
+from maglev.units import refused_as
+from maglev_files.cache import Kept
 
-MOST_STEPS = 1e8       # communication steps of a run
 MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
@@ -110,28 +113,34 @@ class Columns:
         Communication points of the run.
     kind : type, optional
         Of all columns; without it each has that of its track, and Booleans that of FMI 2.0.
+    wanted : collection of str, optional
+        Names of the columns to be taken; without it all are.
     """
 
-    def __init__(self, tracks: Sequence[Track], rows: int, kind: type | None = None):
+    def __init__(self, tracks: Sequence[Track], rows: int, kind: type | None = None,
+                 wanted: Collection[str] | None = None):
         self.tracks = tracks
         self.kinds = [kind or countable(track.array.dtype) for track in tracks]
-        self.tables = [np.empty((len(track.names) if track.signals is None else 0, rows), kind)
-                       for track, kind in zip(tracks, self.kinds, strict=True)]   # signals have theirs already
+        self.chosen = [[i for i, name in enumerate(track.names) if wanted is None or name in wanted]
+                       for track in tracks]
+        self.tables = [np.empty((len(chosen) if track.signals is None else 0, rows), kind) for track, chosen, kind
+                       in zip(tracks, self.chosen, self.kinds, strict=True)]   # signals have theirs already
         self.taken = 0
 
     def take(self, rows: int, origin: int = 0) -> None:
         """Take over the rows up to this number that were not yet; those of the tracks begin with `origin`."""
-        for track, table in zip(self.tracks, self.tables, strict=True):
+        for track, chosen, table in zip(self.tracks, self.chosen, self.tables, strict=True):
             if track.signals is None:
-                table[:, self.taken:rows] = track.array[self.taken - origin:rows - origin].T
+                written = track.array[self.taken - origin:rows - origin].T
+                table[:, self.taken:rows] = written if len(chosen) == len(written) else written[chosen]
         self.taken = rows
 
     def recording(self, step: float, notes: tuple[str, ...] = ()) -> Recording:
         """Recording of the rows that were taken over, a communication step (s) apart; the memory is the same."""
         columns: dict[str, npt.NDArray[Any]] = {}
-        for track, kind, recorded in zip(self.tracks, self.kinds, self.tables, strict=True):
-            table = recorded if track.signals is None else track.signals.astype(kind, copy=False)
-            columns.update(zip(track.names, table[:, :self.taken], strict=True))
+        for track, chosen, kind, recorded in zip(self.tracks, self.chosen, self.kinds, self.tables, strict=True):
+            table = recorded if track.signals is None else track.signals[chosen].astype(kind, copy=False)
+            columns.update(zip((track.names[i] for i in chosen), table[:, :self.taken], strict=True))
         return Recording(step * np.arange(self.taken, dtype=np.float64), columns, notes)
 
 
@@ -149,6 +158,10 @@ class Master:
     order : str
         "sequential" or "jacobi", see `wire`.
     observer : Observer, optional
+    loop : Kept, optional
+        Library that makes the steps; that of this installation if not given.
+    opened : mapping of str to callable, optional
+        Who opens an FMU, by its name, in place of `open_fmu`.
 
     Raises
     ------
@@ -157,7 +170,8 @@ class Master:
     """
 
     def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float,
-                 order: Order = "sequential", observer: Observer | None = None):
+                 order: Order = "sequential", observer: Observer | None = None, loop: Kept | None = None,
+                 opened: Mapping[str, Callable[..., Fmu]] | None = None):
         if not 0.0 < step < float("inf"):
             raise FmuError(f"communication step = {step} s, expected a positive, finite step")
         self.step = step
@@ -165,9 +179,11 @@ class Master:
         self.setups = setups
         self.connections = connections
         self.observer = observer or Observer()
+        self.loop = loop or own_loop()
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring | None = None
+        self.blocks: BlockLoop | None = None
         self.flown = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
@@ -175,7 +191,8 @@ class Master:
                 for setup, description in described:
                     scales = {} if setup.ports is None else apply(setup.ports, description)
                     self.observer.stage(setup.name, "loading")
-                    fmu = open_fmu(setup.name, setup.path, description, scales)
+                    open_it: Callable[..., Fmu] = (opened or {}).get(setup.name, open_fmu)
+                    fmu = open_it(setup.name, setup.path, description, scales)
                     self.fmus[setup.name] = self.stack.enter_context(fmu)
         except BaseException:
             self.stack.close()
@@ -211,11 +228,11 @@ class Master:
             After Ctrl-C or SIGTERM, likewise.
         """
         self.wire(stop_time, drives or {})
-        return self.fly({}, progress)
+        return self.terminated(self.fly({}, progress))
 
     def wire(self, stop_time: float, drives: Drives) -> None:
         """Prepare flights from 0 to the stop time (s); parameters and errors as of `run`."""
-        self.stop_time, self.steps = stop_time, whole_steps(stop_time, self.step)
+        self.stop_time, self.steps = stop_time, self.steps_to(stop_time)
         self.block = self.steps if self.observer.whole else PROGRESS_STEPS
         for target, values in drives.items():
             if len(values) != self.steps + 1:
@@ -226,6 +243,11 @@ class Master:
         self.wiring = wire(self.fmus, self.connections, drives, self.block + 1, self.step, self.order, rates,
                            self.observer.allocate)
         self.observer.wired(self.wiring)
+
+    def with_blocks(self, build: bool) -> None:
+        """Fly with the FMUs' blocks in the loop, as prepared by `wire`; see `block_loop`."""
+        assert self.wiring is not None
+        self.blocks = block_loop(self.wiring.phases, self.observer.counter, build)
 
     def drive(self, drives: Drives) -> None:
         """Give all driven inputs other values for the next flight."""
@@ -249,7 +271,7 @@ class Master:
             recording as it is.
         """
         assert self.wiring is not None
-        initial, phases, tracks, begin = self.wiring
+        initial, phases, tracks, begin, _ = self.wiring
         columns = columns or Columns(tracks, self.steps + 1)
         done = origin = columns.taken = 0
         with held_interrupts() as let_through:
@@ -263,12 +285,12 @@ class Master:
                 self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
                                            partial(call_all, calls))
             self.flown = True
+            stepper = Stepper(phases, self.loop, self.observer.counter, self.blocks)
             try:
                 for call in initial:
                     self.observer.counter[0] += 1
                     call.at(0)
-                stepper = Stepper(phases, [folder for setup in self.setups for folder in folders_for(setup.path)],
-                                  self.observer.counter)
+                require_booleans(tracks, 0, 0, 0)
                 while done < self.steps:
                     let_through()
                     if done == origin + self.block:
@@ -277,6 +299,7 @@ class Master:
                             track.begin(origin)
                     last = min(done + PROGRESS_STEPS, self.steps)
                     stepper.step_over(done, last, origin)
+                    require_booleans(tracks, origin, done + 1, last)
                     done = last
                     columns.take(done + 1, origin)
                     if progress is not None:
@@ -287,15 +310,33 @@ class Master:
                     done, reason = error.step, error.reason
                 columns.take(done + 1, origin)
                 raise ended(reason, done * self.step, columns.recording(self.step)) from reason
+            stepper.tell_warnings()
             return columns.recording(self.step, self.notes())
+
+    def terminated(self, recording: Recording) -> Recording:
+        """End a flight that has given this recording; RunFailed where an FMU refuses its end."""
+        assert self.wiring is not None
+        with held_interrupts():
+            for call in self.wiring.final:
+                self.observer.counter[0] += 1
+                try:
+                    call.at(0)
+                except FmuError as error:
+                    raise ended(error, self.stop_time, recording) from error
+        return replace(recording, notes=self.notes())
 
     def notes(self) -> tuple[str, ...]:
         """What the FMUs said, one sentence each."""
         return tuple(filter(None, (fmu.note() for fmu in self.fmus.values())))
 
+    def steps_to(self, stop_time: float) -> int:
+        """Number of communication steps in a run to the stop time (s); FmuError if it is not whole."""
+        with refused_as(FmuError, f"stop time = {stop_time} s"):
+            return whole_steps(stop_time, self.step)
+
     def require_memory(self, stop_time: float) -> None:
         """Refuse a run to a stop time (s) whose recording would not fit."""
-        steps = whole_steps(stop_time, self.step)
+        steps = self.steps_to(stop_time)
         outputs = sum(variable.causality == "output" for fmu in self.fmus.values()
                       for variable in fmu.description.modelVariables)
         if 8 * outputs * steps > MOST_MEMORY:
@@ -304,29 +345,27 @@ class Master:
                            "GB: a shorter run or a longer step")
 
 
+def require_booleans(tracks: Sequence[Track], origin: int, first: int, last: int) -> None:
+    """Refuse what is no Boolean at communication points; the rows of the tracks begin with point `origin`."""
+    for track in tracks:
+        wrong = track.first_wrong(first - origin, last - origin)
+        if wrong is not None:
+            raise StepFailed(max(0, origin + wrong[0] - 1), FmuError(wrong[1]))
+
+
 def call_all(calls: Sequence[Call]) -> None:
     """Make calls at the first communication point."""
     for call in calls:
         call.at(0)
 
 
-def whole_steps(stop_time: float, step: float) -> int:
-    """Number of communication steps (s) in a run to the stop time (s); FmuError if it is not whole."""
-    if not stop_time / step <= MOST_STEPS:
-        raise FmuError(f"step = {step} s: {stop_time / step:.3g} steps to the stop time = {stop_time} s, expected "
-                       f"at most {MOST_STEPS:.0e}")
-    steps = round(stop_time / step)
-    if steps < 1 or abs(steps * step - stop_time) > 1e-6 * step:
-        raise FmuError(f"stop time = {stop_time} s, expected a whole number of communication steps of {step} s")
-    return steps
-
-
 def rate(name: str, own: float, step: float, steps: int) -> Rate:
     """Steps of an FMU that wants steps of its own (s) among communication steps (s); FmuError if they misfit."""
-    found = Rate(every=round(own / step)) if own > step else Rate(parts=round(step / own))
-    if abs(found.every * step - found.parts * own) > 1e-9 * step:
+    try:
+        found = Rate(every=whole_steps(own, step)) if own > step else Rate(parts=whole_steps(step, own))
+    except QuantityError:
         raise FmuError(f"{name} is to be stepped with {own} s, expected a multiple of the communication step of "
-                       f"{step} s, or a whole fraction of it")
+                       f"{step} s, or a whole fraction of it") from None
     if steps % found.every:
         raise FmuError(f"{name} is to be stepped with {own} s, expected a part of the stop time of "
                        f"{steps * step:.9g} s")
@@ -338,11 +377,6 @@ def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed
     if isinstance(reason, KeyboardInterrupt):
         return RunInterrupted(f"at t = {time:.9g} s: {name_of(reason)}", recording, signal_of(reason))
     return RunFailed(f"at t = {time:.9g} s: {reason}", recording)
-
-
-def by_column(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Copy of a table with each column as one piece of memory, as `Columns` have them."""
-    return np.array(table.T, countable(table.dtype), order="C")
 
 
 def countable(kind: npt.DTypeLike) -> npt.DTypeLike:

@@ -1,5 +1,6 @@
 /* The communication steps of a co-simulation whose calls are all C functions: the loop of stepping.py, compiled. */
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -26,41 +27,54 @@ struct call {
     double time, time_stride;     /* s */
     double step;                  /* s */
     int64_t fmi3;                 /* whether the function is of FMI 3.0 */
+    int64_t warnings;             /* how often it has returned one */
 };
 
-/* A call of FMI 3.0 in communication step k, with the row; an FMU that asks for the end of the simulation has the status of a discarded step. */
-static unsigned int call_fmi3(const struct call *c, int64_t k, char *row)
+enum { WARNING = 1, EARLY = 100, END = 101 };   /* the last two are of this loop: a step that was not made to its end */
+
+/* A call of FMI 3.0 in communication step k, with the row; of a step that was not made to its end, the time that was reached (s). */
+static unsigned int call_fmi3(const struct call *c, int64_t k, char *row, double *reached)
 {
-    bool event, end = false, early;
-    double last_time;
+    bool event = false, end = false, early = false;
     if (c->references) {
         return ((Exchange3)c->function)(c->instance, c->references, c->count, row, c->count);
     }
-    const unsigned int status = ((DoStep3)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, true, &event, &end, &early, &last_time);
-    return status <= 1 && end ? 2 : status;
+    const double time = c->time + (double)k * c->time_stride, next = time + c->step;
+    *reached = (double)NAN;
+    const unsigned int status = ((DoStep3)c->function)(c->instance, time, c->step, true, &event, &end, &early, reached);
+    if (status > WARNING) {
+        return status;
+    }
+    /* 1e-6 of a step is PUNCTUAL in versions/clocks.py; a time that is no number fails both comparisons. */
+    const bool made = *reached >= next - 1e-6 * c->step && *reached <= next + 1e-6 * c->step;
+    return end ? END : early && !made ? EARLY : status;
 }
 
 /* VERSION is of this text: a library of another text has other structures. */
 EXPORT uint64_t maglev_step_loop_version(void) { return VERSION; }
 
 /* Steps first to before last; step k makes the calls of phase k modulo their number, which end before ends[phase].
-   Rows are counted from that of communication point origin. A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1]; else 0. */
-EXPORT unsigned int maglev_step_over(const struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
-                                     int64_t last, int64_t origin, int64_t *begun, int64_t *refused)
+   Rows are counted from that of communication point origin. A call is counted in *begun before it is made. Returns the status of a call that was refused, with its step and number in refused[0] and refused[1],
+   and the time that a step has reached in *reached; else 0. */
+EXPORT unsigned int maglev_step_over(struct call *calls, const int64_t *ends, int64_t phases, int64_t first,
+                                     int64_t last, int64_t origin, int64_t *begun, int64_t *refused, double *reached)
 {
     int64_t phase = first % phases;
     for (int64_t k = first; k < last; ++k, phase = phase + 1 < phases ? phase + 1 : 0) {
         for (int64_t i = phase > 0 ? ends[phase - 1] : 0; i < ends[phase]; ++i) {
-            const struct call *c = &calls[i];
+            struct call *c = &calls[i];
             ++*begun;
             char *const row = c->row + (k - origin) * c->row_stride;
-            const unsigned int status = c->fmi3 ? call_fmi3(c, k, row) : c->references
+            const unsigned int status = c->fmi3 ? call_fmi3(c, k, row, reached) : c->references
                 ? ((Exchange)c->function)(c->instance, c->references, c->count, row)
                 : ((DoStep)c->function)(c->instance, c->time + (double)k * c->time_stride, c->step, 1);
-            if (status > 1) {   /* fmi2Warning */
-                refused[0] = k;
-                refused[1] = i;
-                return status;
+            if (status != 0) {
+                if (status != WARNING) {
+                    refused[0] = k;
+                    refused[1] = i;
+                    return status;
+                }
+                ++c->warnings;
             }
         }
     }

@@ -1,13 +1,26 @@
-"""The step loop in C: compiled with the native FMUs, it lies in their folder and makes the calls of runs.
+"""The step loop in C: compiled with the first native FMUs, it makes the calls of runs.
 
-FMUs that run Python inside are C functions, too: those with a folder `native` in or beside theirs are stepped by it. A
-library that is missing, or of another version, is not used: the loop of `stepping` does the same in Python.
+It is loaded from the user's cache, by its content, and never taken from where FMUs or results lie. FMUs that run Python
+inside are C functions, too. Where it was not built, the loop of `stepping` in Python does the same.
 """
 
 import hashlib
 from _ctypes import CFuncPtr
-from collections.abc import Iterable, Sequence
-from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_size_t, c_uint, c_uint64, c_void_p, cast
+from collections.abc import Sequence
+from ctypes import (
+    CDLL,
+    POINTER,
+    Structure,
+    addressof,
+    byref,
+    c_double,
+    c_int64,
+    c_size_t,
+    c_uint,
+    c_uint64,
+    c_void_p,
+    cast,
+)
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
@@ -15,10 +28,15 @@ from typing import Any
 
 from fmpy import sharedLibraryExtension
 
+from fmi_export.native.build import host_platform
+from fmi_export.native.compiler import FLAGS, library
 from maglev.cosim.versions.fmi import Exchange3, Step3
-from maglev.cosim.wiring import Call
+from maglev.cosim.wires.wiring import Call
+from maglev.errors import FmuError
+from maglev_files.cache import STEP_LOOP, Kept, keep, kept
 
 SOURCE = Path(__file__).with_name("step_loop.c")
+EARLY, END = 100, 101   # statuses of the loop in C, which says what they are
 LIBRARY = f"maglev_step_loop{sharedLibraryExtension}"
 
 
@@ -27,7 +45,7 @@ class Prepared(Structure):
 
     _fields_ = (("function", c_void_p), ("instance", c_void_p), ("references", c_void_p), ("count", c_size_t),
                 ("row", c_void_p), ("row_stride", c_int64), ("time", c_double), ("time_stride", c_double),
-                ("step", c_double), ("fmi3", c_int64))
+                ("step", c_double), ("fmi3", c_int64), ("warnings", c_int64))
 
 
 class StepLoop:
@@ -42,10 +60,20 @@ class StepLoop:
 
     def step_over(self, first: int, last: int, origin: int) -> tuple[int, Call, int] | None:
         """Make steps as a `Stepper` does; step, call and status of a refusal if there is one."""
-        refused = (c_int64 * 2)()
-        status = self.function(self.prepared, self.ends, len(self.ends), first, last, origin,
-                               self.counter, refused)
-        return (refused[0], self.calls[refused[1]], status) if status else None
+        refused, reached = (c_int64 * 2)(), c_double()
+        status: int = self.function(self.prepared, self.ends, len(self.ends), first, last, origin,
+                                    self.counter, refused, byref(reached))
+        if not status:
+            return None
+        k, call = refused[0], self.calls[refused[1]]
+        if status in (EARLY, END):
+            size = call.arguments[2].value
+            status = call.function.discarded(status == END, reached.value, call.base + k * call.stride + size)
+        return k, call, status
+
+    def warnings(self) -> list[tuple[Call, int]]:
+        """Calls that have returned a warning, and how often."""
+        return [(call, each.warnings) for call, each in zip(self.calls, self.prepared, strict=True) if each.warnings]
 
 
 def prepared(call: Call) -> Prepared:
@@ -65,36 +93,54 @@ def c_function(call: Call) -> Any:
     return call.function.function if isinstance(call.function, (Exchange3, Step3)) else call.function
 
 
-def folders_for(fmu: Path) -> tuple[Path, ...]:
-    """Folders in which the C loop may lie that steps an FMU."""
-    folder = fmu.absolute().parent
-    return folder, folder.parent, folder / "native", folder.parent / "native"
+def in_c(phases: Sequence[Sequence[Call]]) -> bool:
+    """Whether all calls are of C functions, as the C loop makes them."""
+    return all(isinstance(c_function(call), CFuncPtr) for phase in phases for call in phase)
 
 
-def compiled(phases: Sequence[Sequence[Call]], folders: Iterable[Path], counter: memoryview) -> StepLoop | None:
-    """The calls under the C loop of the first folder that has one; None if none has, or a call is not of C.
+def own_loop() -> Kept | None:
+    """The library with the loop of this installation; None if none was built, or it is not as it was written."""
+    return kept(key(), LIBRARY)
 
-    The loop counts them in the counter, an integer of 64 bits.
+
+def build_loop() -> Kept:
+    """The same, compiled if it is not there; ExportError without a compiler, OSError if it cannot be written."""
+    platform, = host_platform().values()
+    return own_loop() or keep_loop(library({"step_loop.c": source()}, Path(LIBRARY).stem, platform))
+
+
+def keep_loop(content: bytes) -> Kept:
+    """Keep a library as that of this installation; OSError if it cannot be written."""
+    return keep(key(), LIBRARY, content)
+
+
+@cache
+def key() -> str:
+    """Key of this version's loop on this machine: of its text and of the compiler's flags."""
+    platform, = host_platform().values()
+    return f"{STEP_LOOP}/{hashlib.sha256(repr((source(), FLAGS, platform)).encode('utf-8')).hexdigest()[:32]}"
+
+
+@cache
+def step_function(loop: Kept) -> Any:
+    """C function of a library, whose content is looked at first; None if it is of another version.
+
+    FmuError if it is another content than when the run was made ready.
     """
-    if not all(isinstance(c_function(call), CFuncPtr) for phase in phases for call in phase):
-        return None
-    functions = (step_function(folder / LIBRARY) for folder in dict.fromkeys(folders))
-    return next((StepLoop(function, phases, counter) for function in functions if function is not None), None)
-
-
-def step_function(path: Path) -> Any:
-    """C function of a library; None if there is none of this version."""
+    if not loop.intact:
+        raise FmuError(f"{loop.path}: is not the step loop that the run was made ready with, expected nobody to change "
+                       "it: `maglev build --kind native` builds it anew")
     try:
-        library = CDLL(str(path.absolute()))
-        library.maglev_step_loop_version.restype = c_uint64
-        if library.maglev_step_loop_version() != version():
+        found = CDLL(str(loop.path.absolute()))
+        found.maglev_step_loop_version.restype = c_uint64
+        if found.maglev_step_loop_version() != version():
             return None
-        function = library.maglev_step_over
+        function = found.maglev_step_over
     except (OSError, AttributeError):   # no library of this machine, or another one
         return None
     function.restype = c_uint
     function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, c_int64,
-                         POINTER(c_int64), POINTER(c_int64)]
+                         POINTER(c_int64), POINTER(c_int64), POINTER(c_double)]
     return function
 
 

@@ -1,12 +1,12 @@
 """The calls of communication steps, made one after the other: in C where that is possible, otherwise in Python."""
 
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
-from maglev.cosim.step_loop import compiled
-from maglev.cosim.versions.fmi import WARNING
-from maglev.cosim.wiring import Call
+from maglev.cosim.block_loop import BlockLoop
+from maglev.cosim.step_loop import StepLoop, in_c, step_function
+from maglev.cosim.wires.wiring import Call
 from maglev.errors import FmuError
+from maglev_files.cache import Kept
 
 
 class StepFailed(Exception):
@@ -26,15 +26,18 @@ def new_counter() -> memoryview:
 class Stepper:
     """Makes communication steps; step k makes the calls of phase k modulo their number.
 
-    The C loop is looked for in the folders. Both loops give the same, bit for bit, and count each call in the counter
-    before they make it: who looks on from another process sees which one does not return.
+    The C loop of a library makes them if one is given, and all are calls of C functions. Both loops give the same, bit
+    for bit, and count each call in the counter before they make it: who looks on from another process sees which one
+    does not return. A loop with the FMUs' blocks in it goes before both, where nothing is refused.
     """
 
-    def __init__(self, phases: Sequence[Sequence[Call]], folders: Iterable[Path] = (),
-                 counter: memoryview | None = None):
+    def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None, counter: memoryview | None = None,
+                 blocks: BlockLoop | None = None):
         self.phases = phases
         self.counter = new_counter() if counter is None else counter
-        self.loop = compiled(phases, folders, self.counter)
+        self.blocks = blocks
+        function = step_function(loop) if loop is not None and in_c(phases) else None
+        self.loop = None if function is None else StepLoop(function, phases, self.counter)
 
     def step_over(self, first: int, last: int, origin: int = 0) -> None:
         """Make the communication steps from the first to before the last; rows begin with communication point `origin`.
@@ -45,6 +48,8 @@ class Stepper:
             If an FMU refuses a call, or the user interrupts.
         """
         k, counter = first, self.counter
+        if self.blocks is not None and self.blocks.step_over(first, last, origin):
+            return
         try:
             if self.loop is None:
                 phases = [[call.with_rows_from(origin) for call in phase] for phase in self.phases]
@@ -53,10 +58,16 @@ class Stepper:
                         counter[0] += 1
                         moving.value = base + k * stride
                         status = function(*arguments)
-                        if status > WARNING:
-                            raise fmu.failed(what, status)
+                        if status:
+                            fmu.require(what, status)
             elif (refusal := self.loop.step_over(first, last, origin)) is not None:
                 k, call, status = refusal
                 raise call.failed(status)
         except (FmuError, KeyboardInterrupt) as error:
             raise StepFailed(k, error) from None
+
+    def tell_warnings(self) -> None:
+        """Tell each FMU which of its calls have returned a warning, and how often."""
+        for call, number in self.loop.warnings() if self.loop is not None else ():
+            fmu, what = call.what
+            fmu.messages.warned(what, number)

@@ -25,9 +25,12 @@ from typing import Any, NamedTuple
 
 from maglev.errors import FAILURES, in_one_line
 from maglev.processes.interrupts import held_interrupts, interrupts_blocked, terminate
+from maglev.processes.plain import line_of, value_of
+from maglev_files.programs import end_with_children
 
 PATIENCE = 10.0   # s, for a process that is asked to end
 POLL = 0.05       # s, between two looks at a process
+LONGEST = 1 << 30   # bytes of a line that is read of what is not ours
 PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.processes.beside import serve; serve({folder!r})"
 
 Send = Callable[[object], None]   # what a task calls with its reports
@@ -49,11 +52,18 @@ class Said(NamedTuple):
 
 
 class Gone(Exception):
-    """A process has ended, with a signal or exit code, `how`, or is silent; what it did, as the end of a sentence."""
+    """A process is not to be heard any more; what it did, as the end of a sentence.
+
+    `how` is the signal or exit code of one that has ended.
+    """
 
     def __init__(self, what: str, how: str = ""):
         super().__init__(what)
         self.how = how
+
+
+class Silent(Gone):
+    """A process has said nothing for too long."""
 
 
 class Beside:
@@ -62,8 +72,9 @@ class Beside:
     Parameters
     ----------
     folder : Path or None
-        Where it unpacks, for what is not ours: it is ended from here alone, and the folder goes with it. Without one
-        it takes SIGTERM, and the end of this process, as Ctrl-C, and says what it leaves.
+        Where it unpacks, for what is not ours: it is ended from here alone, with all that it has started, and the
+        folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this
+        process, as Ctrl-C, and says what it leaves.
     inbox : SimpleQueue, optional
         Where what it says arrives, of this process and perhaps of others; None in place of it when it has ended.
     """
@@ -72,10 +83,11 @@ class Beside:
         self.folder = folder
         self.inbox: Inbox = inbox or SimpleQueue()
         self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
+        self.left = False   # whether it has ended itself and left something that it has started
         program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder))
         with interrupts_blocked():
             self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
-                                            stdout=subprocess.PIPE)
+                                            stdout=subprocess.PIPE, start_new_session=folder is not None)
         Thread(target=self.receive, daemon=True).start()
         self.send(sys.argv)   # not in the program: an argument has a largest length
 
@@ -83,9 +95,8 @@ class Beside:
         """Pass on what the process sends, and at last that it has ended."""
         assert self.process.stdout is not None
         with self.process.stdout as pipe, suppress(EOFError, pickle.UnpicklingError):   # in the middle of a report
-            while True:
-                frame = pickle.load(pipe)
-                self.inbox.put((self, frame))
+            while frame := pickle.load(pipe) if self.folder is None else pipe.readline(LONGEST):
+                self.inbox.put((self, frame))   # the one that is its own by then
         self.inbox.put((self, None))
 
     def ask(self, task: Task | None) -> None:
@@ -104,10 +115,10 @@ class Beside:
     def next(self, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
         """What it says next: a report or the result; what the task has raised is raised.
 
-        What `sign` returns changes as long as the process lives. Gone if it has ended, or is silent for longer than the
-        limit (s).
+        What `sign` returns changes as long as the process lives. Gone if it has ended or closed its pipe, or something
+        else than reports has come; Silent if that has taken longer than the limit (s).
         """
-        silent, before = 0.0, sign()
+        silent, ended, before = 0.0, 0.0, sign()
         while True:
             self.let_through()
             try:
@@ -115,31 +126,59 @@ class Beside:
                 break
             except Empty:
                 now = sign()
+            if self.process.poll() is not None:   # what it has started holds the pipe
+                self.end()
+                ended += POLL
+            if ended > PATIENCE:
+                raise self.gone()
             # Looks are counted, not time: a machine that sleeps is no silence.
             silent, before = (silent + POLL, before) if now == before else (0.0, now)
             if silent > limit:
-                raise Gone(f"has been silent for {limit:g} s")
+                raise Silent(f"has been silent for {limit:g} s")
         if frame is None:
-            raise Gone(f"ended its process with {self.how_it_ended()}", self.how_it_ended())
-        said: Said = pickle.loads(frame)
+            raise self.gone()
+        try:
+            said: Said = pickle.loads(frame) if self.folder is None else said_in(frame)
+        except ValueError:
+            raise Gone("has written into the pipe of its process") from None
         if said.kind == "error":
             raise said.what
         return said
 
+    def gone(self) -> Gone:
+        """What is known of a process from which nothing more comes."""
+        for _ in range(round(PATIENCE / POLL)):
+            self.let_through()
+            with suppress(subprocess.TimeoutExpired):
+                self.process.wait(POLL)
+                return Gone(f"ended its process with {self.how_it_ended()}", self.how_it_ended())
+        return Gone("has closed the pipe of its process")
+
     def how_it_ended(self) -> str:
-        """Signal or exit code of the process, which has ended."""
+        """Signal or exit code of the process, which has ended or does so now."""
         code = self.process.wait()
         with suppress(ValueError):
             return signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"signal {-code}"
 
     def end(self) -> None:
-        """End it, whatever it does, and wait for that."""
-        self.process.kill()
-        self.process.wait()
+        """End it, whatever it does, with what it has started if it is not ours, and wait for that."""
+        if self.folder is None:
+            self.process.kill()
+            self.process.wait()
+        elif end_with_children(self.process):
+            self.left = True
         assert self.process.stdin is not None
         with suppress(OSError):
             self.process.stdin.close()
+
+
+def said_in(line: bytes) -> Said:
+    """What a line says; ValueError where that is nothing that `serve` writes."""
+    said = value_of(line)
+    if not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception):
+        raise ValueError(f"{said!r}")
+    return said
 
 
 Inbox = SimpleQueue[tuple[Beside, bytes | None]]
@@ -148,7 +187,8 @@ Inbox = SimpleQueue[tuple[Beside, bytes | None]]
 def serve(folder: str | None) -> None:
     """Do tasks in this process as they are asked for; see `Beside`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
-    signal.signal(signal.SIGTERM, signal.SIG_IGN if folder else terminate)
+    if folder:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
     SERVING.append(folder)
     if folder:
         tempfile.tempdir = folder   # what is unpacked goes with it, however this process ends
@@ -158,6 +198,7 @@ def serve(folder: str | None) -> None:
     sys.stdout = sys.stderr
     sys.argv[:] = pickle.load(given)
     tasks: SimpleQueue[bytes] = SimpleQueue()
+    own = os.getpid()
 
     def receive() -> None:
         with suppress(EOFError, pickle.UnpicklingError):
@@ -165,16 +206,25 @@ def serve(folder: str | None) -> None:
                 tasks.put(pickle.load(given))
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
+            if hasattr(os, "killpg"):
+                os.killpg(own, signal.SIGKILL)
         else:
             os.kill(os.getpid(), signal.SIGTERM)   # the task removes what it has unpacked
             time.sleep(PATIENCE)
         os._exit(1)
 
     def send(kind: str, what: object) -> None:
-        frame = pickle.dumps(Said(kind, what))
+        if os.getpid() != own:   # a copy of this process that a task has made
+            os._exit(0)
+        frame = line_of(Said(kind, what)) if folder else pickle.dumps(pickle.dumps(Said(kind, what)))
         with held_interrupts():   # half of it could not be read
-            pickle.dump(frame, said)
-            said.flush()
+            try:
+                said.write(frame)
+                said.flush()
+            except OSError as error:
+                while not isinstance(error, ConnectionError):   # the task has closed the pipe: the other side ends it
+                    time.sleep(PATIENCE)
+                raise
 
     Thread(target=receive, daemon=True).start()
     asked = () if folder else (KeyboardInterrupt,)
@@ -182,13 +232,16 @@ def serve(folder: str | None) -> None:
     with suppress(ConnectionError, *asked):   # nobody wants to know, or more
         while (task := pickle.loads(tasks.get())) is not None:
             os.chdir(task[0])
+            if not folder:
+                signal.signal(signal.SIGTERM, terminate)
             try:
                 result = task[1](partial(send, "report"))
             except asked as error:
                 send("interrupt", in_one_line(error))
-                return
+                break
             except caught as error:
                 error.add_note(format_exc())
                 send("error", error if isinstance(error, FAILURES) else RuntimeError(format_exc()))
             else:
                 send("result", result)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # it ends

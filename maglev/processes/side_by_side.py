@@ -10,7 +10,7 @@ from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from maglev.errors import name_of, signal_of
+from maglev.errors import Interrupted, name_of, signal_of
 from maglev.processes.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
 
 T = TypeVar("T")
@@ -24,12 +24,11 @@ Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps 
 Idle = list[Beside]                         # processes that wait for tasks
 
 
-class Stopped(KeyboardInterrupt):
+class Stopped(Interrupted):
     """Ctrl-C or SIGTERM ended tasks: the results of those that were done, and what others left, by name."""
 
     def __init__(self, number: int, what: str, results: Mapping[str, Any], left: Mapping[str, str]):
-        super().__init__(what)
-        self.number = number
+        super().__init__(what, number)
         self.what = what
         self.results = results
         self.left = left
@@ -47,13 +46,13 @@ def kept_processes() -> Iterator[Idle]:
 
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
-                 idle: Idle, silent: float = math.inf) -> dict[str, T]:
+                 idle: Idle, silent: float = math.inf, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
     """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
 
     A task says itself what becomes of its errors; `died` makes, of its name and a message, the result of one whose
     process ended without one, or said nothing for longer than `silent` (s). Processes that are idle, as of
-    `kept_processes`, are taken before others are started, and left there. Stopped after Ctrl-C or SIGTERM: the tasks
-    that were under way have ended.
+    `kept_processes`, are taken before others are started, and left there. With `take` each result goes there as it
+    comes, and is not kept. Stopped after Ctrl-C or SIGTERM: the tasks that were under way have ended.
     """
     waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
     running: dict[Beside, str] = {}
@@ -88,8 +87,11 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 else:
                     result = said.what
                     idle.append(process)
-                results[name] = result
                 del running[process]
+                if take is None:
+                    results[name] = result
+                else:
+                    take(name, result)
                 watch(name, 1, 1)
     except KeyboardInterrupt as error:
         left = asked_to_end(running, inbox, results)
@@ -97,7 +99,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     finally:
         for process in running:
             process.end()
-    return {name: results[name] for name in tasks}
+    return {name: results[name] for name in tasks if name in results}
 
 
 def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:

@@ -19,7 +19,7 @@ from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, STEPP
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError
 from maglev.user_controllers.own_modules import OwnModules, own_name
-from maglev.user_controllers.source import file_of, is_class, load, read
+from maglev.user_controllers.source import file_of, load, read
 from maglev.user_controllers.subset import first_misfit, without_tables
 from maglev_files.scratch import scratch
 
@@ -99,8 +99,6 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
     that an FMU carries. ControllerError if there is no such file or class, or it does not fit; BuildError if an FMU
     cannot have what is in it; with file and line.
     """
-    if is_class(path):
-        raise BuildError(f"{path}: expected a file, such as lqi.py or lqi.py:LQI, for an FMU carries it")
     file, definition = file_of(path)[0], load(path).definition
     name, modules = definition.name, read(file)
     for problem in modules.problems:
@@ -153,8 +151,8 @@ def require_subset(modules: OwnModules, name: str) -> None:
         found = first_misfit(module.renamed, name)
         if found is not None:
             line, what = found
-            raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without --native the "
-                             "FMU runs Python and can have it")
+            raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without --kind native "
+                             "the FMU runs Python and can have it")
 
 
 def require_floats(definition: WrittenDefinition, file: Path) -> None:
@@ -199,7 +197,7 @@ def named_lines(modules: Mapping[str, str]) -> Iterator[None]:
                 place = f"{modules[module]}, line {line}" if line else modules[module]
                 words = ("pyccel fails on it; a simpler line or another name may help" if "INTERNAL" in what else
                          f"pyccel says: {what.strip()}")
-                raise BuildError(f"{place}: a native FMU cannot have this, {words}; without --native the FMU runs "
+                raise BuildError(f"{place}: a native FMU cannot have this, {words}; without --kind native the FMU runs "
                                  "Python and can have it") from error
         raise
 

@@ -1,13 +1,16 @@
 """A block of the user's, such as a controller: a class of a Python file, or a class that was given as such."""
 
+import ast
 import hashlib
 import inspect
 import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
+from itertools import count
 from pathlib import Path
 
 from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
@@ -23,6 +26,13 @@ SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
 GIVEN = "class "                                           # begins the name of a path that stands for a class
 
 HELP = "`maglev new controller lqi.py --stage 3dof` writes one to begin with"
+
+# Functions of `math` that every machine rounds alike, and modules of Python in which none can be told.
+EXACT = {"pi", "tau", "e", "inf", "nan", "sqrt", "fabs", "floor", "ceil", "trunc", "fmod", "remainder", "copysign",
+         "isfinite", "isnan", "isinf"}
+LIBRARIES = {"math", "cmath", "random", "statistics", "time", "os", "ctypes"}
+
+Given = str | Path | type | object   # a block: its name, its FMU or Python file, its class, or an object of this
 
 CLASSES: dict[Path, type] = {}                # classes that were given as such, by the path that stands for them
 LOADED: dict[tuple[Path, str], "Written"] = {}   # by path and digest of everything that is read
@@ -48,13 +58,53 @@ def is_class(path: Path) -> bool:
     return str(path).startswith(GIVEN)
 
 
-def path_of(given: str | Path | type) -> Path:
-    """Path of a block; one that stands for it if a class is given."""
-    if not isinstance(given, type):
+def path_of(given: Given) -> Path:
+    """Path of a block; one that stands for it if a class is given, or an object, as which those of a run begin.
+
+    ControllerError if the object cannot be copied.
+    """
+    if isinstance(given, str | Path):
         return Path(given)
-    path = Path(f"{GIVEN}{given.__name__}")
-    CLASSES[path] = given
-    return path
+    found = given if isinstance(given, type) else class_of(given)
+    paths = (Path(f"{GIVEN}{found.__name__}{f' ({number})' if number > 1 else ''}") for number in count(1))
+    return next(path for path in paths if CLASSES.setdefault(path, found) is found)
+
+
+def class_of(given: object) -> type:
+    """Class whose objects begin as copies of one."""
+    own = type(given)
+    try:
+        kept = deepcopy(given)
+    except RAISED as error:
+        raise ControllerError(f"an object of the class {own.__name__} cannot be copied: {described(error)}; expected "
+                              "one that can, or its class") from error
+    about = {"__module__": own.__module__, "__qualname__": f"{own.__qualname__}.object", "__doc__": own.__doc__}
+    return type(own.__name__, (own,), {**about, "__new__": lambda _: deepcopy(kept), "__init__": lambda _: None})
+
+
+def carried(given: Given) -> str | Path:
+    """What an FMU can carry of a block: of a class, the file that defines it, with its name.
+
+    ControllerError if an object is given, or no file defines the class at its top level, or one that is a script.
+    """
+    if isinstance(given, str | Path):
+        return given
+    try:
+        file = inspect.getsourcefile(given) if isinstance(given, type) and given.__module__ != "__main__" else None
+    except (OSError, TypeError):
+        file = None
+    if file is None or not Path(file).is_file() or given.__qualname__ != given.__name__:   # type: ignore[attr-defined]
+        kind = "a class" if isinstance(given, type) else "an object"
+        raise ControllerError(f"{name_of(given)}: was given as {kind} that no module has, which only this process can "
+                              "fly; expected its file, such as lqi.py or lqi.py:LQI")
+    return Path(f"{file}:{name_of(given)}")
+
+
+def name_of(given: Given) -> str:
+    """Name of a block that was given: of its class, if it is a class or an object."""
+    if isinstance(given, str | Path):
+        return Path(given).name
+    return (given if isinstance(given, type) else type(given)).__name__
 
 
 def file_of(path: Path) -> tuple[Path, str | None]:
@@ -107,6 +157,34 @@ def digests(path: Path) -> tuple[tuple[str, str], ...]:
     Nothing is executed; errors of the files as of `load`.
     """
     return load_class(path).sha256 if is_class(path) else read(existing(path)).sha256
+
+
+def requirements(path: Path) -> tuple[str, ...]:
+    """Packages that the file which a path names imports, and that no FMU carries; none of a class. Errors as above."""
+    return () if is_class(path) else read(existing(path)).requires
+
+
+def keeps_bits(path: Path) -> bool:
+    """Whether what a path names computes the same bits everywhere: of packages it imports ours, and exact functions.
+
+    False of a class, whose file is not known; errors of files as of `load`.
+    """
+    if is_class(path):
+        return False
+    modules = read(existing(path))
+    return not modules.requires and all(
+        set(imported_names(module.text)) <= EXACT for module in modules.modules.values())
+
+
+def imported_names(text: str) -> Iterator[str]:
+    """Names that a text takes from `math`; the module itself, where it imports that."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.module == "math":
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in LIBRARIES)
+        elif isinstance(node, ast.ImportFrom) and node.module in LIBRARIES:
+            yield node.module or ""
 
 
 def existing(path: Path) -> Path:

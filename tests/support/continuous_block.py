@@ -1,7 +1,6 @@
 """A plant's block as Model Exchange has it: states, rates, events, and derivatives along a direction."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from operator import attrgetter
 from typing import Any
 
@@ -9,20 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmi_export.definition import ContinuousModel
-from fmi_export.native.tangent import named, tangent_module
-from fmi_export.sources import carried_modules
+from maglev.linear.blocks.tangent import differentiated
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
-
-
-@cache
-def differentiated(name: str) -> Any:
-    """The function that a native FMU has as C: derivatives of what `derive` computes, along a direction."""
-    block = definition(name).block
-    space: dict[str, Any] = {}
-    texts = carried_modules(block.__module__, PACKAGES)
-    exec(compile(tangent_module(texts, block.__name__, "derive"), "<tangent>", "exec"), space)
-    return space[named(f"{block.__name__}.derive")]
 
 
 def zeros(block: Any) -> Any:
@@ -48,7 +35,8 @@ class ContinuousBlock:
         self.rates = [state.derivative for state in model.states]
         self.inputs = [v.name for v in self.definition.variables if v.causality == "input"]
         self.block = self.definition.new_block()
-        self.differentiate = differentiated(name)
+        # The function that a native FMU has as C: derivatives of what `derive` computes, along a direction.
+        self.differentiate = differentiated(self.definition.block, "derive")
         for key, value in values.items():
             self.set(key, value)
         assert self.block.start() == 0

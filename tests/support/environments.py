@@ -9,10 +9,15 @@ import numpy as np
 import maglev.gym  # noqa: F401 - registers
 
 RIG_NAMES = ("2dof", "3dof", "5dof")
+OPTIONS = ("action", "reference", "duration", "sample_time", "error_weight", "current_weight", "measurement",
+           "render_mode")
 
 
 def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:
-    return gymnasium.make(f"maglev/Stage{rig.upper()}-v0", fmus=folder, **options)
+    """Environment with options; those that are not its own are parameters of the plant."""
+    parameters = {name: value for name, value in options.items() if name not in OPTIONS}
+    return gymnasium.make(f"maglev/Stage{rig.upper()}-v0", fmus=folder, parameters=parameters,
+                          **{name: value for name, value in options.items() if name in OPTIONS})
 
 
 def flown(env: Any, actions: Any, **reset: Any) -> np.ndarray:

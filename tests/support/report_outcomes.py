@@ -3,8 +3,8 @@
 from math import inf
 
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
-from maglev.schema.claims import ProcedureClaim
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.claims import ProcedureClaim
+from maglev.schema.judged.procedure import ProcedureSettings
 
 HOSTILE = '</script><script>alert("1 & 2")</script> [red]x[/red] [/] %{y}'
 

@@ -16,10 +16,10 @@ from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.report.page import report_page
 from maglev.report.plots.data import NOTHING, Frictionless
-from maglev.schema.claims import RunClaim
+from maglev.schema.judged.claims import RunClaim
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
-from maglev.schema.procedure import ProcedureSettings
 from maglev.schema.run_plan import RunPlan
 
 STEP = 1e-3   # s
@@ -126,7 +126,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.elements.append(Element(tag, dict(attrs)))
-        if tag not in ("meta", "input"):
+        if tag not in ("meta", "link", "input"):
             self.open.append(self.elements[-1])
 
     def handle_endtag(self, tag: str) -> None:

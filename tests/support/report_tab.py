@@ -12,7 +12,9 @@ if TYPE_CHECKING:   # what is missing on some machines, where the fixture of the
 LIGHT: Literal["light"] = "light"
 DARK: Literal["dark"] = "dark"
 DESKTOP: "ViewportSize" = {"width": 1280, "height": 900}
+WIDE: "ViewportSize" = {"width": 1440, "height": 900}
 PHONE: "ViewportSize" = {"width": 390, "height": 800}
+LANDSCAPE: "ViewportSize" = {"width": 844, "height": 390}   # the same on its side
 
 # Contrast ratio of an element's text to the page's background, as WCAG defines it.
 CONTRAST = """(selector) => {
@@ -23,6 +25,27 @@ CONTRAST = """(selector) => {
   const paper = luminance(getComputedStyle(document.body).backgroundColor);
   return { paper, ratio: (Math.max(text, paper) + 0.05) / (Math.min(text, paper) + 0.05) };
 }"""
+
+
+# What has moved since the page was opened, without what the reader did: each time the share of the window, and what.
+SHIFTS = """() => new Promise((done) => {
+  const shifts = [];
+  new PerformanceObserver((list) => {
+    for (const { value, hadRecentInput, sources } of list.getEntries()) {
+      if (hadRecentInput) continue;
+      shifts.push([value, ...sources.map(({ node, previousRect, currentRect }) =>
+        `${node?.outerHTML?.slice(0, 60) ?? node?.textContent}: ${previousRect.y} to ${currentRect.y}`)]);
+    }
+  }).observe({ type: "layout-shift", buffered: true });
+  setTimeout(() => done(shifts), 300);
+})"""
+
+# What a finger is to hit that is less than 44 px high: a box is hit with its label, a link in a text as it can be.
+SMALL = """() => [...document.querySelectorAll("button, select, input:not([type='file']), summary, nav a")]
+  .filter((element) => element.checkVisibility({ visibilityProperty: true }))
+  .map((element) => (element.type === "checkbox" ? element.closest("label") : element))
+  .filter((element) => element.getBoundingClientRect().height < 43.9)
+  .map((element) => element.outerHTML.slice(0, 80))"""
 
 
 def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] = ()) -> list[str]:
@@ -43,17 +66,19 @@ def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] 
 class Tab:
     """The report in a browser; collects what goes wrong and what is requested."""
 
-    def __init__(self, browser: "Browser", report: Path, viewport: "ViewportSize" = DESKTOP, **options: Any) -> None:
+    def __init__(self, browser: "Browser", report: Path, viewport: "ViewportSize" = DESKTOP, fragment: str = "",
+                 **options: Any) -> None:
         self.url = report.as_uri()
         self.problems: list[str] = []
         self.requests: list[str] = []
+        touch = viewport in (PHONE, LANDSCAPE)
         self.context = browser.new_context(offline=True, viewport=viewport, color_scheme=LIGHT,
-                                           has_touch=viewport is PHONE, is_mobile=viewport is PHONE, **options)
+                                           has_touch=touch, is_mobile=touch, **options)
         self.page = self.context.new_page()
         self.page.on("console", lambda message: self.problems.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(self.url)
+        self.page.goto(self.url + fragment)
 
     def evaluate(self, script: str, argument: Any = None) -> Any:
         return self.page.evaluate(script, argument)
@@ -67,8 +92,8 @@ class Tab:
 
 
 def wait_until(page: "Page", condition: str) -> None:
-    """Wait for a condition; the page's policy forbids playwright's own way."""
-    for _ in range(200):
+    """Wait for a condition, on a loaded machine up to a minute; the page's policy forbids playwright's own way."""
+    for _ in range(1200):
         if page.evaluate(condition):
             return
         page.wait_for_timeout(50)

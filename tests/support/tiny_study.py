@@ -1,10 +1,10 @@
 """A scenario of a fifth of a second, and studies of it."""
 
-from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import dask
+from faulty_fmus import faulty, faulty_run
 
 from maglev.arrays import Array
 from maglev.experiment.preparation import Experiment, prepare
@@ -64,18 +64,14 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
     return plan_study(tiny(**table), experiment(folder, fmus), "study.toml", folder, UNCHANGED)
 
 
-def address_of(client: Any) -> str:
-    """Address of the scheduler of a client of Dask's."""
-    return str(client.scheduler.address)
-
-
-def trusted(security: Any) -> AbstractContextManager[object]:
-    """Make the certificate of a cluster that of this process, as in Dask's configuration: its address is enough."""
-    return dask.config.set({"distributed.comm.tls.ca-file": security.tls_ca_file,
-                            "distributed.comm.tls.client.cert": security.tls_client_cert,
-                            "distributed.comm.tls.client.key": security.tls_client_key})
-
-
 def fly_samples(job: Job, first: int, values: Array) -> Flown:
     """Fly samples in this process, whatever their limit of time."""
     return gathered(job, first, len(values), each_flown(job, values))
+
+
+def of_a_crash(fmus: Path, folder: Path, **changed: Any) -> PlannedStudy:
+    """A study of one sample, whose plant crashes; what is changed is of its job."""
+    crashing = faulty_run(faulty("crash", folder), fmus)
+    study = plan_study(tiny(vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0]}]), crashing, "study.toml",
+                       folder, UNCHANGED)
+    return replace(study, job=replace(study.job, **changed))

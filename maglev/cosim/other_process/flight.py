@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from maglev.cosim.master import FmuSetup, Master, Observer, RunFailed
 from maglev.cosim.order import Order
-from maglev.cosim.wiring import Drives, Track, Wiring
+from maglev.cosim.wires.wiring import Drives, Track, Wiring
 from maglev.processes.beside import Send
+from maglev_files.cache import Kept
 
 COUNTER = "calls"   # file with the number of calls that were begun
 TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
@@ -28,6 +29,7 @@ class Job(NamedTuple):
     order: Order
     stop_time: float
     drives: Drives
+    loop: Kept | None = None
 
 
 class Stage(NamedTuple):
@@ -42,10 +44,11 @@ ENDING = Stage("the process of the run", "its end")
 
 
 class Wired(NamedTuple):
-    """Report: the calls before the first step, those of each phase, and the columns of each array."""
+    """Report: the calls before the first step, of each phase, and after the last step; the columns of each array."""
 
     initial: list[Stage]
     phases: list[list[Stage]]
+    final: list[Stage]
     columns: list[list[str]]
 
 
@@ -105,6 +108,7 @@ class Reporter(Observer):
 
         self.send(Wired([named(*call.what) for call in wiring.initial],
                         [[named(*call.what) for call in phase] for phase in wiring.phases],
+                        [named(*call.what) for call in wiring.final],
                         [track.names for track in sorted(wiring.tracks, key=self.number)]))
 
     def number(self, track: Track) -> int:
@@ -116,12 +120,12 @@ def fly(folder: Path, job: Job, send: Send) -> None:
     """Do a run in this process, recorded into a folder, and send reports."""
     observer = Reporter(folder, send)
     try:
-        with Master(job.setups, job.connections, job.step, job.order, observer) as master:
+        with Master(job.setups, job.connections, job.step, job.order, observer, job.loop) as master:
             master.require_memory(job.stop_time)
             recording = master.run(job.stop_time, job.drives, lambda *steps: send(Stepped(*steps)))
             send(Finished(recording.notes))   # whatever happens in the calls that are left
             for name, fmu in master.fmus.items():
-                observer.stage(name, "fmi2FreeInstance")
+                observer.stage(name, f"{fmu.fmi.prefix}FreeInstance")
                 fmu.close()
         send(ENDING)
     except RunFailed as error:

@@ -14,7 +14,7 @@ from pathlib import Path
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.user_classes.fmu import description_text
 from maglev.errors import ControllerError
-from maglev.processes.beside import SERVING, Beside, Gone, Send
+from maglev.processes.beside import SERVING, Beside, Gone, Send, Silent
 from maglev.processes.interrupts import held_interrupts
 from maglev.user_controllers.source import digests, file_of
 from maglev_files.scratch import remove_scratch
@@ -89,7 +89,7 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
             text: bytes = found.next(limit).what
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
-                    f"was not read within {limit:g} s")
+                    f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))
             raise ControllerError(f"{file_of(path)[0].name}: {what}, expected a file that can be imported, and a class "
                                   "of which an object can be made") from None
     DESCRIPTIONS[key] = text

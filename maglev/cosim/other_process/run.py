@@ -1,17 +1,27 @@
 """Co-simulation in a process of its own: an FMU that crashes, exits or hangs there takes nothing with it.
 
-The process records into files that both map into memory, and counts its calls of FMUs there, too. So whatever happens,
+The process records into files that it maps into memory, and counts its calls of FMUs there, too. So whatever happens,
 this side has the recording until then, and knows which call was the last.
 """
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from maglev.cosim.master import FmuSetup, Progress, Recording, RunFailed, by_column, ended, whole_steps
+from maglev.cosim.master import (
+    PROGRESS_STEPS,
+    FmuSetup,
+    Progress,
+    Recording,
+    RunFailed,
+    countable,
+    ended,
+)
 from maglev.cosim.order import Order
 from maglev.cosim.other_process.flight import (
     COUNTER,
@@ -27,33 +37,45 @@ from maglev.cosim.other_process.flight import (
     fly,
 )
 from maglev.cosim.other_process.helper import other_process
-from maglev.cosim.wiring import Drives
-from maglev.errors import FmuError
-from maglev.processes.beside import Beside, Gone, Said
+from maglev.cosim.wires.wiring import Drives
+from maglev.errors import FmuError, Interrupted, name_of, signal_of
+from maglev.own_fmus import built_here
+from maglev.processes.beside import PATIENCE, Beside, Gone, Said, Silent
+from maglev.time_grid import whole_steps
+from maglev.user_controllers.source import is_written
+from maglev_files.cache import Kept
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
 
 
+Complete = Callable[[Recording], None]   # told of a recording
+
+
 def run_apart(setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float, order: Order,
               stop_time: float, drives: Drives, progress: Progress | None = None,
-              timeout: float = TIMEOUT) -> Recording:
+              timeout: float = TIMEOUT, loop: Kept | None = None, complete: Complete = lambda _: None) -> Recording:
     """Do in another process what a `Master` does in this one; parameters and errors as of it.
 
     Parameters
     ----------
     timeout : float
         Longest time without a sign of life, s: a call of an FMU that takes longer ends the run.
+    complete : callable
+        Called with the recording as soon as that is complete. After that the process has `PATIENCE` to end, s, or the
+        timeout if that is shorter, and is then ended with what it has started; a note says so.
 
     Raises
     ------
     RunFailed
         Also if the process dies, or a call takes too long.
+    Interrupted
+        After Ctrl-C or SIGTERM as it ends.
     """
-    job = Job(setups, connections, step, order, stop_time, drives)
+    job = Job(setups, connections, step, order, stop_time, drives, loop)
     with other_process() as (found, folder):
         (folder / COUNTER).write_bytes(bytes(8))
         found.ask(partial(fly, folder, job))
-        return Follower(job, folder, found, timeout).follow(progress)
+        return Follower(job, folder, found, timeout).follow(progress, complete)
 
 
 class Follower:
@@ -66,9 +88,10 @@ class Follower:
         self.timeout = timeout
         self.stage = STARTING
         self.wired: Wired | None = None
-        self.counter = np.memmap(folder / COUNTER, np.int64, "r")
+        self.counted = 0
+        self.cut = False   # whether somebody has cut the file with the number of calls
 
-    def follow(self, progress: Progress | None) -> Recording:
+    def follow(self, progress: Progress | None, complete: Complete) -> Recording:
         """Recording of the run at its end."""
         while True:
             try:
@@ -91,47 +114,75 @@ class Follower:
                 raise failure
             elif isinstance(report, Finished):
                 rows = whole_steps(self.job.stop_time, self.job.step) + 1
-                return self.complete(self.recording(rows, report.notes))
+                found = self.recording(rows, report.notes)
+                if len(found.time) < rows:
+                    raise self.early(FmuError(f"{self.foreign()} has cut the file of the recording"))
+                complete(found)
+                note = self.end()
+                return Recording(found.time, found.columns, (*found.notes, note)) if note else found
 
     def said(self) -> Said:
         """What the process says next; an FMU that is called gives a sign of life, too."""
         # No FMU is to blame for a machine that takes its time to start a process.
         return self.flying.next(max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout, self.calls)
 
-    def complete(self, found: Recording) -> Recording:
-        """Recording of a complete run, with a note if an FMU does not end as it should."""
+    def end(self) -> str:
+        """Let the process end after a complete run, if it does so soon; what is to be said if it does not end well."""
+        self.stage, patience = ENDING, min(PATIENCE, self.timeout)
         try:
-            while not (said := self.said()).last:
-                self.stage = said.what
-            self.flying.ask(None)
-            raise AssertionError(self.said())   # it ends
+            for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
+                if (said := self.flying.next(patience)).last:
+                    self.flying.ask(None)
+                elif isinstance(said.what, Stage):
+                    self.stage = said.what
+        except KeyboardInterrupt as error:
+            raise Interrupted(f"{name_of(error)} after the end of the run", signal_of(error)) from None
         except Gone as gone:
-            if self.stage == ENDING and gone.how == "exit code 0":
-                return found
-            note = f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
-        return Recording(found.time, found.columns, (*found.notes, note))
+            self.flying.end()
+            if self.stage != ENDING or gone.how not in ("exit code 0", ""):
+                return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
+            if not gone.how:
+                return (f"the process of {self.foreign()} had not ended {patience:g} s after the run, and was ended "
+                        "with what it had started")
+        return (f"the process of {self.foreign()} has left what it had started, which was ended after the run"
+                if self.flying.left else "")
 
     def calls(self) -> int:
         """Number of calls that were begun."""
-        return int(self.counter[0])
+        # Read as a file, not mapped: what flies could cut it, and this process would end by SIGBUS.
+        with (self.folder / COUNTER).open("rb") as file:
+            found = file.read(8)
+        self.cut = len(found) < 8
+        if not self.cut:
+            self.counted = int.from_bytes(found, sys.byteorder)
+        return self.counted
 
     def last(self) -> tuple[int, Stage]:
         """Communication step and name of the last call that was begun."""
         assert self.wired is not None
-        initial, phases, _ = self.wired
+        initial, phases, final, _ = self.wired
         number = self.calls() - 1
         if number < len(initial):
             return 0, initial[number]
-        cycles, number = divmod(number - len(initial), sum(map(len, phases)))
-        for phase, calls in enumerate(phases):
-            if number < len(calls):
-                return cycles * len(phases) + phase, calls[number]
-            number -= len(calls)
+        number -= len(initial)
+        steps = whole_steps(self.job.stop_time, self.job.step)
+        cycles, rest = divmod(steps, len(phases))
+        calls = cycles * sum(map(len, phases)) + sum(map(len, phases[:rest]))
+        if number >= calls:
+            return steps, final[min(number - calls, len(final) - 1)]
+        cycles, number = divmod(number, sum(map(len, phases)))
+        for phase, calls_of_phase in enumerate(phases):
+            if number < len(calls_of_phase):
+                return cycles * len(phases) + phase, calls_of_phase[number]
+            number -= len(calls_of_phase)
         raise AssertionError("a number below the sum is in one of the phases")
 
     def blame(self, gone: Gone) -> FmuError:
         """Error of the FMU that was called last, which did this."""
-        fmu, doing = self.last()[1] if self.calls() else self.stage
+        begun = self.calls()
+        if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
+            return FmuError(f"{self.foreign()} {gone}{', after the count of calls was cut' if self.cut else ''}")
+        fmu, doing = self.last()[1] if begun else self.stage
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
     def early(self, reason: BaseException) -> BaseException:
@@ -143,15 +194,36 @@ class Follower:
         return ended(reason, step * self.job.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
-        """Copy of the first rows of what was recorded."""
+        """Copy of the first rows of what was recorded, or of as many as there are."""
         assert self.wired is not None
         columns: dict[str, Any] = {}
         for number, names in enumerate(self.wired.columns):
             path = next(self.folder.glob(f"{TRACK}{number}.*"))
-            table = np.memmap(path, path.suffix[1:], "r").reshape(-1, len(names))[:rows]
-            columns.update(zip(names, by_column(table), strict=True))
-        return Recording(self.job.step * np.arange(rows, dtype=np.float64), columns, notes)
+            table, rows = read_track(path, len(names), rows)
+            columns.update(zip(names, table, strict=True))
+        return Recording(self.job.step * np.arange(rows, dtype=np.float64),
+                         {name: column[:rows] for name, column in columns.items()}, notes)
+
+    def foreign(self) -> str:
+        """Names of what flies that is not of this project."""
+        return " or ".join(self.name(setup.name) for setup in self.job.setups
+                           if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
 
     def name(self, fmu: str) -> str:
         """Name of an FMU with that of its file."""
         return next((f"{fmu} ({setup.path.name})" for setup in self.job.setups if setup.name == fmu), fmu)
+
+
+def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:
+    """Rows of an array in a file, each column as one piece of memory, shape (names, rows), and how many there are."""
+    kind = np.dtype(path.suffix[1:])
+    table = np.empty((names, rows), countable(kind))
+    with path.open("rb") as file:
+        for first in range(0, rows, PROGRESS_STEPS):
+            wanted = min(PROGRESS_STEPS, rows - first)
+            part = np.fromfile(file, kind, wanted * names)
+            part = part[:len(part) // names * names].reshape(-1, names)
+            table[:, first:first + len(part)] = part.T
+            if len(part) < wanted:
+                return table, first + len(part)
+    return table, rows

@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from ctypes import CFUNCTYPE, c_double, c_int, c_size_t, c_uint32, c_void_p
 from functools import partial
@@ -14,13 +15,14 @@ import fmpy
 from fmpy.model_description import ModelDescription
 
 from fmi_export.build import build_date
+from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
 from fmi_export.slave import Refused
 from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.slave import WrittenSlave
 from fmi_export.user_classes.trouble import described
 from maglev.cosim.fmu import OWN_TOOL, Fmu
-from maglev.errors import FmuError
+from maglev.errors import ControllerError, FmuError
 from maglev.user_controllers.source import Written, folder_first, load
 
 TOOL = "Python class"   # in place of what makes FMUs, in generationTool
@@ -29,6 +31,7 @@ OK, ERROR = 0, 3        # fmi2OK, fmi2Error
 
 ACCESS = CFUNCTYPE(c_uint32, c_void_p, c_void_p, c_size_t, c_void_p)   # fmi2GetReal and its like
 STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoStep
+END = CFUNCTYPE(c_uint32, c_void_p)                                    # fmi2Terminate
 
 C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
 
@@ -37,7 +40,11 @@ def description_text(path: Path) -> bytes:
     """Model description of a user's class, the one that its FMU has; errors as of `load`."""
     written = load(path)
     guid = written.sha256[0][1][:32] if written.sha256 else ""
-    return model_description(written.definition, f"{{{guid}}}", version("maglev-fmus"), build_date())
+    try:
+        date = build_date()
+    except ExportError as error:
+        raise ControllerError(str(error)) from None
+    return model_description(written.definition, f"{{{guid}}}", version("maglev-fmus"), date)
 
 
 def written_description(text: bytes) -> ModelDescription:
@@ -62,7 +69,7 @@ class Calls:
 
     component = 1   # fmi2Component: there is but this one
 
-    def __init__(self, slave: WrittenSlave):
+    def __init__(self, slave: Any):
         self.slave = slave
 
     def setupExperiment(self, startTime: float, stopTime: float) -> int:
@@ -84,21 +91,19 @@ class Calls:
         """Nothing is to be done."""
 
 
-class WrittenController(Fmu):
-    """A user's class with the face of an FMU; errors that it raises end the run with their file and line."""
+class InProcessFmu(Fmu, ABC):
+    """A slave in Python, which `made` makes, with the face of an FMU."""
 
     def load(self) -> None:
         """Make the object and its functions."""
-        written: Written = load(self.path)
         self.raised: BaseException | None = None
-        self.definition: WrittenDefinition = written.definition
-        with folder_first(written.file.absolute().parent if written.file is not None else self.folder):
-            self.slave = InProcess(self.definition, instance_name=self.key.decode())
+        self.slave = self.made()
         self.instance = Calls(self.slave)
         for kind in ("Real", "Boolean"):
             self.get_functions[kind] = ACCESS(partial(self.guarded, self.given, kind))
             self.set_functions[kind] = ACCESS(partial(self.guarded, self.taken, kind))
         self.do_step = STEP(partial(self.guarded, self.stepped))
+        self.terminate = END(partial(self.guarded, lambda _component: self.slave.terminate()))
 
     def guarded(self, function: Callable[..., None], *arguments: Any) -> int:
         """Status of a call: nothing that is raised gets out of a C function."""
@@ -106,9 +111,17 @@ class WrittenController(Fmu):
             function(*arguments)
         except BaseException as error:
             self.raised = error
-            self.messages.add(str(error) if isinstance(error, Refused) else described(error, self.slave.written))
+            self.messages.add(str(error) if isinstance(error, Refused) else self.words(error))
             return ERROR
         return OK
+
+    @abstractmethod
+    def made(self) -> Any:
+        """The slave."""
+
+    def words(self, error: BaseException) -> str:
+        """What an error says that is no refusal."""
+        return str(error)
 
     def given(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
         """Give values of variables: fmi2GetReal, fmi2GetBoolean."""
@@ -134,3 +147,16 @@ class WrittenController(Fmu):
         error = FmuError(f"{self.name} ({self.path.name}): {self.said() or call}")
         error.__cause__ = self.raised
         return error
+
+
+class WrittenController(InProcessFmu):
+    """A user's class with the face of an FMU; errors that it raises end the run with their file and line."""
+
+    def made(self) -> InProcess:
+        written: Written = load(self.path)
+        self.definition: WrittenDefinition = written.definition
+        with folder_first(written.file.absolute().parent if written.file is not None else self.folder):
+            return InProcess(self.definition, instance_name=self.key.decode())
+
+    def words(self, error: BaseException) -> str:
+        return described(error, self.slave.written)

@@ -1,7 +1,7 @@
 """FMUs with periodic clocks in a co-simulation: their steps, with an event wherever a clock ticks (FMI 3.0, 2.2.10)."""
 
 from collections.abc import Callable, Mapping
-from ctypes import addressof, c_double, c_int, c_size_t, c_uint32, c_void_p, memmove, sizeof
+from ctypes import addressof, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p, memmove, sizeof
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import parse
@@ -9,7 +9,7 @@ from xml.etree.ElementTree import parse
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from maglev.cosim.versions.exchange import ENDS, FAILED, MOST_EVENTS
+from maglev.cosim.versions.exchange import AGAIN, ENDS, FAILED, MOST_EVENTS, next_event
 
 PERIODIC = ("constant", "fixed", "tunable")   # interval variabilities that can be flown
 PUNCTUAL = 1e-6   # of an interval, or of a step, by which rounding may miss its end
@@ -56,6 +56,7 @@ class Values:
         self.free = free   # whether the FMU gives access to all, as in its initialization
         self.clocks = {reference: {clock.valueReference for clock in variable.clocks or ()}
                        for reference, variable in variables.items()}
+        self.names = {reference: variable.name for reference, variable in variables.items()}
         self.outputs = [r for r, v in variables.items() if v.causality == "output" and self.clocks[r]]
         self.waiting: dict[int, Any] = {}
         self.held: dict[int, Any] = {}
@@ -82,6 +83,10 @@ class Values:
         """Values that the FMU gives now."""
         values = (self.value * len(references))()
         self.pass_on(self.call_get, handle, references, values)
+        if self.value is c_bool:   # which takes every number but 0 for true
+            for reference, value in zip(references, bytes(values), strict=True):
+                if value > 1:
+                    raise RuntimeError(f"{self.names[reference]} = {value}, expected a Boolean, 0 or 1")
         return list(values)
 
     def pass_on(self, function: Any, handle: c_void_p, references: list[int], values: Any) -> None:
@@ -165,15 +170,21 @@ class Ticking:
         """After the initialization, in event mode at the start time (s): go on to steps, before the first tick."""
         for clock in self.clocks:
             clock.begin(time + clock.shift)
-        self.settle()
+        self.settle(time)
         self.stepping = True
 
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
         now, end, slack = time.value, time.value + step.value, PUNCTUAL * step.value
+        instants = 0
         try:
             while True:
                 self.event(now)
                 following = min(self.following, *(clock.due for clock in self.clocks))
+                if following <= now:
+                    instants += 1
+                    if instants > MOST_EVENTS:
+                        raise RuntimeError(AGAIN)
+                    continue
                 part = end if following > end - slack else following
                 status = int(self.step(self.handle, c_double(now), c_double(part - now), c_int(1)))
                 if status > 1 or part == end:
@@ -201,7 +212,7 @@ class Ticking:
             values.hold(self.handle, active)
         for clock in ticking:
             clock.ticks += 1
-        self.settle()
+        self.settle(now)
         for clock in self.clocks:
             if clock.tunable and not clock.given:
                 interval, qualifier = self.interval(clock)
@@ -209,14 +220,14 @@ class Ticking:
                     clock.interval = interval
                     clock.begin(now + interval)
 
-    def settle(self) -> None:
-        """End the event."""
+    def settle(self, now: float) -> None:
+        """End the event at a time (s)."""
         for _ in range(MOST_EVENTS):
             more, ended, _, _, defined, next_time = self.instance.updateDiscreteStates()
             if ended:
                 raise RuntimeError(ENDS)
             if not more:
-                self.following = next_time if defined else float("inf")
+                self.following = next_event(defined, next_time, now)
                 self.instance.enterStepMode()
                 return
-        raise RuntimeError(f"after {MOST_EVENTS} events at one instant the FMU asks for another")
+        raise RuntimeError(AGAIN)

@@ -2,18 +2,31 @@
 
 from collections.abc import Callable
 from ctypes import c_double
+from math import inf, isnan
 from typing import Any
 
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import CoSimulation, ModelDescription
 from fmpy.sundials import CVodeSolver
 
+from maglev.errors import FmuError
+
 TOLERANCE = 1e-8   # relative, and of the nominal value of each state
 ENDED = 1e-9       # of a step, by which rounding may miss its end
 FAILED = 3         # fmi2Error, fmi3Error
 MOST_EVENTS = 1000   # at one instant, after which an FMU is not believed to come to an end
+PAST = 1e-9          # of a time, by which rounding may put an event before it
+LEAST_NOMINAL, MOST_NOMINAL = 1e-60, 1e60   # of a state in SI: beyond them a tolerance is none
 
 ENDS = "the FMU asks for the end of the simulation"
+AGAIN = f"after {MOST_EVENTS} events at one instant the FMU asks for another"
+
+
+def next_event(defined: bool, following: float, now: float) -> float:
+    """Time of the next event, s, as an FMU gives it at a time (s); infinite without one. RuntimeError if it is past."""
+    if defined and not following >= now - PAST * max(1.0, abs(now)):
+        raise RuntimeError(f"next event time = {following:.9g} s, expected one that is not before {now:.9g} s")
+    return following if defined else inf
 
 
 class SolverInterface(CoSimulation):  # type: ignore[misc]   # fmpy has no types
@@ -54,10 +67,13 @@ class Integration:
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
         instance = self.instance
         now, end = time.value, time.value + step.value
-        self.broken = None
+        self.broken, instants = None, 0
         try:
-            following = self.events()
+            following = self.events(now)
             while end - now > ENDED * step.value:
+                instants = instants + 1 if following - now <= ENDED * step.value else 0
+                if instants > MOST_EVENTS:
+                    raise RuntimeError(AGAIN)
                 found, _, now = self.solver_at(now).step(now, min(end, max(following, now + ENDED * step.value)))
                 if self.broken is not None:
                     raise self.broken
@@ -71,8 +87,8 @@ class Integration:
                 if found or asked or at_end or following - now <= ENDED * step.value:
                     instance.enterEventMode()
                     if not at_end:
-                        following = self.events()
-            self.settled()
+                        following = self.events(now)
+            self.settled(now)
         except FMICallException as error:
             return int(error.status)
         except RuntimeError as error:   # also of CVODE, which has given up
@@ -80,19 +96,19 @@ class Integration:
             return FAILED
         return 0
 
-    def settled(self) -> float:
-        """Take in the event at which the instance is; when the next one is due, s, if the instance knows."""
+    def settled(self, now: float) -> float:
+        """Take in the event at which the instance is, at a time (s); when the next one is due, s, if it knows."""
         for _ in range(MOST_EVENTS):
             more, ended, _, _, defined, next_time = self.update()
             if ended:
                 raise RuntimeError(ENDS)
             if not more:
-                return next_time if defined else float("inf")
-        raise RuntimeError(f"after {MOST_EVENTS} events at one instant the FMU asks for another")
+                return next_event(defined, next_time, now)
+        raise RuntimeError(AGAIN)
 
-    def events(self) -> float:
+    def events(self, now: float) -> float:
         """The same, and go on between events; the solver starts anew."""
-        due = self.settled()
+        due = self.settled(now)
         self.instance.enterContinuousTimeMode()
         self.fresh = True
         return due
@@ -100,24 +116,64 @@ class Integration:
     def solver_at(self, time: float) -> Any:
         """The solver, which starts anew after an event at a time (s)."""
         if self.solver is None:
-            count, instance = self.description.numberOfContinuousStates, self.instance
+            instance, states = self.instance, self.description.numberOfContinuousStates
+            self.require_counts()
+            nominals = self.checked(instance.getNominalsOfContinuousStates, "nominal value", a_nominal)
+            if states:   # a solver that is not made to its end writes a traceback
+                nominals((c_double * states)(), states)
             rates = getattr(instance, "getContinuousStateDerivatives", None) or instance.getDerivatives
             self.solver = CVodeSolver(
-                nx=count, nz=self.description.numberOfEventIndicators, get_x=instance.getContinuousStates,
-                set_x=self.kept(instance.setContinuousStates), get_dx=self.kept(rates),
-                get_z=self.kept(instance.getEventIndicators), get_nominals=instance.getNominalsOfContinuousStates,
-                set_time=self.kept(instance.setTime), input=NoInput(), startTime=time, relativeTolerance=TOLERANCE,
-                maxNumSteps=100000)
+                nx=states, nz=self.description.numberOfEventIndicators, get_x=instance.getContinuousStates,
+                set_x=self.kept(instance.setContinuousStates),
+                get_dx=self.kept(rates),   # of a state that it tries; it takes a smaller step from one without a rate
+                get_z=self.kept(self.checked(instance.getEventIndicators, "event indicator", a_number)),
+                get_nominals=nominals, set_time=self.kept(instance.setTime), input=NoInput(), startTime=time,
+                relativeTolerance=TOLERANCE, maxNumSteps=100000)
         elif self.fresh:
             self.solver.reset(time)
         self.fresh = False
         return self.solver
+
+    def require_counts(self) -> None:
+        """Refuse an instance of FMI 3.0 that has other numbers of states or event indicators than its description."""
+        for what, described in (("ContinuousStates", self.description.numberOfContinuousStates),
+                                ("EventIndicators", self.description.numberOfEventIndicators)):
+            count = getattr(self.instance, f"getNumberOf{what}", None)
+            if count is not None and (found := count()) != described:
+                raise RuntimeError(f"fmi3GetNumberOf{what} gives {found}, expected {described}, as in its description")
+
+    def checked(self, call: Callable[..., Any], what: str,
+                expected: Callable[[float], str]) -> Callable[[Any, int], None]:
+        """A call that gets numbers; RuntimeError of the first that is not as expected."""
+        def made(values: Any, count: int) -> None:
+            call(values, count)
+            for k in range(count):
+                if wrong := expected(values[k]):
+                    raise RuntimeError(f"{what} {k + 1} = {values[k]:.9g}{self.state(what, k)}, expected {wrong}")
+        return made
+
+    def state(self, what: str, number: int) -> str:
+        """Say of which state something is, where the description tells."""
+        unknowns = self.description.derivatives
+        if "event" in what or number >= len(unknowns) or unknowns[number].variable.derivative is None:
+            return ""
+        return f" of {unknowns[number].variable.derivative.name}"
 
     def kept(self, call: Callable[..., Any]) -> Callable[..., None]:
         """A call that CVODE makes: what it raises is raised after it."""
         def made(*arguments: Any) -> None:
             try:
                 call(*arguments)
-            except FMICallException as error:
-                self.broken = error
+            except (FMICallException, FmuError, RuntimeError) as error:
+                self.broken = self.broken or error
         return made
+
+
+def a_number(value: float) -> str:
+    """What is expected in place of a number that is none."""
+    return "a number" if isnan(value) else ""
+
+
+def a_nominal(value: float) -> str:
+    """What is expected in place of a nominal value by which no tolerance can be set."""
+    return "" if LEAST_NOMINAL < value < MOST_NOMINAL else f"one between {LEAST_NOMINAL:g} and {MOST_NOMINAL:g}"

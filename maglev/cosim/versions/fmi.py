@@ -3,6 +3,7 @@
 import ctypes
 from collections.abc import Callable, Mapping
 from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p
+from math import nan
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -20,8 +21,8 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.versions.clocks import Ticking, clocks_of
-from maglev.cosim.versions.exchange import Integration, SolverInterface
+from maglev.cosim.versions.clocks import PUNCTUAL, Ticking, clocks_of
+from maglev.cosim.versions.exchange import ENDS, Integration, SolverInterface
 
 Listener = Callable[[int, bytes], None]   # told status and text of a message
 
@@ -81,14 +82,13 @@ class Fmi:
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
                     set_values: Callable[[], None],
-                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> tuple[tuple[str, int], ...]:
-        """Go through the initialization; what was called, and the status that fmpy has not looked at."""
-        statuses = [("fmi2SetupExperiment", instance.setupExperiment(startTime=start_time, stopTime=stop_time))]
+                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> None:
+        """Go through the initialization."""
+        instance.setupExperiment(startTime=start_time, stopTime=stop_time)
         set_values()
-        statuses.append(("fmi2EnterInitializationMode", instance.enterInitializationMode()))
+        instance.enterInitializationMode()
         give_inputs()
-        statuses.append(("fmi2ExitInitializationMode", instance.exitInitializationMode()))
-        return tuple(statuses)
+        instance.exitInitializationMode()
 
 
 class Exchange3:
@@ -103,12 +103,14 @@ class Exchange3:
 
 
 class Step3:
-    """fmi3DoStep called as fmi2DoStep: an FMU that asks for the end of the simulation says so with its status."""
+    """fmi3DoStep called as fmi2DoStep: a step that is not made to its end is a discarded one, and `say` is told why."""
 
-    def __init__(self, function: Any):
+    def __init__(self, function: Any, say: Callable[[str], None]):
         self.function = function
-        self.flags = (c_bool(), c_bool(), c_bool())   # event, end, early return: the last one may not be set
-        self.places = (c_bool(True), *map(byref, self.flags), byref(c_double()))
+        self.say = say
+        self.flags = (c_bool(), c_bool(), c_bool())   # event, end, early return
+        self.last = c_double()                        # s, where it has come to
+        self.places = (c_bool(True), *map(byref, self.flags), byref(self.last))
 
     @property
     def event(self) -> bool:
@@ -116,8 +118,20 @@ class Step3:
         return bool(self.flags[0].value)
 
     def __call__(self, instance: c_void_p, time: c_double, step: c_double, _no_set_before: c_int) -> int:
+        for flag in self.flags:   # not every FMU sets all
+            flag.value = False
+        self.last.value = nan
         status: int = self.function(instance, time, step, *self.places)
-        return DISCARD if status <= WARNING and self.flags[1].value else status
+        end = time.value + step.value
+        early = self.flags[2].value and not abs(self.last.value - end) <= PUNCTUAL * step.value
+        if status <= WARNING and (self.flags[1].value or early):
+            return self.discarded(self.flags[1].value, self.last.value, end)
+        return status
+
+    def discarded(self, ends: bool, last: float, end: float) -> int:
+        """Status of a step to a time (s) from which an FMU asks for the end, or has returned early (s)."""
+        self.say(ENDS if ends else f"it returned early, at lastSuccessfulTime = {last:.9g} s, expected {end:.9g} s")
+        return DISCARD
 
 
 class Fmi3(Fmi):
@@ -145,11 +159,11 @@ class Fmi3(Fmi):
     def do_step(self, instance: Any, description: ModelDescription, say: Callable[[str], None]) -> Any:
         if isinstance(instance, FMU3Model):
             return Integration(instance, description, instance.updateDiscreteStates, say)
-        return Step3(function_of(instance, "fmi3DoStep"))
+        return Step3(function_of(instance, "fmi3DoStep"), say)
 
     def initialised(self, instance: Any, start_time: float, stop_time: float,
                     set_values: Callable[[], None],
-                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> tuple[tuple[str, int], ...]:
+                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> None:
         set_values()
         instance.enterInitializationMode(startTime=start_time, stopTime=stop_time)
         give_inputs()
@@ -158,7 +172,6 @@ class Fmi3(Fmi):
         instance.exitInitializationMode()
         if ticking is not None:
             ticking.begin(start_time)
-        return ()
 
 
 def function_of(instance: Any, name: str) -> Any:

@@ -1,6 +1,5 @@
 """FMUs with clocks in a co-simulation: the same bits as without, and clocks of others."""
 
-import re
 import subprocess
 import zipfile
 from ctypes import POINTER, c_double, c_int, c_size_t, c_uint32, c_void_p, cast
@@ -17,6 +16,7 @@ from command_line import error_line, maglev
 from example_builds import EXAMPLES, require_compiler, script
 from fmpy.model_description import ModelDescription, ModelVariable
 from native_builds import FMI_HEADERS
+from small_fmus import absent_functions
 
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.port_map import read_port_maps
@@ -47,6 +47,21 @@ def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmu
     assert flown(clocked_fmus) == expected
 
 
+def test_fmpy_flies_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> None:
+    """The example of an importer: the bits of our master. fmpy's own simulation refuses clocks, as the page says."""
+    example = script(EXAMPLES / "clocked_fmpy.py")
+    with Master([FmuSetup(role, clocked_fmus / f"{name}3DOF.fmu") for role, name in (
+            ("controller", "Regulator"), ("plant", "Plant"))], WIRES, SAMPLE) as master:
+        steps = round(0.04 / SAMPLE)
+        recording = master.run(0.04, {"controller.y.reference": np.where(
+            np.arange(steps + 1) * SAMPLE < example.STEP_AT, example.GAP, example.STEP_TO)})
+    expected = np.column_stack([recording.columns[f"plant.{axis}.position"] for axis in example.AXES])
+    assert np.array_equal(example.flown(clocked_fmus, 0.04), expected)
+    for refused in ({}, {"use_event_mode": True, "early_return_allowed": True}):
+        with pytest.raises(Exception, match=r"Failed to instantiate FMU|fmi3GetFloat64 failed"):
+            fmpy.simulate_fmu(clocked_fmus / "Regulator3DOF.fmu", stop_time=0.01, **refused)
+
+
 PD = EXAMPLES / "pd_controller_c"
 
 
@@ -68,10 +83,7 @@ def built_with_a_clock(folder: Path) -> Path:
                intervalVariability="constant", intervalDecimal="0.5e-3")
     library = folder / f"clocked_pd{fmpy.sharedLibraryExtension}"
     source = Path(__file__).with_name("clocked_pd.c")
-    header = Path(FMI_HEADERS[1], "fmi3Functions.h").read_text()
-    absent = set(re.findall(r"^FMI3_Export +fmi3\w+TYPE +(fmi3\w+);", header, re.MULTILINE)) - set(
-        re.findall(r"\bfmi3\w+", source.read_text()))
-    (folder / "absent.c").write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(absent)))
+    (folder / "absent.c").write_text(absent_functions(source.read_text()))
     subprocess.run([*require_compiler(), "-O2", "-shared", "-fPIC", *FMI_HEADERS, "-I", PD, source,
                     folder / "absent.c", "-o", library, "-lm"], check=True)
     with zipfile.ZipFile(folder / "clocked_pd.fmu", "w") as archive:
@@ -104,8 +116,8 @@ def test_a_clocked_controller_of_another_tool(native_fmus: Path, tmp_path: Path)
 
 
 def test_a_build_says_what_clocks_need(tmp_path: Path) -> None:
-    said = error_line(maglev("build", "--native", "--clocked", "Regulator3DOF", "--fmus", tmp_path))
-    assert said.endswith("--clocked: expected --native and --fmi 3 with it")
+    said = error_line(maglev("build", "--kind", "native", "--clocked", "Regulator3DOF", "--fmus", tmp_path))
+    assert said.endswith("--clocked: expected --kind native and --fmi 3 with it")
 
 
 CLOCKS = """<fmiModelDescription><ModelVariables>

@@ -54,13 +54,13 @@ def test_a_unit_that_is(tmp_path: Path, base: str) -> None:
 
 
 def test_the_other_kind_is_there(tmp_path: Path) -> None:
-    """Whoever has built one kind only forgets, or adds, --native."""
+    """Whoever has built one kind only forgets, or adds, --kind native."""
     for folder in ("native", "clocked"):
         (tmp_path / folder).mkdir()
     python, native, clocked = (tmp_path / folder / "Plant2DOF.fmu" for folder in ("", "native", "clocked"))
-    for missing, there, words in ((python, native, "which flies with --native"),
-                                  (native, python, "which flies without --native"),
-                                  (clocked, native, "which flies with --native"),
+    for missing, there, words in ((python, native, "which flies with --kind native"),
+                                  (native, python, "which flies without --kind"),
+                                  (clocked, native, "which flies with --kind native"),
                                   (python, clocked, f"which flies with --fmus {clocked.parent}")):
         there.touch()
         with pytest.raises(FmuError, match=f"there is no file {missing}, but {there}, {words}, expected an FMU"):

@@ -1,6 +1,6 @@
 """Plant and controller under masters that are not ours: the same numbers, bit for bit, once the order is the same.
 
-docs/interop.md has what was measured, with versions.
+docs/importing.md has what was measured, with versions.
 """
 
 from pathlib import Path

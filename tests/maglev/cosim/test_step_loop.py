@@ -5,24 +5,28 @@ import math
 import os
 import shutil
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from sampled_loop import PHASES
 
+import maglev
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import library
-from maglev.cosim import step_loop, stepping
+from maglev.cosim import stepping
+from maglev.cosim.block_loop import BlockLoop
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed, RunInterrupted
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, Scale
-from maglev.cosim.step_loop import LIBRARY, SOURCE, source, step_function, version
-from maglev.cosim.wiring import Call
+from maglev.cosim.step_loop import LIBRARY, SOURCE, build_loop, keep_loop, own_loop, source, step_function, version
+from maglev.cosim.wires.wiring import Call
+from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
+from maglev_files.cache import Kept
 
 MOTORS = ("alpha", "beta")
 CONNECTIONS = [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}") for motor in MOTORS for phase in PHASES] + [
@@ -30,13 +34,19 @@ CONNECTIONS = [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}") for mot
 STEP = 2e-4   # s
 
 
-@pytest.fixture(scope="session")
-def without_loop(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the native FMUs alone."""
-    folder = tmp_path_factory.mktemp("without_loop")
-    for path in native_fmus.glob("*.fmu"):
-        (folder / path.name).symlink_to(path)
-    return folder
+@pytest.fixture(scope="session", autouse=True)
+def with_loop(native_fmus: Path) -> None:
+    """The loop is there, for native FMUs were built."""
+    assert own_loop() is not None
+
+
+@contextmanager
+def no_loop() -> Iterator[None]:
+    """A user who has built no native FMU."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("maglev.cosim.master.own_loop", lambda: None)
+        patch.setattr("maglev.experiment.preparation.own_loop", lambda: None)
+        yield
 
 
 @pytest.fixture
@@ -44,12 +54,13 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Whether each run took the loop in C."""
     found: list[bool] = []
 
-    def compiled(phases: Sequence[Sequence[Call]], folders: Sequence[Path], counter: memoryview) -> Any:
-        loop = step_loop.compiled(phases, folders, counter)
-        found.append(loop is not None)
-        return loop
+    class Watched(stepping.Stepper):
+        def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None,
+                     counter: memoryview | None = None, blocks: BlockLoop | None = None):
+            super().__init__(phases, loop, counter, blocks)
+            found.append(self.loop is not None)
 
-    monkeypatch.setattr(stepping, "compiled", compiled)
+    monkeypatch.setattr("maglev.cosim.master.Stepper", Watched)
     return found
 
 
@@ -69,9 +80,11 @@ def flown(folder: Path, steps: int, ports: PortMap | None = None, order: Order =
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
 @pytest.mark.parametrize("name", ["2dof-setpoints", "3dof-setpoints-improved", "3dof-smooth-scheduled",
                                   "3dof-tracking-pid", "2dof-identification-rig"])
-def test_loops_agree(native_fmus: Path, without_loop: Path, loops: list[bool], name: str, order: Order) -> None:
+def test_loops_agree(native_fmus: Path, loops: list[bool], name: str, order: Order) -> None:
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
-    compiled, plain = (prepare(plan, folder, {}, {}, order=order).run() for folder in (native_fmus, without_loop))
+    compiled = prepare(plan, native_fmus, {}, {}, order=order).run()
+    with no_loop():
+        plain = prepare(plan, native_fmus, {}, {}, order=order).run()
     assert loops == [True, False]
     require_equal(compiled, plain)
     assert any(np.ptp(column) > 1e-4 for name, column in compiled.columns.items() if name.endswith(".position"))
@@ -79,14 +92,13 @@ def test_loops_agree(native_fmus: Path, without_loop: Path, loops: list[bool], n
 
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
 @pytest.mark.parametrize("own", [3 * STEP, STEP / 3])
-def test_loops_agree_on_rates(native_fmus: Path, without_loop: Path, loops: list[bool], own: float,
-                              order: Order) -> None:
+def test_loops_agree_on_rates(native_fmus: Path, loops: list[bool], own: float, order: Order) -> None:
     """The plant takes three steps in one, or one in three; 900 steps are no multiple of what goes at once."""
     found = []
-    for folder in (native_fmus, without_loop):
-        with Master([FmuSetup("controller", folder / "Regulator3DOF.fmu"),
-                     FmuSetup("plant", folder / "Plant3DOF.fmu", {}, PortMap(step=own))], CONNECTIONS, STEP,
-                    order) as master:
+    for given in (nullcontext, no_loop):
+        with given(), Master([FmuSetup("controller", native_fmus / "Regulator3DOF.fmu"),
+                              FmuSetup("plant", native_fmus / "Plant3DOF.fmu", {}, PortMap(step=own))], CONNECTIONS,
+                             STEP, order) as master:
             found.append(master.run(900 * STEP, {"controller.x.reference": [0.005] * 901}))
     assert loops == [True, False]
     require_equal(*found)
@@ -94,12 +106,12 @@ def test_loops_agree_on_rates(native_fmus: Path, without_loop: Path, loops: list
 
 
 @pytest.mark.parametrize("at", [0, 100, 499, 500, 777])
-def test_refused_step(native_fmus: Path, without_loop: Path, loops: list[bool], at: int) -> None:
+def test_refused_step(native_fmus: Path, loops: list[bool], at: int) -> None:
     drives = {"controller.x.reference": [0.005] * at + [math.nan] * (1001 - at)}
     failures = []
-    for folder in (native_fmus, without_loop):
-        with pytest.raises(RunFailed) as failure:
-            flown(folder, 1000, drives=drives)
+    for given in (nullcontext, no_loop):
+        with given(), pytest.raises(RunFailed) as failure:
+            flown(native_fmus, 1000, drives=drives)
         failures.append(failure.value)
     assert loops == [True, False]
     assert str(failures[0]) == str(failures[1])
@@ -109,20 +121,13 @@ def test_refused_step(native_fmus: Path, without_loop: Path, loops: list[bool], 
     require_equal(failures[0].recording, failures[1].recording)
 
 
-@pytest.mark.parametrize("beside", [".", "python"])
-def test_fmus_that_run_python_take_the_loop_of_native_ones(fmus: Path, native_fmus: Path, loops: list[bool],
-                                                           tmp_path: Path, beside: str) -> None:
-    """With a folder of native FMUs in or beside their own: the same run, and the same refusal."""
+def test_fmus_that_run_python_take_it_too(fmus: Path, loops: list[bool]) -> None:
+    """The same run, and the same refusal."""
     drives = {"controller.x.reference": [0.005] * 550 + [math.nan] * 51}
-    (tmp_path / "plain").mkdir()
-    (tmp_path / "looped" / beside).mkdir(parents=True)
-    (tmp_path / "looped" / "native").symlink_to(native_fmus)
     failures = []
-    for folder in (tmp_path / "looped" / beside, tmp_path / "plain"):
-        for name in ("Regulator3DOF.fmu", "Plant3DOF.fmu"):
-            (folder / name).symlink_to(fmus / name)
-        with pytest.raises(RunFailed) as failure:
-            flown(folder, 600, drives=drives)
+    for given in (nullcontext, no_loop):
+        with given(), pytest.raises(RunFailed) as failure:
+            flown(fmus, 600, drives=drives)
         failures.append(failure.value)
     assert loops == [True, False]
     assert str(failures[0]) == str(failures[1])
@@ -162,20 +167,89 @@ def test_converted_units_take_the_loop_in_python(native_fmus: Path, loops: list[
     assert position[0] == pytest.approx(25e-6)
 
 
-@pytest.mark.parametrize("text", [
-    source().replace(str(version()), str(version() + 1)),
-    source().replace("maglev_step_over", "step_over_else"),
-    "int nothing;\n", None])
-def test_a_library_of_another_version_is_left_alone(native_fmus: Path, without_loop: Path, tmp_path: Path,
-                                                    loops: list[bool], text: str | None) -> None:
-    for name in ("Regulator3DOF.fmu", "Plant3DOF.fmu"):
-        shutil.copy(native_fmus / name, tmp_path)
+ANOTHER_VERSION = source().replace(str(version()), str(version() + 1))
+FORGED = source() + """
+#include <stdio.h>
+__attribute__((constructor)) static void forged(void) { FILE *file = fopen("forged.txt", "w"); fclose(file); }
+"""
+
+
+def built(text: str) -> bytes:
     platform, = host_platform().values()
-    (tmp_path / LIBRARY).write_bytes(b"no library" if text is None else library({"loop.c": text}, "loop", platform))
-    require_equal(flown(tmp_path, 600), flown(without_loop, 600))
+    return library({"loop.c": text}, "loop", platform)
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Cache of a user, empty."""
+    monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))
+    assert own_loop() is None
+    return tmp_path / "cache"
+
+
+@pytest.mark.parametrize("content", [lambda: built(ANOTHER_VERSION), lambda: built("int nothing;\n"),
+                                     lambda: built(source().replace("maglev_step_over", "step_over_else")),
+                                     lambda: b"no library"])
+def test_what_is_no_loop_of_this_version_is_left_alone(native_fmus: Path, own: Path, loops: list[bool],
+                                                       content: Callable[[], bytes]) -> None:
+    loop = keep_loop(content())
+    assert own_loop() == loop
+    with no_loop():
+        plain = flown(native_fmus, 600)
+    require_equal(flown(native_fmus, 600), plain)
     assert loops == [False, False]
 
 
-def test_the_version_is_of_the_text(native_fmus: Path) -> None:
-    assert step_function(native_fmus / LIBRARY) is not None
+@pytest.mark.parametrize("place", [".", "fmus", "fmus/native", "results", "native"])
+def test_a_library_is_never_taken_for_its_place(native_fmus: Path, own: Path, tmp_path: Path,
+                                                monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    """Not from the current folder, nor beside, above or below the FMUs: it is not even loaded."""
+    folder = tmp_path / "fmus"
+    for path in (folder / "native", tmp_path / "results", tmp_path / "native"):
+        path.mkdir(parents=True, exist_ok=True)
+    for name in ("Regulator2DOF.fmu", "Plant2DOF.fmu"):
+        shutil.copy(native_fmus / name, folder / "native")
+    (tmp_path / place / LIBRARY).write_bytes(built(FORGED))
+    monkeypatch.chdir(tmp_path)
+    run = maglev.run("2dof-step-4-nonlinear", fmus="fmus", kind="native")
+    assert not (tmp_path / "forged.txt").exists()
+    assert run.result.provenance is not None
+    assert run.result.provenance.libraries == {}
+
+
+def test_it_is_known_by_its_content(native_fmus: Path, own: Path, tmp_path: Path,
+                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another content under its name, one that others can write, and one that changes after a run was made ready."""
+    monkeypatch.chdir(tmp_path)
+    loop = build_loop()
+    assert loop == own_loop() == build_loop()
+    experiment = prepare(load_plan("2dof-step-4-nonlinear"), native_fmus, {}, {})
+    assert experiment.provenance().libraries == {LIBRARY: loop.sha256}
+    for path in (loop.path, loop.path.parent):
+        mode = path.stat().st_mode
+        path.chmod(mode | 0o020)
+        assert own_loop() is None
+        path.chmod(mode)
+    loop.path.write_bytes(built(FORGED))
+    assert own_loop() is None
+    step_function.cache_clear()
+    with pytest.raises(FmuError, match="is not the step loop that the run was made ready with"):
+        experiment.run()
+    assert not (tmp_path / "forged.txt").exists()
+    assert build_loop() == loop == own_loop()
+
+
+def test_without_room_for_it_runs_are_stepped_in_python(native_fmus: Path, own: Path, loops: list[bool]) -> None:
+    own.write_text("no folder")
+    with pytest.warns(UserWarning, match="cache: the step loop cannot be kept there, expected a folder"):
+        maglev.build("Plant2DOF", fmus=own.parent / "fmus", kind="native", target="host")
+    assert own_loop() is None
+    flown(native_fmus, 10)
+    assert loops == [False]
+
+
+def test_the_version_is_of_the_text() -> None:
+    loop = own_loop()
+    assert loop is not None
+    assert step_function(loop) is not None
     assert SOURCE.read_text(encoding="utf-8") in source()

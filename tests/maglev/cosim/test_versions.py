@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from maglev.cosim.step_loop import own_loop
 from maglev.cosim.stepping import StepFailed, Stepper
-from maglev.cosim.versions.fmi import Step3
-from maglev.cosim.wiring import Call
+from maglev.cosim.versions.fmi import WARNING, Step3
+from maglev.cosim.wires.wiring import Call
 
 DO_STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 
@@ -28,11 +29,16 @@ def test_an_fmu_that_asks_for_the_end_ends_the_run(fmi3_fmus: Path, in_c: bool, 
         c_bool.from_address(places[1]).value = ends and third
         return status if third else 0
 
-    function = Step3(DO_STEP(step))
-    failed: Any = SimpleNamespace(failed=lambda call, found: RuntimeError(f"{call} {found}"))
+    def require(call: str, found: int) -> None:
+        if found > WARNING:
+            raise RuntimeError(f"{call} {found}")
+
+    said: list[str] = []
+    function = Step3(DO_STEP(step), said.append)
+    failed: Any = SimpleNamespace(require=require, failed=lambda call, found: RuntimeError(f"{call} {found}"))
     time = c_double()
     call: Any = Call(time, 0.0, 0.5, function, (c_void_p(7), time, c_double(0.5), c_int(1)), (failed, "fmi3DoStep"))
-    stepper = Stepper([[call]], [fmi3_fmus] if in_c else [])
+    stepper = Stepper([[call]], own_loop() if in_c else None)
     assert (stepper.loop is not None) is in_c
     if expected is None:
         stepper.step_over(0, 5)
@@ -41,3 +47,4 @@ def test_an_fmu_that_asks_for_the_end_ends_the_run(fmi3_fmus: Path, in_c: bool, 
     with pytest.raises((StepFailed, RuntimeError), match=f"fmi3DoStep {expected}"):
         stepper.step_over(0, 5)
     assert len(seen) == 3
+    assert said == (["the FMU asks for the end of the simulation"] if status == 0 else [])

@@ -1,6 +1,10 @@
 """Tasks in processes of their own: results in order, and a dead process is one result, not the end."""
 
 import os
+import pickle
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -8,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from maglev.processes.beside import PROGRAM
 from maglev.processes.side_by_side import Idle, kept_processes, side_by_side
 
 
@@ -103,3 +108,21 @@ def test_processes_that_are_kept_end_with_the_block() -> None:
 def test_as_many_at_a_time_as_asked_for(tmp_path: Path, idle: Idle) -> None:
     tasks = {name: partial(meet, tmp_path, name) for name in ("a", "b")}
     assert side_by_side(tasks, 2, lambda *_: 0, lambda *_: None, idle) == {"a": 1, "b": 1}
+
+
+class TermWhileLoaded:
+    """What gets SIGTERM as a process unpickles it."""
+
+    def __reduce__(self) -> tuple[Callable[..., None], tuple[int]]:
+        return signal.raise_signal, (signal.SIGTERM,)
+
+
+@pytest.mark.parametrize("frames", [
+    [TermWhileLoaded()],                                   # in place of the arguments of the command
+    [["maglev"], pickle.dumps((".", TermWhileLoaded()))],   # in place of a task, which imports what it needs
+], ids=["arguments", "task"])
+def test_a_process_that_is_asked_to_end_as_it_starts_says_nothing(frames: list[object]) -> None:
+    program = PROGRAM.format(path=sys.path, folder=None)
+    done = subprocess.run([sys.executable, "-c", program], input=b"".join(map(pickle.dumps, frames)),
+                          capture_output=True, timeout=120)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, b"", b"")

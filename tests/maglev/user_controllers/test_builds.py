@@ -23,7 +23,7 @@ def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""
     require_native_tools()
     path = new_controller(tmp_path / "lqi.py", stage)
-    forms = [path, *tool.build(path, fmus=tmp_path), *tool.build(path, fmus=tmp_path, native=True, target="host")]
+    forms = [path, *tool.build(path, fmus=tmp_path), *tool.build(path, fmus=tmp_path, kind="native", target="host")]
     run = tmp_path / "short.toml"
     run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "1.2 s"\n')
     written = set()
@@ -83,7 +83,7 @@ def test_modules_beside_the_file_are_carried(fastest_fmus: Path, tmp_path: Path)
     require_native_tools()
     path, plan = in_modules(tmp_path), flight(tmp_path)
     forms = [path, *tool.build(path, fmus=tmp_path / "built"),
-             *tool.build(path, fmus=tmp_path / "built", native=True, target="host")]
+             *tool.build(path, fmus=tmp_path / "built", kind="native", target="host")]
     for module in MODULES:
         (tmp_path / module).rename(tmp_path / f"{module}.gone")
     with pytest.raises(tool.ControllerError, match="line 7: ModuleNotFoundError: No module named 'messages'"):
@@ -170,7 +170,7 @@ def test_the_line_that_cannot_be_c(slow: None, tmp_path: Path, case: str) -> Non
     require_native_tools()
     change, part, message = MISFITS[case]
     path = controller(tmp_path, change)
-    line = error_line(maglev("build", path, "--native", "--target", "host", "--fmus", tmp_path))
+    line = error_line(maglev("build", path, "--kind", "native", "--target", "host", "--fmus", tmp_path))
     assert line.startswith(f"maglev: pd.py, line {line_of(path, part)}: ")
     assert message in line
     assert not (tmp_path / "native" / "PD.fmu").exists()
@@ -180,7 +180,7 @@ def test_a_whole_number_cannot_be_c(slow: None, tmp_path: Path) -> None:
     """C would keep it whole."""
     require_native_tools()
     path = controller(tmp_path, ("self.damping = 0.9", "self.damping = 1"))
-    line = error_line(maglev("build", path, "--native", "--fmus", tmp_path))
+    line = error_line(maglev("build", path, "--kind", "native", "--fmus", tmp_path))
     assert "damping starts as 1, a native FMU needs a float: expected 1.0" in line
 
 
@@ -189,7 +189,7 @@ def test_a_name_for_a_part_inside_an_if(fastest_fmus: Path, tmp_path: Path) -> N
     require_native_tools()
     path = controller(tmp_path, ("        self.known = True\n", "        self.known = True\n        if t > 0.1:\n"
                                  "            again = self.gap\n            again.rate = 0.99 * again.rate\n"))
-    native, = tool.build(path, fmus=tmp_path, native=True, target="host")
+    native, = tool.build(path, fmus=tmp_path, kind="native", target="host")
     with zipfile.ZipFile(native) as archive:
         assert "__del__(again)" not in archive.read("sources/own_pd.c").decode()
     with pytest.warns(UserWarning):

@@ -33,7 +33,7 @@ def pythonfmu_controller(slow: None, tmp_path: Path) -> Path:
     return tmp_path / "PDController.fmu"
 
 
-@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+@pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_a_file_flies_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
     """pythonfmu's own slave and wrapper, and a process of its own, around the same law."""
     plan = flight(tmp_path)
@@ -45,7 +45,7 @@ def test_a_file_flies_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_con
         assert_array_equal(columns(ours)[name], values, err_msg=name)
 
 
-@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+@pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> None:
     """A class of no file, whose gains are an array outside, and whose output is a number of numpy's."""
     path = controller(tmp_path)
@@ -68,11 +68,9 @@ def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> Non
     for name, values in columns(of_file).items():
         assert_array_equal(columns(of_class)[name], values, err_msg=name)
     assert of_class.result.provenance and of_class.result.provenance.fmus[0].kind == "Python class"
-    with pytest.raises(tool.ControllerError, match="class Closed: .* 3 runs .* expected its file"):
-        tool.run_all(["2dof-step-4"], controller=Closed, fmus=fastest_fmus, out=tmp_path)
 
 
-@pytest.mark.filterwarnings("ignore:the FMU that was put in")
+@pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_the_sample_time_is_kept(fastest_fmus: Path, tmp_path: Path) -> None:
     """Of a controller with a sample time of four communication steps, every fourth computes, the others hold."""
     path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 2.0e-3"),

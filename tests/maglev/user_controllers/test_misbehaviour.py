@@ -137,3 +137,32 @@ def test_a_class_flies_in_this_process(fastest_fmus: Path, tmp_path: Path) -> No
     assert processes == [os.getpid()]
     of_file = tool.run(flight(tmp_path), controller=controller(tmp_path), fmus=fastest_fmus)
     np.testing.assert_array_equal(run["plant.v.position"], of_file["plant.v.position"])
+
+
+AWAY = '''
+class Away:
+    """A plant that runs away."""
+
+    inputs = {f"motor.i_{phase}_cmd": "A" for phase in "abc"}
+    outputs = {f"{axis}.{what}": "m" for axis in "vh" for what in ("encoder", "position")}
+
+    def __init__(self):
+        self.sample_time = 0.5e-3
+        self.motor_i_a_cmd = self.motor_i_b_cmd = self.motor_i_c_cmd = 0.0
+        self.v_encoder = self.v_position = 20e-3
+        self.h_encoder = self.h_position = 0.0
+
+    def step(self, t):
+        self.v_encoder = self.v_position = 20e-3 * 2.0 ** (t / 0.5e-3)
+'''
+
+
+@pytest.mark.filterwarnings("ignore:plant .* has no")
+@pytest.mark.filterwarnings("ignore:plant .* starts with")
+def test_who_left_the_range_first_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
+    """It is not the controller, which refuses such a measurement."""
+    (tmp_path / "away.py").write_text(AWAY)
+    with pytest.raises(tool.RunFailed, match=(
+            r"^at t = 0\.005 s: plant\.v\.encoder = 10\.24 m is beyond -10…10 m, the range of controller\.v\.measured; "
+            r"controller \(Regulator2DOF\.fmu\) refused fmi2DoStep with status \d: v\.measured = 10\.24")):
+        tool.run("2dof-step-1-nonlinear", plant=tmp_path / "away.py", fmus=fastest_fmus)

@@ -18,7 +18,7 @@ from sampled_loop import sampled_loop
 from maglev.catalogue import SYSTEMS
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.order import Order
-from maglev.cosim.wiring import Wiring, wire
+from maglev.cosim.wires.wiring import Wiring, wire
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan, StartValue

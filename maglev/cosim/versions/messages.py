@@ -19,6 +19,7 @@ class Messages:
         self.latest: deque[str] = deque(maxlen=MOST_MESSAGES)   # since somebody asked
         self.counts: dict[str, int] = {}   # of the first different ones
         self.others = 0                    # messages beyond these
+        self.warnings: dict[str, int] = {}   # calls that returned one, with their numbers
 
     def add(self, text: str) -> None:
         """Keep a message."""
@@ -30,6 +31,10 @@ class Messages:
         else:
             self.others += 1
 
+    def warned(self, call: str, number: int = 1) -> None:
+        """Keep that a call has returned a warning."""
+        self.warnings[call] = self.warnings.get(call, 0) + number
+
     def take(self) -> str:
         """The latest messages, which are not given again."""
         text = "; ".join(self.latest)
@@ -37,6 +42,11 @@ class Messages:
         return text
 
     def summary(self) -> str:
-        """What was said since the beginning, each text once with its number; empty if nothing was."""
-        texts = [text if number == 1 else f"{text} ({number} times)" for text, number in self.counts.items()]
+        """What was said since the beginning, each text once with its number; empty if nothing was.
+
+        Of calls that returned a warning it is said only where no text came with it.
+        """
+        counts = self.counts or {f"a warning from {call}, without a text": number
+                                 for call, number in self.warnings.items()}
+        texts = [text if number == 1 else f"{text} ({number} times)" for text, number in counts.items()]
         return "; ".join([*texts, *([f"and {self.others} more messages"] if self.others else [])])

@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
-from maglev.cosim.beginning import beginning, owner
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
-from maglev.cosim.versions.fmi import FMI2, FMI3, WARNING
+from maglev.cosim.versions.fmi import FMI2, FMI3
+from maglev.cosim.wires.beginning import beginning, owner
 from maglev.errors import FmuError
 
 KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))
@@ -37,13 +37,24 @@ class Track:
     """
 
     def __init__(self, names: list[str], item: type, rows: int, allocate: Allocate = np.zeros,
-                 drives: Drives | None = None):
+                 drives: Drives | None = None, boolean: bool = False):
         self.names = names
+        self.boolean = boolean
         self.signals = None if drives is None else signals(names, item, drives)
         self.array = allocate((rows, len(names)), item)
         self.address = self.array.ctypes.data
         self.item = self.array.itemsize
         self.stride = self.item * len(names)   # bytes from one row to the next
+
+    def first_wrong(self, first: int, last: int) -> tuple[int, str] | None:
+        """First of the rows from `first` to `last` that has another value of a Boolean output than 0 and 1, and it."""
+        if not self.boolean:
+            return None
+        wrong = self.array[first:last + 1] >> 1   # also of -1
+        if not wrong.any():
+            return None
+        row, column = np.argwhere(wrong)[0]
+        return first + int(row), f"{self.names[column]} = {self.array[first + row, column]}, expected a Boolean, 0 or 1"
 
     def begin(self, origin: int) -> None:
         """Begin a block with the communication point `origin`, the last one of the block before."""
@@ -79,9 +90,8 @@ class Call(NamedTuple):
     def at(self, k: int) -> None:
         """Call at a communication point; FmuError if the FMU refuses."""
         self.moving.value = self.base + k * self.stride
-        status = self.function(*self.arguments)
-        if status > WARNING:
-            raise self.failed(status)
+        fmu, call = self.what
+        fmu.require(call, self.function(*self.arguments))
 
     def with_rows_from(self, origin: int) -> "Call":
         """The call in a block whose rows begin with another communication point."""
@@ -97,13 +107,15 @@ class Wiring(NamedTuple):
     """A co-simulation made ready: the calls before the first step, those of each step, and what they record.
 
     Communication step k makes the calls of phase k modulo the number of phases: one, unless an FMU has longer steps.
-    `begin` has, by FMU in the order of their initialization, the calls by which it gets there what others begin with.
+    `begin` has, by FMU in the order of their initialization, the calls by which it gets there what others begin with;
+    `final` are the calls after the last step.
     """
 
     initial: list[Call]
     phases: list[list[Call]]
     tracks: list[Track]
     begin: dict[str, list[Call]]
+    final: list[Call]
 
 
 class Rate(NamedTuple):
@@ -186,7 +198,10 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
                  if owner(source) in feeding and (owner(source) != name or source == target)}
         begin[name] = [*(call for call in initial if call.what[0].name in feeding - {name}),
                        *input_calls(0, name, fmus[name], known, places, "jacobi")]
-    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()), begin)
+    final = [Call(c_double(), 0.0, 0.0, fmu.terminate, (fmu.handle(),), (fmu, f"{fmu.fmi.prefix}Terminate"))
+             for fmu in fmus.values()]
+    return Wiring(initial, phases, list({id(place.track): place.track for place in places.values()}.values()), begin,
+                  final)
 
 
 def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Sequence[list[Call]],
@@ -223,7 +238,8 @@ def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str], rows: int,
         # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
         variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
         if variables:
-            yield Track([f"{name}.{v.name}" for v in variables], fmu.fmi.types[kind].item, rows, allocate), variables
+            yield Track([f"{name}.{v.name}" for v in variables], fmu.fmi.types[kind].item, rows, allocate,
+                        boolean=kind == "Boolean"), variables
 
 
 def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],

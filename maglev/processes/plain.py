@@ -1,0 +1,134 @@
+"""Values as lines of JSON, and back: what comes from a process that runs what is not ours is read without trust.
+
+Nothing in such a line is executed, as what is pickled would be. It holds numbers, texts, bytes, paths, arrays of
+numbers, tuples, lists, dicts, errors, and this project's named tuples, frozen dataclasses and parts of the motor.
+"""
+
+import json
+import sys
+from base64 import b64decode, b64encode
+from dataclasses import is_dataclass
+from inspect import isfunction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from maglev.errors import MaglevError
+
+OWN = ("maglev", "pmlsm")   # packages whose named tuples and dataclasses are made again
+PARTS = "pmlsm"             # package whose other classes are, too: they hold numbers, and one another
+NUMBERS = "biufc"           # kinds of arrays
+
+
+def line_of(value: Any) -> bytes:
+    """A value in one line, with its end; TypeError of what is none of these."""
+    return json.dumps(packed(value)).encode("ascii") + b"\n"
+
+
+def value_of(line: bytes) -> Any:
+    """The value of a line; ValueError where nothing has been written that `line_of` writes."""
+    try:
+        return unpacked(json.loads(line))
+    except (TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise ValueError(f"{error}") from error
+
+
+def packed(value: Any) -> Any:
+    """The same of what JSON has."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return [packed(each) for each in value]
+    if isinstance(value, list):
+        return {"list": [packed(each) for each in value]}
+    if isinstance(value, dict):
+        return {"dict": [[packed(key), packed(each)] for key, each in value.items()]}
+    if isinstance(value, complex):
+        return {"complex": [value.real, value.imag]}
+    if isinstance(value, bytes):
+        return {"bytes": b64encode(value).decode("ascii")}
+    if isinstance(value, Path):
+        return {"path": str(value)}
+    if isinstance(value, np.ndarray) and value.dtype.kind in NUMBERS:
+        return {"array": [value.dtype.str, list(value.shape), packed(value.tobytes())]}
+    if isinstance(value, BaseException):
+        return {"error": packed_error(value)}
+    kind = type(value)
+    if not is_own(kind):
+        raise TypeError(f"a {kind.__name__} cannot be said to another process")
+    held = {name: getattr(value, name) for name in kind._fields} if isinstance(value, tuple) else vars(value)
+    return {"own": [kind.__module__, kind.__name__, {name: packed(each) for name, each in held.items()}]}
+
+
+def unpacked(found: Any) -> Any:
+    """The value of what JSON has."""
+    if isinstance(found, list):
+        return tuple(unpacked(each) for each in found)
+    if not isinstance(found, dict):
+        return found
+    (kind, what), = found.items()
+    if kind == "list":
+        return [unpacked(each) for each in what]
+    if kind == "dict":
+        return {unpacked(key): unpacked(each) for key, each in what}
+    if kind == "complex":
+        return complex(*what)
+    if kind == "bytes":
+        return b64decode(what)
+    if kind == "path":
+        return Path(what)
+    if kind == "array":
+        item, shape, data = what
+        if np.dtype(item).kind not in NUMBERS:
+            raise ValueError(f"an array of {item}")
+        return np.frombuffer(unpacked(data), item).reshape(shape).copy()
+    if kind == "error":
+        return unpacked_error(*what)
+    module, name, held = what
+    own = getattr(sys.modules[module], name)
+    if kind != "own" or own.__module__ != module or not is_own(own):
+        raise ValueError(f"{kind} {module}.{name}")
+    values = {name: unpacked(each) for name, each in held.items()}
+    if not own.__module__.startswith(f"{PARTS}.") or is_dataclass(own):
+        return own(**values)
+    part = object.__new__(own)
+    vars(part).update(values)
+    return part
+
+
+def is_own(kind: Any) -> bool:
+    """Whether a class is one of ours that is made again."""
+    if not isinstance(kind, type) or kind.__module__.partition(".")[0] not in OWN:
+        return False
+    if is_dataclass(kind):
+        return bool(kind.__dataclass_params__.frozen)   # type: ignore[attr-defined]   # typeshed hides it
+    return hasattr(kind, "_fields") or kind.__module__.startswith(f"{PARTS}.")
+
+
+def packed_error(error: BaseException) -> Any:
+    """What is known of an error: of ours the class, of the system its number, of others the text."""
+    notes = list(getattr(error, "__notes__", ()))
+    if isinstance(error, OSError):
+        return [None, [error.errno, error.strerror or str(error), error.filename and str(error.filename)], notes]
+    own = next((kind.__name__ for kind in type(error).__mro__ if plain_error(kind)), None)
+    return [own, [str(error)], notes]
+
+
+def unpacked_error(own: str | None, arguments: list[Any], notes: list[str]) -> Exception:
+    """The error, with its notes."""
+    kind: Any = OSError if len(arguments) == 3 else RuntimeError
+    if own is not None:
+        kind = getattr(sys.modules[MaglevError.__module__], own)
+        if not plain_error(kind):
+            raise ValueError(f"an error {own}")
+    error: Exception = kind(*arguments)
+    for note in notes:
+        error.add_note(note)
+    return error
+
+
+def plain_error(kind: Any) -> bool:
+    """Whether it is a class of `maglev.errors` whose errors are made of a message alone."""
+    return (isinstance(kind, type) and issubclass(kind, MaglevError) and kind.__module__ == MaglevError.__module__
+            and not isfunction(kind.__init__))

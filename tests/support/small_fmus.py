@@ -1,0 +1,55 @@
+"""Small FMUs of FMI 3.0 in C, x' = u - x, with statements in them that no FMU should have."""
+
+import re
+import subprocess
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import fmpy
+from example_builds import require_compiler
+from native_builds import FMI_HEADERS
+
+SOURCE = Path(__file__).with_name("small_fmu.c")
+
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Small" instantiationToken="small">
+<{kind} modelIdentifier="small"{attributes}/>
+<ModelVariables>
+<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+<Float64 name="u" valueReference="1" causality="input" start="0"/>
+<Float64 name="x" valueReference="2" causality="local" start="1" initial="exact"/>
+<Float64 name="rate" valueReference="3" causality="local" derivative="2"/>
+<Float64 name="y" valueReference="4" causality="output"/>
+<Boolean name="b" valueReference="5" causality="output"/>
+<Float64 name="above" valueReference="6" causality="local"/>
+</ModelVariables>
+<ModelStructure>
+<Output valueReference="4"/><Output valueReference="5"/><ContinuousStateDerivative valueReference="3"/>
+<EventIndicator valueReference="6"/>
+</ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def small_fmu(folder: Path, holes: Mapping[str, str], exchange: bool = False) -> Path:
+    """Build the FMU into a folder, with C statements in its holes, such as IN_STEP; returns its path."""
+    defines = [f"-D{name}={statement}" for name, statement in holes.items()]
+    library = folder / f"small{fmpy.sharedLibraryExtension}"
+    (folder / "absent.c").write_text(absent_functions(SOURCE.read_text()))
+    subprocess.run([*require_compiler(), "-O2", "-shared", "-fPIC", *FMI_HEADERS, *defines, SOURCE, folder / "absent.c",
+                    "-o", library, "-lm"], check=True)
+    with zipfile.ZipFile(folder / "small.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION.format(
+            kind="ModelExchange" if exchange else "CoSimulation",
+            attributes="" if exchange else ' canHandleVariableCommunicationStepSize="true"'))
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    return folder / "small.fmu"
+
+
+def absent_functions(source: str) -> str:
+    """C text of the functions of FMI 3.0 that a source lacks; they fail."""
+    header = Path(FMI_HEADERS[1], "fmi3Functions.h").read_text()
+    absent = set(re.findall(r"^FMI3_Export +fmi3\w+TYPE +(fmi3\w+);", header, re.MULTILINE)) - set(
+        re.findall(r"\bfmi3\w+", source))
+    return "".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(absent))
