@@ -1,4 +1,4 @@
-"""The limit of a native co-simulation: controller and plant block, translated to C, called in one C loop.
+"""The limit of a native co-simulation: controller and plant block, translated to C, all of it inlined into one C loop.
 
 The loop does what a master does: references, measurements, controller, currents, plant, and a record of every output.
 """
@@ -11,12 +11,14 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from loops import PAIRS, PHASES, Pair, outputs, place
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import PREFIX, host_platform, translated_blocks
-from fmi_export.native.compiler import library
+from fmi_export.native.compiler import INLINED
+from fmi_export.native.compiler import library as compile_library
 from fmi_export.native.prefix import prefix_header
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import files_of, literal
@@ -61,7 +63,7 @@ EXPORT int run(int steps, double dt, const double *references, double *record)
 
 def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
     """Measurement of the time of one step of a pair's loop, s; references are constant."""
-    controller, plant, references = definition(pair.controller), definition(pair.plant), pair.starts
+    controller, plant = definition(pair.controller), definition(pair.plant)
     texts = {**carried_modules(controller.block.__module__, PACKAGES),
              **carried_modules(plant.block.__module__, PACKAGES)}
     recorded = [f"{name}.{output}" for name, fmu in (("controller", controller), ("plant", plant))
@@ -82,11 +84,16 @@ def c_loop(pair: Pair, steps: int) -> Callable[[], float]:
         blocks = files_of(texts, all_blocks())
         headers = [text for name, text in blocks.items() if name.endswith(".h")]
         prefix = prefix_header("loop", headers, SHELLS[2].headers[0])
-        path.write_bytes(library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform))
-        run = ctypes.CDLL(str(path)).run
+        path.write_bytes(compile_library({**blocks, PREFIX: prefix, "loop.c": source}, "loop", platform, INLINED))
+        library = ctypes.CDLL(str(path))
+    return timed_loop(library["run"], pair, steps, len(recorded))
+
+
+def timed_loop(run: Any, pair: Pair, steps: int, outputs: int) -> Callable[[], float]:
+    """Measurement of the time of one step of a loop in C with so many outputs, s."""
     run.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    record = (ctypes.c_double * (steps * len(recorded)))()
-    given = (ctypes.c_double * len(references))(*references)
+    record = (ctypes.c_double * (steps * outputs))()
+    given = (ctypes.c_double * len(pair.starts))(*pair.starts)
 
     def measure() -> float:
         begin = perf_counter()

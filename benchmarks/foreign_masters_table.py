@@ -1,4 +1,4 @@
-"""Print the table of docs/interop.md, with everything built in the folder fmus.
+"""Print the table of docs/importing.md, with everything built in the folder fmus.
 
 `PYTHONPATH=tests/support python benchmarks/foreign_masters_table.py fmus`
 """

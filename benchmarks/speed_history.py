@@ -35,15 +35,16 @@ STYLE = """\
 PAGE = """# Speed by version
 
 Ratios of `make bench`: times of one run on one machine, divided by each other, so that they depend little on it.
-*C loop*: the translated blocks of controller and plant called in one loop, the limit. *Native*, *Python*: both as FMUs
-under our master, every output recorded; Python FMUs are compared with the same blocks called in Python. A *run* is
-3dof-setpoints-improved, measured; with CSV, it is also written. A *sample of a study* is one flight of it.
-[What a step costs](native.md) has the times.
+*C loop*: the translated blocks of controller and plant called in one loop, as they were at eb32d8e, with the C
+library's sines; kept since as the unit (`benchmarks/reference`). Before it, each commit's own. *Native*, *Python*: both
+as FMUs under our master, every output recorded; Python FMUs are compared with the same blocks called in Python. A *run*
+is 3dof-setpoints-improved, measured; with CSV, it is also written. A *sample of a study* is one flight of it.
+[What a step costs](accuracy.md#what-a-step-costs) has the times.
 
 ![Curves of the ratios over the commits that were measured](speed.svg)
 
 `make bench` adds a file to `benchmarks/history`, and `python benchmarks/speed_history.py` makes this page and its
-picture of them. The first two commits have what the tables of native.md said then.
+picture of them. The first two commits have what tables of pages said then.
 
 """
 

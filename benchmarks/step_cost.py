@@ -1,6 +1,6 @@
 """Cost of a communication step, in one run on one machine: the blocks bare, as FMUs, native, and what peers take.
 
-Times depend on the machine; `--gate` judges ratios to a reference loop measured in the same run.
+Times depend on the machine; `--gate` judges ratios to a frozen C loop measured in the same run.
 """
 
 import argparse
@@ -17,20 +17,23 @@ from c_loop import c_loop
 from exchange_alone import for_exchange_alone
 from loops import PAIRS, OpenLoop, Pair, bare_loop, loop_fmu, master_loop
 from peers import list_loop, ssp_loop
+from reference_loop import FROZEN, reference_loop
 from rich.console import Console
 from rich.table import Table
 from speed_history import PYTHON, STEP, record
 
 from maglev.catalogue import HOST, build
 
-# Largest ratios to the loop that each refers to.
-GATES = {"FMUs, master": 1.5, "native, master": 1.4, "native, loop in one FMU": 1.2}
+# Largest ratios to the loop that each refers to. On three machines the C loop took 0.49 to 0.69, the master 0.70 to
+# 1.12, the loop in one FMU 0.56 to 0.75, Python FMUs 1.01 to 1.1 of the bare loop: twice the largest fails, which no
+# disturbance of a busy machine reaches. Smaller changes show in benchmarks/history.
+GATES = {"C loop": 1.4, "FMUs, master": 2.2, "native, master": 2.25, "native, loop in one FMU": 1.5}
 STEPS = 5000
 C_STEPS = 50_000
 EXCHANGE_STEPS = 1000   # progress is reported every 500
 ROUNDS = 7               # the fastest counts, which is the least disturbed
 ENOUGH = 3               # for the gate, if none of them has a ratio that is too large: then the fastest have none
-TIMES = {"C loop": 3, "native, loop in one FMU": 3, "native, master": 3,
+TIMES = {FROZEN: 3, "C loop": 3, "native, loop in one FMU": 3, "native, master": 3,
          "native, FMI 3.0, master": 3}   # in a round: they take milliseconds
 MEMORY_STEPS = 10**7
 LARGEST_GROWTH = 2**20   # bytes
@@ -38,7 +41,7 @@ LARGEST_GROWTH = 2**20   # bytes
 
 def too_large(times: Mapping[str, float]) -> dict[str, float]:
     """Ratios above their limits, by way."""
-    reference = {way: times.get("bare Python loop" if way == "FMUs, master" else "C loop", inf) for way in GATES}
+    reference = {way: times.get("bare Python loop" if way == "FMUs, master" else FROZEN, inf) for way in GATES}
     return {way: times[way] / reference[way] for way, largest in GATES.items()
             if way in times and times[way] > largest * reference[way]}
 
@@ -56,6 +59,7 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
         ways["plain slaves, fmpy lists"] = lambda: list_loop(pair, STEPS)
         ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "python", 1000)
     if native:
+        ways[FROZEN] = reference_loop(pair, C_STEPS)
         ways["C loop"] = c_loop(pair, C_STEPS)
         ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
         ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
@@ -111,16 +115,16 @@ def main() -> int:
             build(fmus, Path(name) / "fmi3", HOST._replace(fmi=3))
         if not native:
             console.print("without native FMUs: the extra `native` is not installed")
-        table = Table("stage", "way", "step (µs)", "of the C loop", "of the bare loop", "real time",
+        table = Table("stage", "way", "step (µs)", "of the frozen C loop", "of the bare loop", "real time",
                       title="Cost of a communication step, every output recorded")
         for pair in PAIRS:
             times = measure(pair, folder, native, None if gate else Path(name) / "fmi3")
             for way, time in sorted(times.items(), key=lambda item: item[1]):
-                of_c = f"{time / times['C loop']:.2f}" if native else ""
+                of_c = f"{time / times[FROZEN]:.2f}" if native else ""
                 table.add_row(pair.stage, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",
                               f"{pair.dt / time:.1f} ×")
             if asked.record and native:
-                record(STEP, {f"{pair.stage} native": times["native, master"] / times["C loop"]})
+                record(STEP, {f"{pair.stage} native": times["native, master"] / times[FROZEN]})
                 record(PYTHON, {f"{pair.stage} Python": times["FMUs, master"] / times["bare Python loop"]})
             too_slow += [f"{pair.stage}, {way}: {ratio:.2f}, expected at most {GATES[way]}"
                          for way, ratio in too_large(times).items()]

@@ -80,15 +80,14 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=100_000)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", action="store_true", help="keep the trajectory of the gap, every 10 ms")
-    parser.add_argument("--fmus", type=Path, default=Path("fmus"))
     parser.add_argument("--every", type=float, default=10.0, help="s between two lines")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         keep = 'keep = ["plant.y.position"]\nkeep_interval = "10 ms"\n' if chosen.keep else ""
         (Path(folder) / "short.toml").write_text(SCENARIO)
         (Path(folder) / "many.toml").write_text(STUDY.format(samples=chosen.samples, keep=keep))
-        process = subprocess.Popen([sys.executable, "-m", "maglev", "study", f"{folder}/many.toml", "--native", "--out",
-                                    folder, "--fmus", str(chosen.fmus.absolute()), "--jobs", str(chosen.jobs)])
+        process = subprocess.Popen([sys.executable, "-m", "maglev", "study", f"{folder}/many.toml", "--out", folder,
+                                    "--jobs", str(chosen.jobs)])
         begin, shown, largest = monotonic(), 0.0, 0.0
         while process.poll() is None:
             processes = tree(process.pid)

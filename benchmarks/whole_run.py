@@ -1,4 +1,4 @@
-"""Cost of a whole run of native FMUs from Python, in multiples of the C loop, in one run on one machine.
+"""Cost of a whole run of native FMUs from Python, in multiples of the frozen C loop, in one run on one machine.
 
     python benchmarks/whole_run.py [--gate] [--fmus FOLDER]
 
@@ -14,8 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 
-from c_loop import c_loop
 from loops import PAIRS
+from reference_loop import FROZEN, reference_loop
 from rich.console import Console
 from rich.table import Table
 from speed_history import WHOLE, record
@@ -31,10 +31,11 @@ NAME = "3dof-setpoints-improved"
 ROUNDS = 7   # the fastest counts, which is the least disturbed
 ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none
 
-# Largest multiples of the C loop. With seven others at work on two cores 1.21 to 1.26, 1.5 to 1.6 and 2.3 to 2.6 were
-# measured.
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
-GATES = {STEPPING: 1.4, IN_MEMORY: 2.0, WITH_CSV: 3.2}
+# Largest multiples of the frozen C loop. On three machines stepping took 1.02 to 1.14, a run in memory 1.05 to 2.08
+# (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
+# disturbance reaches, but a step that is made in Python does. Smaller changes show in benchmarks/history.
+GATES = {STEPPING: 2.3, IN_MEMORY: 4.2, WITH_CSV: 4.4}
 
 
 def stepping(experiment: Experiment, recordings: list[Recording]) -> float:
@@ -72,12 +73,12 @@ def whole(experiment: Experiment) -> Recording:
 def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]:
     """Measurements, by what is measured."""
     pair = PAIRS[1]
-    c_step = c_loop(pair, experiment.plan.steps)
+    c_step = reference_loop(pair, experiment.plan.steps)
     descriptions = experiment.check()
     recordings: list[Recording] = []
     csv, parquet = folder / "run.csv", folder / "run.parquet"
     return {
-        "C loop": timed(c_step),
+        FROZEN: timed(c_step),
         STEPPING: lambda: stepping(experiment, recordings),
         "reference signals": timed(lambda: experiment.drives(descriptions)),
         "unpacking and loading": timed(lambda: load(experiment)),
@@ -89,9 +90,9 @@ def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]
 
 
 def too_large(times: Mapping[str, float]) -> dict[str, float]:
-    """Multiples of the C loop above their limits, by way."""
-    return {way: times[way] / times["C loop"] for way, largest in GATES.items()
-            if times[way] > largest * times["C loop"]}
+    """Multiples of the frozen C loop above their limits, by way."""
+    return {way: times[way] / times[FROZEN] for way, largest in GATES.items()
+            if times[way] > largest * times[FROZEN]}
 
 
 def main() -> int:
@@ -121,17 +122,17 @@ def main() -> int:
             for way, measure in measurements.items():
                 times[way].append(measure())
             held += not too_large({way: found[-1] for way, found in times.items()})
-            if gate and held == len(times["C loop"]) == ENOUGH:
+            if gate and held == len(times[FROZEN]) == ENOUGH:
                 break
     fastest = {way: min(found) for way, found in times.items()}
-    table = Table("part", "time (ms)", "of the C loop", "of a step (µs)",
+    table = Table("part", "time (ms)", "of the frozen C loop", "of a step (µs)",
                   title=f"{NAME}: {plan.steps} steps, all recorded, every {plan.output_every}. written")
     for way, time in fastest.items():
-        table.add_row(way, f"{1e3 * time:.1f}", f"{time / fastest['C loop']:.2f}", f"{1e6 * time / plan.steps:.2f}")
+        table.add_row(way, f"{1e3 * time:.1f}", f"{time / fastest[FROZEN]:.2f}", f"{1e6 * time / plan.steps:.2f}")
     too_slow = [f"{way}: {ratio:.2f}, expected at most {GATES[way]}" for way, ratio in too_large(fastest).items()]
     console.print(table)
     if asked.record:
-        record(WHOLE, {name: fastest[way] / fastest["C loop"]
+        record(WHOLE, {name: fastest[way] / fastest[FROZEN]
                        for name, way in (("in memory", IN_MEMORY), ("with CSV", WITH_CSV))})
     for line in too_slow:
         console.print(line)

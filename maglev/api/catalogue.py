@@ -4,14 +4,16 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
-from maglev.catalogue import Kind, Watch, build_written, unwatched
+from maglev.catalogue import Kind, Watch, build_written, unwatched, without_step_loop
 from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError
+from maglev.kinds import KindName, reads_native
 from maglev.own_fmus import definition, kind_folder, names_of, systems
 from maglev.schema.layers import merged, packaged_files, run_layers
-from maglev.user_controllers.source import is_written, load
+from maglev.user_controllers.source import Given, carried, is_written, load
 
 
 @dataclass(frozen=True)
@@ -65,30 +67,32 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | None = None,
-          fmus: str | Path = "fmus", native: bool = False, fmi: int = 2, target: str = "all",
+@reads_native
+def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
+          fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,
           watch: Watch = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters
     ----------
-    names : str or Path, or iterable of these, optional
-        Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI".
+    names : str, Path or type, or iterable of these, optional
+        Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI", or
+        its class, where a module defines it.
     rig : path, optional
         Description of a stage of yours, whose FMUs are built: all of them if no names are given.
     fmus : path
         Folder for the files, made if it is not there.
-    native : bool
-        FMUs that need no Python, into the folder's folder `native`; needs the extra `native`.
+    kind : "python" or "native"
+        Native ones need no Python; they go into the folder's folder `native`, and are made by the extra `native`.
     fmi : int
-        With `native`: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, their systems as SSP 2.0.
+        Of native ones: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, their systems as SSP 2.0.
     target : "all", "host" or "wasm"
-        With `native`: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
+        Of native ones: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
     source : path, optional
-        With `native`: archive of native FMUs of a release, or a folder with what was in it, to copy them from, which
-        takes no compiler. They must be of the installed sources.
+        Of native ones: archive of a release, or a folder with what was in it, to copy them from, which takes no
+        compiler. They must be of the installed sources.
     clocked : bool
         With `fmi=3`: what samples does so when a clock of the importer's ticks; into the folder's folder `clocked`.
     say : callable, optional
@@ -112,14 +116,18 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     >>> [path.name for path in maglev.build(["PID3DOF"])]
     ['PID3DOF.fmu']
     """
+    if kind not in get_args(KindName):
+        raise ScenarioError(f"--kind {kind}: expected python or native")
+    native = kind == "native"
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
-        raise ScenarioError(f"--target {target}: expected all, host or wasm, and --native with it")
-    given = [names] if isinstance(names, (str, Path)) else list(names)
+        raise ScenarioError(f"--target {target}: expected all, host or wasm, and --kind native with it")
+    every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
+    given = [carried(name) for name in every]
     if rig is not None:
         from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
 
         flyable(rig)
-    every = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
+    all_of = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
         folder = Path(fmus) / "wasm"
@@ -129,12 +137,14 @@ def build(names: Iterable[str | Path] | str | Path = (), *, rig: str | Path | No
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:
         if not native or target != "all" or rig is not None or files:
-            raise ScenarioError(f"--from {source}: expected --native with it, and FMUs of this package alone")
-        return take_native(map(str, given or every), Path(source), folder, fmi, clocked)
-    kind = Kind(native, target, fmi, clocked)
-    written = [build_written(path, folder, kind) for path in files]
-    chosen = chosen if given else every
-    ours = build_named(chosen, folder, kind, watch) if chosen else []
+            raise ScenarioError(f"--from {source}: expected --kind native with it, and FMUs of this package alone")
+        return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)
+    form = Kind(native, target, fmi, clocked)
+    written = [build_written(path, folder, form) for path in files]
+    chosen = chosen if given else all_of
+    ours = build_named(chosen, folder, form, watch) if chosen else []
+    if ours and native and target != "wasm" and (lacking := without_step_loop()):
+        (say or warnings.warn)(lacking)
     for path, file in zip(written, files, strict=True):
         if needed := () if native else load(file).requires:
             (say or warnings.warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "

@@ -1,35 +1,42 @@
 """Runs against their committed baselines, and the update of these."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar, Unpack
 
 from maglev.api.options import FlightOptions, experiments_of
-from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.api.running import say_notes
 from maglev.baselines.check import check_all
 from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
-from maglev.experiment.selection import needed, select
+from maglev.experiment.selection import Scenarios, needed, select
+from maglev.kinds import reads_native
+from maglev.pictures import require_matplotlib
 from maglev.processes import processors
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
 
 
-def check(names: Iterable[str | Path] | None = None, *, baselines: str | Path | None = None,
-          junit: str | Path | None = None, jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
-          **options: Unpack[FlightOptions]) -> list[CheckResult]:
+@reads_native
+def check(names: Scenarios | None = None, *, baselines: str | Path | None = None,
+          junit: str | Path | None = None, pictures: str | Path | None = None, jobs: int | None = None,
+          watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[CheckResult]:
     """Fly runs, and compare them with their baselines.
 
     Parameters
     ----------
-    names : iterable of str or Path, optional
-        Scenarios, variants or TOML files; every scenario of the package if not given.
+    names : str, Path or mapping, or iterable of these, optional
+        Scenarios, variants, TOML files or tables; every scenario of the package if not given.
     baselines : path, optional
         Folder with `NAME_ref.csv` and `NAME_ref.opt`; the package's if not given.
     junit : path, optional
         Also write the outcome as JUnit XML.
+    pictures : path, optional
+        Folder for `NAME.check.png` of each run that deviates: expected and actual signals (extra `report`).
     jobs, watch, say
         As of `run_all`.
     **options
@@ -48,17 +55,20 @@ def check(names: Iterable[str | Path] | None = None, *, baselines: str | Path | 
     Examples
     --------
     >>> import maglev
-    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF"])
     >>> [result.status for result in maglev.check(["2dof-smooth-nonlinear"])]
     ['passed']
     """
-    results = compare(check_all, names, baselines, jobs, watch, say, options)
+    if pictures is not None:
+        require_matplotlib()
+    every = partial(check_all, pictures=None if pictures is None else Path(pictures))
+    results = compare(every, names, baselines, jobs, watch, say, options)
     if junit is not None:
         write_junit(Path(junit), results)
     return results
 
 
-def update(names: Iterable[str | Path] | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
+@reads_native
+def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[UpdateResult]:
     """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
 
@@ -67,7 +77,7 @@ def update(names: Iterable[str | Path] | None = None, *, baselines: str | Path |
     return compare(update_all, names, baselines, jobs, watch, say, options)
 
 
-def compare(every: Callable[..., list[Result]], names: Iterable[str | Path] | None,
+def compare(every: Callable[..., list[Result]], names: Scenarios | None,
             baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
             options: FlightOptions) -> list[Result]:
     """Check or update what is asked for and, after it, the runs that it starts from."""
@@ -76,7 +86,7 @@ def compare(every: Callable[..., list[Result]], names: Iterable[str | Path] | No
             raise ScenarioError(f"{name} = {options.get(name)}: expected none, for a baseline has its own")
     plans = select(names)
     plans += needed(plans)
-    experiments = experiments_of(plans, options)
+    experiments = experiments_of(plans, options, say or warn, watch or unwatched)
     say_notes(experiments, say or warn)
     with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:
         results = every(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines),

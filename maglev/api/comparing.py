@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
 
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, experiments_of
-from maglev.api.running import Say, Watch, say_notes, unwatched, warn
+from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
@@ -19,18 +19,21 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
+from maglev.kinds import reads_native
 from maglev.own_fmus import places
 from maglev.pictures import require_matplotlib
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
 from maglev.report.text import held
+from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
+from maglev.user_controllers.source import Given, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Controller = str | Path | type
-Controllers = Mapping[str, Controller] | Iterable[Controller]
+Controllers = Mapping[str, Given] | Iterable[Given]
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,6 @@ class Comparison:
 
     def plot(self) -> "Figure":
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
-        require_matplotlib()
         flown = {label: run.result for label, run in self.runs.items()}
         if not flown:
             raise ScenarioError(f"{self.name}: no run was flown to its end, expected one to draw")
@@ -92,17 +94,18 @@ class Comparison:
         return write_comparison(Path(folder), self.name, self.title, self.results, picture=picture, page=page)
 
 
-def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
+@reads_native
+def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
             watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Comparison:
     """Fly a run once with each controller; or put runs side by side that were flown.
 
     Parameters
     ----------
-    runs : str, Path, sequence of Run or mapping of str to Run
-        A run of `scenarios()` or a TOML file to fly with each controller; or runs under the same references.
+    runs : str, Path, table, sequence of Run or mapping of str to Run
+        What to fly with each controller, as of `run`; or runs under the same references.
     controllers : iterable, or mapping of str to these, optional
-        Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), or classes; the label is the name,
-        "label=file", or the mapping's key.
+        Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), classes or objects of them; the label is
+        the name, "label=file", or the mapping's key.
     watch, say : callable, optional
         As of `run_all`.
     **options
@@ -123,50 +126,51 @@ def compare(runs: str | Path | Sequence[Run] | Mapping[str, Run], controllers: C
     Examples
     --------
     >>> import maglev
-    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF", "PID2DOF"])
     >>> comparison = maglev.compare("2dof-smooth-nonlinear", ["Regulator2DOF", "PID2DOF"])
     >>> [row.best for row in comparison.rows if row.quantity == "rms error" and row.of == "v"]
     [('Regulator2DOF',)]
     """
-    if not isinstance(runs, str | Path):
+    if isinstance(runs, Run) or not isinstance(runs, str | Path | Mapping) or (
+            isinstance(runs, Mapping) and all(isinstance(each, Run) for each in runs.values())):
         if controllers is not None or options:
             raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to fly with it, "
                                 "got runs that were flown")
-        return of_flown_runs(runs)
+        return of_flown_runs(cast("Sequence[Run] | Mapping[str, Run]", runs))
     plan = load_plan(runs)
     chosen = labelled(controllers or ())
     if not chosen:
         raise ScenarioError("controllers: none is named, expected those to compare, such as 'PID3DOF' or a file")
     before = needed([plan])
-    first = experiments_of(before, {**options, "keep_settings": False}) if before else []
-    experiments = {label: put_in(plan, label, controller, options) for label, controller in chosen.items()}
+    say, watch = say or warn, watch or unwatched
+    first = experiments_of(before, {**options, "keep_settings": False}, say, watch) if before else []
+    experiments = {label: put_in(plan, label, controller, options, say, watch) for label, controller in chosen.items()}
     for experiment in experiments.values():
-        experiment.check()   # what it refuses shows before the others fly
-    say_notes([*first, *experiments.values()], say or warn)
+        experiment.drives(experiment.check())   # what these refuse shows before the others fly
+    say_notes([*first, *experiments.values()], say)
     results = fly_each({**{each.plan.name: each for each in first},
-                        **{each.plan.name: each for each in experiments.values()}}, watch or unwatched)
+                        **{each.plan.name: each for each in experiments.values()}}, watch)
     for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.recording.notes):
-        (say or warn)(note)
+        say(note)
     found = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
-    return Comparison(plan.name, f"{len(found)} controllers in the place of that of “{plan.title}”",
+    return Comparison(plan.name, plan.title,
                       {label: Run(result, experiments[label].units(result.columns)) for label, result in found.items()
                        if result.failure is None},
                       {label: result.failure for label, result in found.items() if result.failure is not None}, found)
 
 
-def labelled(controllers: Controllers) -> dict[str, Controller]:
+def labelled(controllers: Controllers) -> dict[str, Given]:
     """Controllers by label; of two with one name, the second is "NAME-2"."""
     if isinstance(controllers, Mapping):
-        pairs: list[tuple[str, Controller]] = list(controllers.items())
+        pairs: list[tuple[str, Given]] = list(controllers.items())
     else:
         pairs = []
         for each in [controllers] if isinstance(controllers, str | Path) else controllers:
-            if isinstance(each, type):
-                pairs.append((each.__name__, each))
+            if not isinstance(each, str | Path):
+                pairs.append((name_of(each), each))
                 continue
             label, equals, path = str(each).partition("=")
             pairs.append((label, path) if equals else (name_of_file(label), each))
-    found: dict[str, Controller] = {}
+    found: dict[str, Given] = {}
     for label, controller in pairs:
         if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
             raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
@@ -185,7 +189,8 @@ def name_of_file(text: str) -> str:
     return name if colon and head.endswith(".py") else Path(text).stem
 
 
-def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOptions) -> Experiment:
+def put_in(plan: RunPlan, label: str, controller: Given, options: FlightOptions, say: Say = warn,
+           watch: Watch = unwatched) -> Experiment:
     """The run with a controller, under a name of its own; the plan's own controller leaves the run as it is.
 
     A map of ports is for the plant and for controllers that are files: this project's need none.
@@ -193,13 +198,14 @@ def put_in(plan: RunPlan, label: str, controller: Controller, options: FlightOpt
     know_stage_of(plan)
     own = plan.fmus.get("controller")
     chosen: FlightOptions = {**options}
-    if str(controller) in places() and options.get("plant") is None:
+    named = str(controller) if isinstance(controller, str | Path) else ""
+    if named in places() and options.get("plant") is None:
         chosen.pop("ports", None)
-    if own is None or own.model != str(controller):
+    if own is None or own.model != named:
         chosen["controller"] = controller
     elif chosen.get("plant") is None:
         chosen["keep_settings"] = False   # nothing is put in
-    experiment, = experiments_of([plan], chosen)
+    experiment, = experiments_of([plan], chosen, say, watch)
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
 
 
@@ -224,6 +230,8 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
 
 def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
     """Comparison of runs that were flown; ScenarioError if they have other axes or references."""
+    if isinstance(runs, Run):
+        raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to fly")
     labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))
     if not labels:
         raise ScenarioError("runs: there is none, expected two or more")
@@ -237,4 +245,4 @@ def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
                                 "same references")
     results = {label: replace(run.result, plan=run.plan.model_copy(update={"name": f"{one.name}@{label}"}))
                for label, run in labels.items()}
-    return Comparison(one.name, f"{len(labels)} runs of “{one.plan.title}”", dict(labels), {}, results)
+    return Comparison(one.name, one.plan.title.removesuffix(" (modified)"), dict(labels), {}, results)

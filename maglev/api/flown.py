@@ -1,6 +1,6 @@
 """One run that was flown: columns, metrics and verdicts as data, and ways on to other tools."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
-from maglev.errors import UnknownName, extra, nearest
+from maglev.errors import MeasurementError, UnknownName, extra, nearest
 from maglev.experiment.execution import RunResult, judge_all, measured, write_columns
 from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Run:
-    """A run that was flown to its end.
+class Run(Mapping[str, NDArray[Any]]):
+    """A run that was flown to its end, a mapping of its columns by name.
 
     Attributes
     ----------
@@ -89,9 +89,27 @@ class Run:
             raise UnknownName(f"{self.name} has no column {name!r}, nearest is {nearest(name, self.columns)}")
         return self.columns[name]
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    # Columns of two runs are compared one by one: as a whole, numpy has no answer.
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
     def __repr__(self) -> str:
-        state = "failed" if self.metrics.failed else "held"
-        return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self.columns)} columns, {state}>"
+        try:
+            state = "failed" if self.metrics.failed else "held"
+        except MeasurementError:
+            state = "cannot be measured"
+        return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self)} columns, {state}>"
+
+    def _repr_html_(self) -> str:
+        from maglev.report.text import as_html, show_measured
+
+        return as_html(lambda console: show_measured(console, self.result))
 
     def to_pandas(self) -> Any:
         """Table of the columns over time, a pandas.DataFrame; `attrs["units"]` has the units."""
@@ -116,8 +134,6 @@ class Run:
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
-        from maglev.pictures import require_matplotlib
         from maglev.report.plots.picture import figure_of
 
-        require_matplotlib()
         return figure_of(self.result)

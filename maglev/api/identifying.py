@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from maglev.csv_table import given_table, read_csv
 from maglev.errors import IdentificationError, nearest
 from maglev.identification.convergence import write_convergence, write_picture
 from maglev.identification.identify import Identification
@@ -12,17 +14,21 @@ from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
 from maglev.units import number_or_text, parse_quantity, refused_as
 
+Data = str | Path | Mapping[str, Any] | Any
 
-def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced", epsilon: float | str = EPSILON,
-             gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None, matched: bool = False
-             ) -> Identification:
+
+def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str | None = None, method: str = "reduced",
+             epsilon: float | str = EPSILON, gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,
+             matched: bool = False) -> Identification:
     """Identify the constants of a rig from recorded data.
 
     Parameters
     ----------
-    data : path
+    data : path, Run, mapping of str to array_like, or DataFrame
         CSV with columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`,
-        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors).
+        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors); or the columns.
+    columns : mapping of str to str, optional
+        What the data call their columns, by these names: {"time": "t", "v": "gap"}.
     rig : str, optional
         "2dof", "3dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one of the
         first two, if not given.
@@ -40,15 +46,18 @@ def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced
     Returns
     -------
     Identification
-        `estimate.final` has the constants, `standard_error` how well they are known, `warnings` what is not.
+        `estimate.final` has the constants, `uncertainty` how far they may be off: `standard_error`, the scatter, twice,
+        and `left_out`, what friction, bias, ripple and modulation do that the model has not; `warnings` what is not
+        known.
 
     Raises
     ------
     MaglevError
         If the data or a setting cannot be used.
     """
-    path = Path(data)
-    recording = read_recording(path, rig)
+    path = path_of(data)
+    table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
+    recording = read_recording(table.renamed(columns or {}), rig)
     with refused_as(IdentificationError, f"--epsilon {epsilon}"):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}
@@ -65,20 +74,25 @@ def identify(data: str | Path, *, rig: str | None = None, method: str = "reduced
         raise IdentificationError(f"{path}: {error}") from None
 
 
-def write_identification(found: Identification, data: str | Path, out: str | Path = "results") -> list[Path]:
+def path_of(data: Data) -> Path:
+    """Path of data, or a name for those that have none."""
+    return Path(data if isinstance(data, str | Path) else getattr(data, "name", "data"))
+
+
+def write_identification(found: Identification, data: Data, out: str | Path = "results") -> list[Path]:
     """Write `NAME.identified.toml`, for `run(…, model=…)`, and `NAME.convergence.csv` with a picture of it.
 
     Parameters
     ----------
     found : Identification
-    data : path
-        The recording, whose name the files have.
+    data : path, Run, mapping or DataFrame
+        The recording, whose name the files have; "data" if it has none.
     out : path
         Folder for the files.
     """
-    folder, name = Path(out), Path(data).stem
+    folder, name = Path(out), path_of(data).stem
     model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"
-    write_model(model, found, Path(data))
+    write_model(model, found, path_of(data))
     write_convergence(convergence, found)
     picture = write_picture(folder / f"{name}.convergence", found)
     return [model, convergence, *([] if picture is None else [picture])]

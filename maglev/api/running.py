@@ -1,8 +1,6 @@
 """Runs: one of them as data, or many with files, verdicts and a page."""
 
-import warnings
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +9,7 @@ from typing import Any, Unpack
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.cosim.master import Progress
-from maglev.errors import ControllerError, ScenarioError
+from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.experiment.execution import (
     RunResult,
     completed,
@@ -24,30 +22,31 @@ from maglev.experiment.execution import (
 from maglev.experiment.form import Format
 from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.selection import compared, needed, select
+from maglev.experiment.results import alone
+from maglev.experiment.selection import Scenarios, compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
+from maglev.kinds import reads_native
 from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.evaluate import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
-from maglev.processes.side_by_side import Watcher
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of
-from maglev.report.text import claims_markdown, short_outcome, text_of, write_outcomes
+from maglev.report.text import as_html, claims_markdown, short_outcome, study_tables, text_of, write_outcomes
 from maglev.report.what_if import fly_frictionless
+from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
-from maglev.user_controllers.source import is_class
 from maglev_files.whole_file import write_whole
 
-Say = Callable[[str], None]
-Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]
+MOST_SHOWN = 5   # runs in the text of results
 
 
-@dataclass(frozen=True)
-class Results:
-    """What many runs gave.
+@dataclass(frozen=True, eq=False, repr=False)
+class Results(Mapping[str, Run]):
+    """What many runs gave, a mapping of those that completed by name.
 
     Attributes
     ----------
@@ -61,6 +60,8 @@ class Results:
         By name of the run or procedure.
     files : tuple of Path
         What was written.
+    units : mapping of str to mapping of str to str
+        Of the columns, by name of the run.
     """
 
     asked: tuple[str, ...]
@@ -68,6 +69,29 @@ class Results:
     outcomes: tuple[Outcome, ...]
     verdicts: Judgements
     files: tuple[Path, ...]
+    units: Mapping[str, Mapping[str, str]]
+
+    def __getitem__(self, name: str) -> Run:
+        """Return a run by its name; UnknownName if there is none, or it did not complete."""
+        found = next((each for each in self.runs if each.plan.name == name), None)
+        if found is None or found.failure is not None:
+            raise UnknownName(f"there is no run {name!r}, nearest is {nearest(name, self)}" if found is None else
+                              f"{name} did not complete: {found.failure}")
+        return Run(found, self.units[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return (each.plan.name for each in self.runs if each.failure is None)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+    def __repr__(self) -> str:
+        runs = "; ".join(f"{each.plan.name}: {short_outcome(each)}" for each in self.runs[:MOST_SHOWN])
+        more = f"; and {len(self.runs) - MOST_SHOWN} more" if len(self.runs) > MOST_SHOWN else ""
+        return f"<Results: {runs}{more}>"
+
+    def _repr_html_(self) -> str:
+        return as_html(lambda console: console.print(*study_tables(self.runs, self.verdicts, self.outcomes), sep="\n"))
 
     @property
     def missed(self) -> tuple[str, ...]:
@@ -108,43 +132,50 @@ def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
     """Claims about a run or a procedure that are missed, a sentence for each; see `Results.missed`."""
     return [f"{name}: {each.verdict}: {each.claim.text}" + (f" ({each.claim.criterion}: {each.measured_text})"
                                                             if each.measured is not None else "")
-            for each in claims if each.verdict in ("not met", "not reproduced")
+            for each in claims if each.verdict in ("not met", "no difference", "not reproduced")
             or each.claim.own and each.verdict in ("not run", "not testable")]
 
 
 def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
     """Claims with their verdicts as JSON has them."""
-    return [{"claim": each.claim.text, "source": each.claim.source, "criterion": each.claim.criterion,
-             "measured": each.measured_text, "verdict": each.verdict, "note": each.note} for each in claims]
+    return [{"claim": each.claim.text, "kind": each.claim.kind, "source": each.claim.cited,
+             "criterion": each.claim.criterion, "measured": each.measured_text, "verdict": each.verdict,
+             "note": each.note} for each in claims]
 
 
-def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack[FlightOptions]) -> Run:
+@reads_native
+def run(name: Scenario, *, progress: Progress | None = None, **options: Unpack[FlightOptions]) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
 
     It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
 
     Parameters
     ----------
-    name : str or Path
-        A run of `scenarios()`, such as "3dof-setpoints", or a TOML file of yours without variants.
+    name : str, Path or mapping
+        A run of `scenarios()`, such as "3dof-setpoints", or a TOML file of yours without variants, or what would be in
+        it, a table whose relative paths begin in the working folder.
     set : mapping of str to value, optional
         Start values that go before the plan's, by `fmu.variable`; SI, or text with a unit: {"plant.y.mass": "7.2 kg"}.
+    parameters : path, or mapping of str to path, optional
+        Parameter sets (SSV) with start values: one whose names begin with an FMU's, "plant.y.mass", or one for each
+        FMU, {"plant": "plant.ssv"}. They go before the plan's and those of `model`; `set` goes before them.
     model : path, optional
         Constants of plant and controller, a file that `identify` has written; or "plant": the model of the controller
         follows the masses of the plant. `set` goes before it.
-    plant, controller : path, optional
+    plant, controller : path, class or object, optional
         What takes the place of the plan's: an FMU of this project by its name, the path of an FMU or of a Python file
-        with a class, "lqi.py" or "lqi.py:LQI", or the class itself (docs/controllers.md).
+        with a class, "lqi.py" or "lqi.py:LQI", or the class itself, or an object of it, as a copy of which the run
+        begins (docs/controllers.md). Classes and objects fly in this process.
     ports : path, optional
         TOML file that says what these call their ports, in which units.
     step : float or str, optional
         Communication step, s or with a unit.
     order : "sequential" or "jacobi"
         One FMU after the other, or all at once with what the step before gave.
-    fmus : path
-        Folder with the FMUs of this project, which `build` makes.
-    native : bool
-        The FMUs that need no Python, of the folder's folder `native`.
+    fmus : path, optional
+        Folder with FMUs that fly as they are; if not given, what is missing is built and kept in the user's cache.
+    kind : "python" or "native", optional
+        Of the same results; native where there is a compiler if not given. Native ones of `fmus` are in its `native`.
     fmi : int
         3 for those of FMI 3.0, native as well, of the folder's folder `fmi3`.
     timeout : float or str
@@ -169,7 +200,6 @@ def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack
     Examples
     --------
     >>> import maglev
-    >>> files = maglev.build(["Plant2DOF", "Regulator2DOF"])
     >>> run = maglev.run("2dof-smooth-nonlinear", set={"plant.h.friction.coulomb": 0.0})
     >>> run["plant.v.position"].shape == run.time.shape
     True
@@ -188,15 +218,16 @@ def run(name: str | Path, *, progress: Progress | None = None, **options: Unpack
     return Run(completed(experiment, recording), experiment.units(recording.columns), recording)
 
 
-def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "results", plot: bool = False,
+@reads_native
+def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot: bool = False,
             page: bool = False, what_if: bool = True, format: Format = "csv", jobs: int | None = None,
             watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Results:
     """Fly runs side by side, judge the claims about them, and write what was found.
 
     Parameters
     ----------
-    names : iterable of str or Path, optional
-        Scenarios, variants or TOML files; every experiment of the package if not given.
+    names : str, Path or mapping, or iterable of these, optional
+        Scenarios, variants, TOML files or tables; every experiment of the package if not given.
     out : path
         Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and claims.md.
     plot : bool
@@ -215,7 +246,8 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
     say : callable, optional
         Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, timeout, keep_settings.
+        As of `run`: set, parameters, model, plant, controller, ports, step, order, fmus, kind, fmi, timeout,
+        keep_settings.
 
     Returns
     -------
@@ -232,29 +264,32 @@ def run_all(names: Iterable[str | Path] | None = None, *, out: str | Path = "res
         require_matplotlib()
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
-    experiments = experiments_to_fly(asked, options)
+    jobs, watch, say = jobs or processors(), watch or unwatched, say or warn
+    experiments = experiments_to_fly(asked, options, say, watch)
     require_judgeable(experiments)
-    say_notes(experiments, say or warn)
-    folder = folder_for(Path(out))
-    flown = fly_all(experiments, folder, format, jobs or processors(), watch or unwatched)
-    for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.recording.notes):
-        (say or warn)(note)
-    outcomes = outcomes_of(flown, asked)
-    verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
-    files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder),
-             folder / "claims.md"]
-    write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
-    if page:
-        again = fly_frictionless(experiments, verdicts if what_if else {}, lambda runs: fly_all(
-            runs, folder_for(folder / "without-friction"), format, jobs or processors(), watch or unwatched),
-            lambda runs: outcomes_of(runs, asked))
-        files.append(folder / "report.html")
-        write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
-                     Frictionless(again.runs, again.outcomes))
-    return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files))
+    say_notes(experiments, say)
+    folder, by_name = folder_for(Path(out)), {each.plan.name: each for each in experiments}
+    with alone(folder, [*by_name]):
+        flown = fly_all(experiments, folder, format, jobs, watch)
+        for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.recording.notes):
+            say(note)
+        outcomes = outcomes_of(flown, asked)
+        verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
+        files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder),
+                 folder / "claims.md"]
+        write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
+        if page:
+            again = fly_frictionless(experiments, verdicts if what_if else {}, lambda runs: fly_all(
+                runs, folder_for(folder / "without-friction"), format, jobs, watch),
+                lambda runs: outcomes_of(runs, asked))
+            files.append(folder / "report.html")
+            write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
+                         Frictionless(again.runs, again.outcomes))
+    return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
+                   {each.plan.name: by_name[each.plan.name].units(each.columns) for each in flown if not each.failure})
 
 
-def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions) -> list[Experiment]:
+def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions, say: Say, watch: Watch) -> list[Experiment]:
     """Runs that were asked for, those that their claims compare with, and those that these start from, made ready.
 
     With another FMU on both sides of a comparison, a claim of the thesis would be about something else, and is not
@@ -262,14 +297,15 @@ def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions) -> list
     """
     if not (options.get("plant") or options.get("controller")):
         plans = [*asked, *compared(asked)]
-        return experiments_of([*plans, *needed(plans)], options)
+        return experiments_of([*plans, *needed(plans)], options, say, watch)
     plans = [*asked, *needed(asked)]
     flown = {plan.name for plan in plans}
     mine = [plan.model_copy(update={"claims": [claim for claim in plan.claims if claim.own]}) for plan in asked]
     others = [plan for plan in compared(mine) if not flown & {each.name for each in needed([plan])}]
-    as_planned: FlightOptions = {**options, "set": None, "model": None, "plant": None, "controller": None,
-                                 "ports": None, "keep_settings": False}
-    return [*experiments_of(plans, options), *experiments_of([*others, *needed(others)], as_planned)]
+    as_planned: FlightOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
+                                 "controller": None, "ports": None, "keep_settings": False}
+    return [*experiments_of(plans, options, say, watch),
+            *experiments_of([*others, *needed(others)], as_planned, say, watch)]
 
 
 def folder_for(path: Path) -> Path:
@@ -293,9 +329,6 @@ def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: in
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be flown leaves the others alone
             return [execute_or_fail(experiments[0], out, form, {}, partial(watcher, experiments[0].plan.name))]
-        for path in (path for each in experiments for path in each.files.values() if is_class(path)):
-            raise ControllerError(f"{path}: it was given as a class, and {len(experiments)} runs fly in processes of "
-                                  "their own; expected its file, such as lqi.py or lqi.py:LQI, or one run")
         return execute_all(experiments, out, form, jobs, watcher)
 
 
@@ -323,12 +356,3 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):
         say(sentence)
-
-
-def warn(sentence: str) -> None:
-    """Say a sentence as Python does."""
-    warnings.warn(sentence, stacklevel=4)
-
-
-def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
-    return nullcontext(lambda _name, _done, _steps: None)

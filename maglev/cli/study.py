@@ -10,7 +10,7 @@ from maglev.cli.terminal import one_line_errors, progress_of, report_console, sa
 from maglev.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from maglev.api.studying import Study
+    from maglev.api.many.studying import Study
 
 Processes = Annotated[int | None, typer.Option("--jobs", min=1, help="Processes of this machine; as many as processors "
                                                "if not given.", show_default=False)]
@@ -22,7 +22,7 @@ SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", help="Longest
                                                    "project.", show_default="none")]
 
 
-@with_flight_options("timeout")
+@with_flight_options("timeout", "parameters")
 def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file.")],
           out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
           sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
@@ -33,18 +33,18 @@ def study(file: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
 
     **Examples:**
 
-    `maglev study payload-friction --native`
+    `maglev study payload-friction`
 
-    `maglev study my_study.toml --native --scheduler tcp://host:8786`
+    `maglev study my_study.toml --scheduler tcp://host:8786`
     """
     with one_line_errors(debug):
-        from maglev.api.studying import study as fly_study
+        from maglev.api.many.studying import study as fly_study
 
         finish(fly_study(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume,
                          sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
-@with_flight_options("timeout")
+@with_flight_options("timeout", "parameters")
 def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or "
                                                   "a TOML file.", autocompletion=run_names)],
           vary: Annotated[list[str], typer.Argument(metavar="FMU.variable=FROM:TO:NUMBER", help="What varies; several: "
@@ -64,14 +64,14 @@ def sweep(scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A sc
 
     **Examples:**
 
-    `maglev sweep 3dof-setpoints controller.y.k1=-2000:-800:20 --native`
+    `maglev sweep 3dof-setpoints controller.y.k1=-2000:-800:20`
 
     `maglev sweep 2dof-setpoints plant.v.mass=4:5:5 reference.v.amplitude=0.5,1,1.5`
 
-    `maglev sweep 3dof-setpoints plant.x.friction.coulomb=±20% --samples 200 --controller mine.py --native`
+    `maglev sweep 3dof-setpoints plant.x.friction.coulomb=±20% --samples 200 --controller mine.py`
     """
     with one_line_errors(debug):
-        from maglev.api.studying import sweep as fly_sweep
+        from maglev.api.many.studying import sweep as fly_sweep
 
         finish(fly_sweep(scenario, values_of(vary), name=name, keep=keep or (), samples=samples, seed=seed, out=out,
                          jobs=jobs, scheduler=scheduler, resume=resume, sample_timeout=sample_timeout,
@@ -103,23 +103,23 @@ def finish(flown: "Study") -> None:
         raise typer.Exit(2)
 
 
-@with_flight_options("timeout")
+@with_flight_options("timeout", "parameters")
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
          out: Out = Path("results"), jobs: Processes = None, scheduler: Scheduler = None, resume: Resume = False,
          debug: Debug = False, **options: Any) -> None:
-    """Search parameters of a controller for the least of what is measured on many plants (docs/tuning.md).
+    """Search parameters of a controller for the least of what is measured on many plants (docs/studies.md).
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
     not searched with. After Ctrl-C, `--resume` goes on.
 
     **Examples:**
 
-    `maglev tune horizontal-3dof --native`
+    `maglev tune horizontal-3dof`
 
-    `maglev tune my_tuning.toml --native --scheduler tcp://host:8786`
+    `maglev tune my_tuning.toml --scheduler tcp://host:8786`
     """
     with one_line_errors(debug):
-        from maglev.api.tuning import tune as search
+        from maglev.api.many.tuning import tune as search
 
         tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
                        **options)

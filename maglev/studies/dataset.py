@@ -1,5 +1,9 @@
-"""What a study leaves: one Parquet dataset of its samples, merged of a part for each batch."""
+"""What a study leaves: one Parquet dataset of its samples, merged of a part for each batch.
 
+The dataset carries the digest of its own rows and metadata: what somebody has edited is not read for what was flown.
+"""
+
+import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,15 +13,16 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from maglev.arrays import Array
+from maglev.errors import MaglevError, in_one_line
 from maglev.studies.columns import passed
 from maglev.studies.flying.samples import Flown, Job
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000
-METADATA = b"maglev"   # key of the schema's metadata, JSON
+METADATA = b"maglev"       # key of the schema's metadata, JSON
+SEAL = b"maglev.sha256"    # key of the file's metadata: `Contents` of its rows
 
 
 @dataclass(frozen=True)
@@ -83,8 +88,48 @@ def as_bytes(table: pa.Table) -> bytes:
 def merge(contents: Iterator[bytes], schema: pa.Schema, path: Path) -> None:
     """Write one file of all parts, in their order, a few at a time."""
     with whole_file(path) as unfinished, pq.ParquetWriter(unfinished, schema, write_page_checksum=True) as writer:
+        rows = Contents(schema)
         for table in grouped(contents):
             writer.write_table(table.replace_schema_metadata(schema.metadata), row_group_size=ROWS_OF_A_GROUP)
+            rows.add(table)
+        writer.add_key_value_metadata({SEAL: rows.sha256})
+
+
+class Contents:
+    """SHA-256 of the rows of a table, added some at a time, in whatever portions, and of its schema with metadata."""
+
+    def __init__(self, schema: pa.Schema):
+        said = [[field.name, str(field.type), json_of(field.metadata)] for field in schema]
+        self.whole = hashlib.sha256(json.dumps([said, json_of(schema.metadata)]).encode("utf-8"))
+        self.columns = [hashlib.sha256() for _ in schema]
+
+    def add(self, rows: pa.Table | pa.RecordBatch) -> None:
+        """Add rows: of each column which are null, and the bits of the others."""
+        for digest, column in zip(self.columns, rows.columns, strict=True):
+            values = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
+            if not (pa.types.is_primitive(values.type) or pa.types.is_boolean(values.type)):
+                digest.update("".join(f"{json.dumps(text, default=str)}\n" for text in values.to_pylist()).encode())
+                continue
+            bits = np.ascontiguousarray(values.fill_null(False if pa.types.is_boolean(values.type) else 0)
+                                        .to_numpy(zero_copy_only=False))
+            # A row at a time, so that portions do not matter: whether it is null, then its value.
+            row = np.empty(len(bits), np.dtype([("null", np.uint8), ("value", bits.dtype)]))
+            row["null"], row["value"] = values.is_null().to_numpy(zero_copy_only=False), bits
+            digest.update(row.tobytes())
+
+    @property
+    def sha256(self) -> str:
+        """Digest of all that was added so far."""
+        whole = self.whole.copy()
+        for column in self.columns:
+            whole.update(column.digest())
+        return whole.hexdigest()
+
+
+def json_of(metadata: Mapping[bytes, bytes] | None) -> list[list[str]]:
+    """Metadata of a schema or a field, in the order of their keys."""
+    return sorted([key.decode("utf-8"), value.decode("utf-8")] for key, value in (metadata or {}).items()
+                  if not key.startswith(b"PARQUET:"))
 
 
 def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
@@ -123,6 +168,8 @@ def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) 
 
 def metadata_of(path: Path) -> dict[str, Any]:
     """What the metadata of a dataset say; empty if it is none of ours."""
+    if path.exists() and not path.is_file():   # a pipe would wait for ever
+        return {}
     try:
         found: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
     except (OSError, KeyError, ValueError, pa.ArrowException):
@@ -130,15 +177,31 @@ def metadata_of(path: Path) -> dict[str, Any]:
     return found
 
 
-def rows_by_sample(path: Path, key: str, samples: int) -> NDArray[np.int64] | None:
-    """Rows of each sample in a file that a study left, shape (samples,); None if it is another's, or not whole."""
-    if metadata_of(path).get("key") != key:
-        return None
-    found = np.zeros(samples, dtype=np.int64)
+def read_dataset(path: Path) -> pa.Table:
+    """Table of a file that a study left; MaglevError if it cannot be read, or is not as it was written."""
     try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            for rows in file.iter_batches():
-                found += np.bincount(rows["sample"].to_numpy(), minlength=samples)
+        return pa.Table.from_batches(batches_as_written(path), pq.read_schema(path))
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise MaglevError(f"{path}: {in_one_line(error)}, expected the dataset of a study as it was written; "
+                          "`maglev study` writes it anew") from None
+
+
+def batches_as_written(path: Path) -> Iterator[pa.RecordBatch]:
+    """Rows of a file that a study left; after the last of them, ValueError if one is not as it was written."""
+    with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        rows = Contents(file.schema_arrow)
+        for batch in file.iter_batches():
+            rows.add(batch)
+            yield batch
+        if (file.metadata.metadata or {}).get(SEAL, b"").decode("ascii", "replace") != rows.sha256:
+            raise ValueError("was edited after it was written, or by another version")
+
+
+def is_as_written(path: Path, key: str) -> bool:
+    """Whether a file is what the study of a key left at its end, with all samples: nothing else is written whole."""
+    try:
+        for _ in batches_as_written(path):
+            pass
     except (OSError, ValueError, pa.ArrowException):
-        return None
-    return found
+        return False
+    return metadata_of(path).get("key") == key

@@ -1,17 +1,16 @@
 """What is done of a study or a tuning: parts of one writer, whole and as they were written, or none."""
 
-import errno
 import hashlib
 import json
-import os
 import shutil
-import sys
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
 from maglev.errors import ScenarioError
+from maglev_files.one_writer import Busy, NoLock, only_writer
+from maglev_files.scratch import PREFIX, remove_leftovers
 from maglev_files.whole_file import whole_file, write_whole
 
 DIGITS = 32   # of a digest, in the name of a file
@@ -32,38 +31,33 @@ class Parts:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Keep others out of the folder for the block; ScenarioError if one is at work there.
-
-        The system holds the lock, which goes with the process, however that ends.
-        """
+        """Keep others out of the folder for the block; ScenarioError if one is at work there."""
         path = self.folder.with_name(f".{self.folder.name}.lock")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        while True:
-            with path.open("a") as file:
-                try:
-                    lock(file)
-                except OSError as error:
-                    busy = error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
-                    raise ScenarioError(f"{self.folder}: " + (
-                        "another process is writing there, expected one at a time: wait for it, or give another --out"
-                        if busy else f"cannot be locked ({error.strerror}), expected a file system with locks: give "
-                                     "another --out")) from None
-                if not is_at(path, file):   # who had it has just removed it
-                    continue
-                try:
-                    yield
-                finally:
-                    with suppress(PermissionError):   # of Windows, where it stays: it is open
-                        path.unlink(missing_ok=True)
-                return
+        require_file(path)
+        try:
+            with only_writer(path):
+                yield
+        except Busy:
+            raise ScenarioError(f"{self.folder}: another process is writing there, expected one at a time: wait for "
+                                "it, or give another --out") from None
+        except NoLock as error:
+            raise ScenarioError(f"{self.folder}: cannot be locked ({error.strerror}), expected a file system with "
+                                "locks: give another --out") from None
 
     def find(self) -> int:
         """Find the parts that are there; returns how many other files are.
 
-        ScenarioError if the folder is of another study.
+        ScenarioError if the folder is of another study, or something in it is no file.
         """
         if not self.folder.exists():
             return 0
+        if not self.folder.is_dir():
+            raise ScenarioError(f"{self.folder}: is {kind_of(self.folder)}, expected a folder, or nothing there")
+        remove_leftovers(self.folder)   # of a process that was ended as it wrote
+        # One with a dot is a part that was never finished.
+        found = sorted(path for path in self.folder.glob("[!.]*") if not path.name.startswith(PREFIX))
+        for path in found:
+            require_file(path)
         try:
             key = json.loads(self.mark.read_text(encoding="utf-8"))["key"]
         except (OSError, ValueError, KeyError, TypeError):
@@ -72,9 +66,9 @@ class Parts:
             raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
                                 "another version, expected none: remove the folder, or give another --out")
         others = 0
-        for path in sorted(self.folder.glob("[!.]*")):   # one with a dot is a part that was never finished
+        for path in found:
             name = f"{path.stem.rpartition('.')[0]}{path.suffix}"
-            if path.is_file() and path == self.path(name, path.read_bytes()):
+            if path == self.path(name, path.read_bytes()):
                 self.files[name] = path
             elif path != self.mark:
                 others += 1
@@ -92,6 +86,7 @@ class Parts:
 
     def write(self, name: str, content: bytes) -> None:
         path = self.path(name, content)
+        require_file(path)
         with whole_file(path) as unfinished:
             unfinished.write_bytes(content)
         self.files[name] = path
@@ -99,6 +94,7 @@ class Parts:
     def read(self, name: str) -> bytes:
         """Content of a part that is there; ScenarioError if somebody else has changed it since."""
         path = self.files[name]
+        require_file(path)
         content = path.read_bytes() if path.is_file() else b""
         if path != self.path(name, content):
             raise ScenarioError(f"{path}: was changed or removed meanwhile, expected nobody else to write there; "
@@ -109,21 +105,20 @@ class Parts:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def lock(file: IO[str]) -> None:
-    """Lock an open file for as long as it is open, here and in every other process; OSError if it is locked."""
-    if sys.platform == "win32":
-        import msvcrt
-
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+KINDS = {"a link": stat.S_ISLNK, "a folder": stat.S_ISDIR, "a file": stat.S_ISREG, "a pipe": stat.S_ISFIFO,
+         "a socket": stat.S_ISSOCK}
 
 
-def is_at(path: Path, file: IO[str]) -> bool:
-    """Whether an open file is the one at a path."""
+def kind_of(path: Path) -> str:
+    """What lies at a path, such as "a pipe"; empty if nothing does."""
     try:
-        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
+        mode = path.lstat().st_mode
     except FileNotFoundError:
-        return False
+        return ""
+    return next((kind for kind, is_one in KINDS.items() if is_one(mode)), "a device")
+
+
+def require_file(path: Path) -> None:
+    """Refuse what is there and no file of its own: it may be somebody's, a pipe waits for ever, a link leads away."""
+    if kind_of(path) not in ("", "a file"):
+        raise ScenarioError(f"{path}: is {kind_of(path)}, expected a file that was written here, or nothing: remove it")

@@ -1,7 +1,5 @@
 """A study made ready: everything that would be refused is refused here, before the first flight."""
 
-import hashlib
-import json
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
@@ -12,18 +10,19 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.master import whole_steps
-from maglev.errors import FmuError, ScenarioError, nearest
+from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.columns import columns_of, named_values
 from maglev.studies.dataset import Layout
 from maglev.studies.design import number_of_samples, samples
-from maglev.studies.flying.batch import code_of_package, digest, files_of
-from maglev.studies.flying.batches import Batch, batches_of
-from maglev.studies.flying.samples import Job
+from maglev.studies.flying.batches import batches_of
+from maglev.studies.flying.content import code_of_package
+from maglev.studies.flying.samples import Batch, Job
+from maglev.studies.key import key_of
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
+from maglev.time_grid import whole_steps
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
@@ -69,13 +68,13 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     values = target_values(targets, design, origin)
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
               limit_of(experiment, study.sample_timeout, origin))
-    job = replace(job, key=key_of(job, values, experiment))
     native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
     varied = {each.column: "" if each.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
               for i, each in enumerate(study.vary)}
     for name in {each.column for each in study.vary} & {*known, "sample", "passed", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
+    job = replace(job, key=key_of(job, values, varied, design, bool(study.limits)))
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
     return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
                         experiment.times[::every], experiment.outputs())
@@ -86,7 +85,7 @@ def rows_every(keep_interval: float | None, experiment: Experiment, origin: str)
     if keep_interval is None:
         return experiment.output_every()
     step, stop_time = experiment.step, experiment.plan.stop_time
-    with suppress(FmuError):
+    with suppress(QuantityError):
         if keep_interval <= stop_time:
             return whole_steps(keep_interval, step)
     raise ScenarioError(f"{origin}: keep_interval = {keep_interval:g} s: expected a whole number of communication "
@@ -117,20 +116,6 @@ def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None
     if 2.0 * needed > free - LEAST_FREE:
         raise ScenarioError(f"{study.name}: {count} samples would take {2e-9 * needed:.3g} GB in {out}, where "
                             f"{1e-9 * free:.3g} GB are free, expected less: fewer samples, or fewer trajectories")
-
-
-def key_of(job: Job, values: Array, experiment: Experiment) -> str:
-    """SHA-256 of all that the results of a study depend on."""
-    plan = experiment.plan
-    said = {"code": job.code, "files": digest(files_of(experiment)),
-            "targets": [target.name for target in job.targets],
-            "limit": job.limit, "columns": [repr(column) for column in job.columns], "kept": [*job.kept, job.every],
-            "plan": repr([plan.stop_time, [fmu.start for fmu in plan.fmus.values()], plan.wires, plan.signals,
-                          plan.axes, plan.motors, plan.stop_flag, plan.trip_flag, plan.metrics]),
-            "step": experiment.step, "order": experiment.order, "ports": repr(experiment.ports)}
-    found = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
-    found.update(np.ascontiguousarray(values).tobytes())
-    return found.hexdigest()
 
 
 def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from maglev.catalogue import HOST, Kind, build_written
-from maglev.errors import BuildError, ControllerError
+from maglev.errors import BuildError
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import is_written
 from maglev_files.scratch import scratch
 
-Given = str | Path | type | None
+Given = str | Path | None
 
 
 @contextmanager
@@ -22,10 +22,6 @@ def built(plan: RunPlan, put_in: dict[str, Given], native: bool, everywhere: boo
     has binaries for all platforms, not only for this machine. ControllerError or BuildError if there is no such file or
     class, or no FMU of it.
     """
-    for name, given in put_in.items():
-        if isinstance(given, type):
-            raise ControllerError(f"{name}: class {given.__name__} was given as a class, which only the process that "
-                                  "defines it can fly, and a study takes others; expected its file, such as 'lqi.py'")
     named = {name: fmu.file for name, fmu in plan.fmus.items() if put_in.get(name) is None and fmu.file is not None}
     written = {str(path) for path in (*named.values(), *put_in.values()) if is_written(Path(str(path)))}
     with scratch() as folder:

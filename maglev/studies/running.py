@@ -4,14 +4,17 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-import numpy as np
-import pyarrow.parquet as pq
-
 from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
-from maglev.studies.dataset import as_bytes, merge, metadata_of, rows_by_sample, trajectories_schema, trajectories_table
-from maglev.studies.flying.batches import Batch, fly_all
-from maglev.studies.flying.cluster import connected
-from maglev.studies.flying.samples import Flown
+from maglev.studies.dataset import (
+    as_bytes,
+    is_as_written,
+    merge,
+    metadata_of,
+    trajectories_schema,
+    trajectories_table,
+)
+from maglev.studies.flying.batches import flyers
+from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 
@@ -56,9 +59,9 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
         raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                             "expected --resume to go on with them, or no such folder")
     if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
-        if is_whole(planned, path):
+        if all(is_as_written(each, job.key) for each in (path, *([trajectories_path(path)] if job.kept else []))):
             return path   # it was done before
-        say(f"{path}: is not whole, or not with its trajectories: all samples are flown again")
+        say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are flown again")
     if lost or others:
         say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
             f"{samples} samples are whole, the others are flown again")
@@ -75,10 +78,10 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     waiting = [batch for batch in planned.batches if batch not in done]
     try:
         if waiting:
-            with connected(scheduler, jobs) as client:
+            with flyers(scheduler, jobs) as fly_batches:
                 parts.begin()
                 watch(kept_samples, samples)
-                fly_all(client, planned.job, waiting, planned.values, store)
+                fly_batches(planned.job, waiting, planned.values, store)
     except KeyboardInterrupt as error:
         with suppress(ScenarioError):   # of a folder that has not begun
             parts.find()                # a part may have been written whole when the signal came
@@ -96,16 +99,3 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
 def part(kind: str, batch: int) -> str:
     """Name of a part: of the samples or the trajectories of a batch."""
     return f"{kind}-{batch:07d}.parquet"
-
-
-def is_whole(planned: PlannedStudy, path: Path) -> bool:
-    """Whether a dataset has every sample once, and beside it the trajectories that are kept of each."""
-    key, samples = planned.job.key, len(planned.values)
-    rows = rows_by_sample(path, key, samples)
-    if rows is None or not np.all(rows == 1):
-        return False
-    if not planned.job.kept:
-        return True
-    flown = pq.read_table(path, columns=["failure"])["failure"].is_null().to_numpy()
-    kept = rows_by_sample(trajectories_path(path), key, samples)
-    return kept is not None and np.array_equal(kept, len(planned.times) * flown)

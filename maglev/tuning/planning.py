@@ -13,9 +13,10 @@ from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
 from maglev.studies.columns import Column, columns_of, meant, named_values
 from maglev.studies.design import samples
-from maglev.studies.flying.batch import code_of_package
+from maglev.studies.flying.content import code_of_package
 from maglev.studies.flying.samples import Job
-from maglev.studies.planning import key_of, limit_of
+from maglev.studies.key import key_of
+from maglev.studies.planning import limit_of
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.schema import Range, TuneFile
@@ -192,7 +193,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
               limit=limit_of(experiment, None, origin))
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     nominal = np.array([target.nominal for target in searched])
-    return PlannedTuning(tuning, replace(job, key=key_of(job, plants, experiment)), unknowns, cost, nominal, plants,
+    return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants,
                          fresh, native)
 
 

@@ -1,4 +1,4 @@
-"""The search: differential evolution, whose generations are flown on a Dask cluster."""
+"""The search: differential evolution, whose generations are flown side by side."""
 
 import hashlib
 from collections.abc import Callable
@@ -7,14 +7,12 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
-from distributed import Client
 from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from maglev.arrays import Array
 from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, signal_of
-from maglev.studies.flying.batches import batches_of, fly_all
-from maglev.studies.flying.cluster import connected
+from maglev.studies.flying.batches import Fly, batches_of, flyers
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
@@ -39,11 +37,11 @@ class Found:
 
 
 class Search:
-    """A planned tuning on a cluster; `parts` keep the metrics of all flights by what was flown."""
+    """A planned tuning; `parts` keep the metrics of all flights by what was flown."""
 
-    def __init__(self, planned: PlannedTuning, client: Client, parts: Parts, watch: Watcher):
+    def __init__(self, planned: PlannedTuning, fly_batches: Fly, parts: Parts, watch: Watcher):
         self.planned = planned
-        self.client = client
+        self.fly_batches = fly_batches
         self.parts = parts
         self.watch = watch
         self.flights = 0
@@ -68,8 +66,8 @@ class Search:
             self.flights += len(flown.values)
             self.watch(min(self.flights, self.all_flights - 1), self.all_flights)
 
-        fly_all(self.client, self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0),
-                values, store)
+        self.fly_batches(self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0), values,
+                         store)
         content = BytesIO()
         np.save(content, rows)
         self.parts.write(kept, content.getvalue())
@@ -103,7 +101,7 @@ class Search:
 
 def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
            watch: Watcher, say: Say) -> Found:
-    """Search on a cluster: the workers of a scheduler, or so many processes of this machine.
+    """Search, with the flights on the workers of a scheduler or in so many processes of this machine.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
     and flies what is not there. `say` is told what is broken of it. MaglevError if something cannot be flown, another
@@ -118,9 +116,9 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
         if others:
             say(f"{parts.folder}: not as it was written: {others} of the parts, flown again")
         try:
-            with connected(scheduler, jobs) as client:
+            with flyers(scheduler, jobs) as fly_batches:
                 parts.begin()
-                found = Search(planned, client, parts, watch).found()
+                found = Search(planned, fly_batches, parts, watch).found()
         except KeyboardInterrupt as error:
             raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, --resume goes "
                               "on with them", signal_of(error)) from error

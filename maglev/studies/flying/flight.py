@@ -1,6 +1,6 @@
 """One scenario flown again and again in one process: loaded and wired once, reset between, arrays used again."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +16,15 @@ Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and refere
 class Flight:
     """An experiment to be flown many times with other start values; a context manager that frees its FMUs.
 
+    Of what is recorded the columns `wanted` are kept, all without it.
+
     Each flight gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
     """
 
-    def __init__(self, experiment: Experiment):
+    def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None):
         self.experiment = experiment
+        self.wanted = wanted
         self.resettable = not any(map(is_foreign, experiment.files.values()))
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
@@ -41,14 +44,19 @@ class Flight:
             self.master.__exit__()
         self.master = None
 
-    def load(self) -> Master:
-        """FMUs and calls, loaded and wired if they are not yet."""
+    def load(self, build: bool = False) -> Master:
+        """FMUs and calls, loaded and wired if they are not yet.
+
+        The FMUs' blocks are in the loop if that was compiled before, or is compiled now, where `build` asks for it.
+        """
         if self.master is None:
             experiment = self.experiment
-            self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order)
+            self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order,
+                                 loop=experiment.loop)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
-            self.columns = Columns(self.master.wiring.tracks, self.master.steps + 1, np.float64)
+            self.master.with_blocks(build)
+            self.columns = Columns(self.master.wiring.tracks, self.master.steps + 1, np.float64, self.wanted)
             self.redriven = False
         return self.master
 
@@ -78,7 +86,8 @@ class Flight:
         """Put the references of a flight into the rows that the FMUs read."""
         varied = any(name.startswith(f"{REFERENCE}.") or name in self.drives for name in changes)
         if varied or self.redriven:
-            master.drive(self.with_changes(changes).drives(self.descriptions) if varied else self.drives)
+            # Those that a study varies go where it asks: a stop that is touched is what it finds.
+            master.drive(self.with_changes(changes).references(self.descriptions) if varied else self.drives)
         self.redriven = varied
 
     def with_changes(self, changes: Changes) -> Experiment:

@@ -12,8 +12,8 @@ from maglev.arrays import Array
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import evaluate, phase_resistances
-from maglev.processes.beside import Gone, Send
+from maglev.judging.metrics import columns_needed, evaluate, phase_resistances
+from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
 from maglev.studies.targets import Target
@@ -48,6 +48,17 @@ class Flown:
     trajectories: Array | None = None   # shape (samples, rows, signals)
 
 
+class Batch(NamedTuple):
+    """Samples that are flown together: the number of the batch, its first sample and the one after its last."""
+
+    number: int
+    first: int
+    last: int
+
+
+Store = Callable[[int, Flown], None]   # what is done with a batch by its number
+
+
 class Sample(NamedTuple):
     """One sample that was flown: its metrics, shape (columns,), why it was not flown to its end, and what is kept.
 
@@ -70,7 +81,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
     `loaded` is called when the FMUs are loaded.
     """
     plan = job.experiment.plan
-    with Flight(job.experiment) as flight:
+    with Flight(job.experiment, columns_needed(plan) | set(job.kept)) as flight:
         flight.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
@@ -103,6 +114,17 @@ def gathered(job: Job, first: int, count: int, samples: Iterable[Sample]) -> Flo
     return Flown(first, rows, tuple(failures), kept)
 
 
+def only_sample(flown: Flown) -> Sample:
+    """The sample of a batch of one."""
+    return Sample(flown.values[0], flown.failures[0], None if flown.trajectories is None else flown.trajectories[0])
+
+
+def flown_batch(job: Job, first: int, values: Array) -> Flown:
+    """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin."""
+    return gathered(job, first, len(values), each_flown(job, values) if job.limit is None else
+                    each_flown_apart(job, values, job.limit))
+
+
 def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
     """Fly samples in a process beside this one, and in another after each that takes longer than `limit`, s.
 
@@ -123,11 +145,12 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
                 deaths += bool(gone.how)
                 if gone.how and deaths < FLIGHTS:
                     continue
-                why = f"the process that flew it ended ({gone.how})"
+                why = (f"took longer than {limit:g} s" if isinstance(gone, Silent) else
+                       f"the process that flew it ended ({gone.how})" if gone.how else f"what flew {gone}")
                 if not loaded:
-                    raise MaglevError(f"the FMUs cannot be loaded: {why}" if gone.how else
-                                      f"the FMUs were not loaded within {patience:g} s") from None
-                yield failed(job, why if gone.how else f"took longer than {limit:g} s")
+                    raise MaglevError(f"the FMUs were not loaded within {patience:g} s" if isinstance(gone, Silent) else
+                                      f"the FMUs cannot be loaded: {why}") from None
+                yield failed(job, why)
                 done, deaths = done + 1, 0
 
 

@@ -13,10 +13,10 @@ from maglev.schema.loading import load_plan
 
 # The options of `maglev run` by those of Python: what a study was flown with is kept by these.
 FLAGS = {"model": "--model", "plant": "--plant", "controller": "--controller", "ports": "--map", "step": "--step",
-         "order": "--order", "fmus": "--fmus", "native": "--native", "fmi": "--fmi",
+         "order": "--order", "fmus": "--fmus", "kind": "--kind", "native": "--kind=native", "fmi": "--fmi",
          "keep_settings": "--keep-settings"}
 
-HARMLESS = ("native", "fmi", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
+HARMLESS = ("kind", "native", "fmi", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
 
 
 def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -33,6 +33,13 @@ def values_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any
     columns = {target: each["name"] for each in about["vary"] for target in each["set"]}
     return {**run_of(about)["set"], **{target: row[target] if target in row else row[columns[target]]
                                       for target in about["targets"]}}
+
+
+def options_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of `maglev.run` for a row of the dataset."""
+    run = run_of(about)
+    options = {key: int(value) if key == "fmi" else value for key, value in run["options"].items()}
+    return {"name": run["scenario"], **options, "set": values_of(about, row)}
 
 
 def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:

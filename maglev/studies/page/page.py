@@ -19,7 +19,7 @@ from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
-from maglev.studies.page.verdict import decisive, least_and_largest, telling, verdict
+from maglev.studies.page.verdict import decisive, telling, verdict, where
 from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
@@ -51,14 +51,15 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     indices, notes = sensitivity(table, about)
-    provenance = about["provenance"]
+    provenance, said = about["provenance"], verdict(table, about)
     html, css, *own = ((FOLDER / name).read_text(encoding="utf-8") for name in OWN)
     return shell.page(
-        "study", f"{escape(about['name'])}: a study", read("style.css") + css, html,
+        "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
         name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),
-        verdict=verdict(table, about),
+        verdict=said, where=where(table, about),
+        heading="Where it holds, and where it breaks" if where(table, about) else "What it changes",
         responses=RESPONSES if metrics or not all(table["passed"].to_pylist()) else "",
         metrics=quantiles_table(table, about), histograms=histograms(table, about),
         parallel=PARALLEL if metrics else "",
@@ -67,8 +68,8 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         provenance=f"maglev-fmus {escape(provenance['version'])}"
                    + (f", commit {escape(provenance['commit'])}" if provenance["commit"] else "")
                    + f", Python {escape(provenance['python'])}; "
-                   + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])}, "
-                               f"{escape(fmu['guid'])})" for fmu in provenance["fmus"])
+                   + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
+                               for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
         data=json_in_html(data(table, about, metrics, drawn)),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
@@ -117,26 +118,29 @@ def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
 
 
 def histograms(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Histograms of all metrics that differ between samples, those with limits first."""
+    """Histograms of the metrics that have limits and differ between samples."""
     found = []
-    for name, unit, values in sorted(metrics_of(table), key=lambda each: each[0] not in about["limits"]):
-        if varies(values):
+    for name, unit, values in metrics_of(table):
+        if name in about["limits"] and varies(values):
             shown, scale = shown_in(values.tolist(), unit)
-            limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
+            limits = {key: scale * value for key, value in about["limits"][name].items() if value is not None}
             found.append(histogram(name, shown, scale * values, limits))
     return "\n".join(found)
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Least, median and largest value of every metric, its limits, and how many samples are beyond them."""
+    """Least, median and largest value of every metric, and where there are limits these, and how many are beyond."""
     rows = []
     for name, unit, values in metrics_of(table):
-        if not len(values):
-            continue
-        cells = [*least_and_largest(name, values, unit), limits_text(about, name, unit) or "–",
-                 str(beyond_limits(values, about, name).sum()) if name in about["limits"] else "–"]
-        rows.append([escape(cell) for cell in (name, *cells)])
-    return html_table(("metric", "least", "median", "largest", "limits", "beyond"), rows)
+        if len(values):
+            cells = [name, *(metric_text(name, each, unit)
+                             for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
+            if about["limits"]:
+                cells += [limits_text(about, name, unit) or "–",
+                          str(beyond_limits(values, about, name).sum()) if name in about["limits"] else "–"]
+            rows.append([*map(escape, cells)])
+    more = ["limits", "beyond"] if about["limits"] else []
+    return html_table(("metric", "least", "median", "largest", *more), rows)
 
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array, Bools
-from maglev.quantities import common_unit, metric_text
+from maglev.quantities import common_unit
 from maglev.report.findings import html_table
 from maglev.studies.page.text import beyond_limits, limits_text, units_of
 from maglev.units import known_unit, to_unit
@@ -61,22 +61,36 @@ def numbers(table: pa.Table, name: str) -> Array:
     return np.array(table[name].to_pylist(), dtype=np.float64)
 
 
+def question(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
+    units, every = units_of(table), np.ones(table.num_rows, dtype=bool)
+    varied = []
+    for each in about["vary"][:MOST_NAMED]:
+        tried, _, _ = edges(numbers(table, each["name"]), every, units[each["name"]])
+        varied.append(f"{each['name']} {'from ' if ' to ' in tried else '= '}{tried}")
+    more = [f"{len(about['vary']) - MOST_NAMED} more"] if len(about["vary"]) > MOST_NAMED else []
+    wanted = "stay within its limits" if about["limits"] else "keep the stage in the air"
+    return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
+
+
 def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """How many samples pass, by what others fail, and between which values of what varies they do; HTML."""
-    count, passed = table.num_rows, np.array(table["passed"].to_pylist())
-    reasons = failing(table, about)
-    said = [f'<p class="message"><strong>{passed.sum()} of {count} samples pass</strong>'
-            + (nearest_words(*nearest_to_limit(table, about)) if not reasons else ": the others fail by")
-            + ("" if len(reasons) != 1 else f" {escape(next(iter(reasons)))}.") + "</p>"]
-    if len(reasons) > 1:
-        said.append("<ul>" + "".join(f"<li>{where.sum()} by {escape(why)}</li>" for why, where in reasons.items())
-                    + "</ul>")
-    if passed.any() and not passed.all():
-        units = units_of(table)
-        rows = [(escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
-                for name in telling(table, about)]
-        said.append(html_table(("what varies", "flown", "all pass", "all fail"), rows))
-    return "\n".join(said)
+    """What was asked and how many samples pass, and by what others fail; HTML."""
+    passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
+    said = ": the others fail by" if reasons else nearest_words(*nearest_to_limit(table, about))
+    said += f" {escape(next(iter(reasons)))}." if len(reasons) == 1 else ""
+    parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for why, failed in reasons.items())
+    return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum()} of {len(passed)} samples pass'
+            f"</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
+
+
+def where(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML."""
+    passed, units = np.array(table["passed"].to_pylist()), units_of(table)
+    if passed.all() or not passed.any():
+        return ""
+    return html_table(("what varies", "simulated", "all pass", "all fail"), (
+        (escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
+        for name in telling(table, about)))
 
 
 def nearest_words(share: float, name: str) -> str:
@@ -106,17 +120,10 @@ def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     return text(flown[0], flown[-1]), runs(every_passes), runs(every_fails)
 
 
+MOST_NAMED = 3     # quantities that the question names
 MOST_VALUES = 12   # that a grid has along a side; more are drawn at random
 
 
 def outer(inside: Bools) -> Bools:
     """What is inside from one of the ends on, without a gap."""
     return np.logical_and.accumulate(inside) | np.logical_and.accumulate(inside[::-1])[::-1]
-
-
-def least_and_largest(name: str, values: Array, unit: str) -> list[str]:
-    """Least, median and largest value of a metric, in one unit."""
-    shown = common_unit(values.tolist(), unit)
-    return [f"{to_unit(value, shown):.4g} {shown}".rstrip() if np.isfinite(value) and known_unit(shown)
-            else metric_text(name, value, unit)
-            for value in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()]

@@ -78,6 +78,8 @@ def test_a_run_takes_a_controller_of_ours_by_its_name(fastest_fmus: Path) -> Non
     assert named.metrics == pathed.metrics != maglev.run(NAME, fmus=fastest_fmus).metrics
     with pytest.raises(maglev.UnknownName, match="controller PID9: is no FMU of this project and no file"):
         maglev.run(NAME, fmus=fastest_fmus, controller="PID9")
+    with pytest.raises(maglev.UnknownName, match="controller PIDDOF: .* nearest is 'PID2DOF'"):   # no PID5DOF
+        maglev.run(NAME, fmus=fastest_fmus, controller="PIDDOF")
 
 
 def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
@@ -151,9 +153,11 @@ def test_a_comparison_of_nothing(fastest_fmus: Path) -> None:
 
 
 def test_as_json(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Standard output is the JSON and nothing else."""
+    """Standard output is the JSON and nothing else; of the file, all but which columns it is of."""
     done = command("run", NAME, "--json", "--fmus", fastest_fmus, "--out", tmp_path)
     run = json.loads(done.stdout)["runs"][NAME]
-    assert run == json.loads((tmp_path / f"{NAME}.json").read_text()) | {"claims": run["claims"]}
+    written = json.loads((tmp_path / f"{NAME}.json").read_text())
+    assert list(written.pop("files")) == [f"{NAME}.csv"]
+    assert run == written | {"claims": run["claims"]}
     rms = next(row for row in run["measures"] if row["quantity"] == "rms error")
     assert {"of": "v", "time": None, "unit": "m"}.items() <= rms.items()

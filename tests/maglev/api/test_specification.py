@@ -153,14 +153,14 @@ def test_own_runs_are_shown_before_the_thesiss_and_apart(tmp_path: Path) -> None
     assert [str(table.title) for table in study_tables([theirs], found)] == ["Verdicts on the claims"]
     own, thesis = claims_markdown([mine, theirs], found).split("\n# The thesis\n")
     assert own.startswith("# Your runs\n\n1 of 1 claims met.") and "`2dof-setpoints`" not in own
-    assert "`mine`" not in thesis and "2 claims on 1 runs: 1 reproduced, 1 not reproduced." in thesis
+    assert "`mine`" not in thesis and "\n| all | 2 | 1 | 1 | – |\n" in thesis
     page = Page(report_page([mine, theirs], found))
     assert [body["id"] or body.text for body in page.all("tbody") if body["id"] or body["class"] == "part"] == [
         "Your runs", "run-mine", "The thesis", "run-2dof-setpoints"]
     assert page.all("figure")[0]["id"] == "figure-run-mine"
     assert "<strong>1 of 1</strong> of your claims are met." in page.source
-    assert [card.text for card in page.of_class("cards")] == [
-        "1 ✓ reproduced0 ≈ within 10 %1 ✗ not reproduced0 ? not testable0 – not run"]
+    assert [table.text.replace("\n", "") for table in page.of_class("kinds")] == [
+        "claimsspecifications✓ reproduced1✗ not reproduced1all2"]
 
 
 def test_a_crash_early_on_is_drawn_around(tmp_path: Path) -> None:

@@ -1,72 +1,96 @@
-"""The cluster of this machine: nobody else can reach it, and who can is not let in."""
+"""Studies on the workers of a Dask scheduler: the bits of this machine's processes, or one line that says why not."""
 
 import os
+import signal
 from collections.abc import Iterator
-from urllib.error import HTTPError
-from urllib.request import urlopen
+from pathlib import Path
+from typing import Any
 
+import dask
+import numpy as np
 import pytest
-from distributed import Client
+from distributed import Client, LocalCluster
 from distributed.security import Security
-from psutil import CONN_LISTEN, Process
-from tiny_study import address_of, trusted
+from tiny_study import fly_samples, of_a_crash, planned
 
 from maglev.errors import ScenarioError
-from maglev.studies.flying import cluster
+from maglev.studies.flying import dask_workers
+from maglev.studies.flying.batches import flyers
+from maglev.studies.flying.samples import Flown
+from maglev.studies.planning import PlannedStudy
+from maglev.studies.running import run_study
 
 
 @pytest.fixture(scope="module")
-def client(slow: None) -> Iterator[Client]:
-    with cluster.connected(None, 2) as client:
-        yield client
+def cluster(slow: None) -> Iterator[LocalCluster]:
+    """Two workers, whose certificate is in this process's configuration of Dask: their address is enough."""
+    security = Security.temporary()
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", security=security,
+                      dashboard_address=":0", silence_logs=50) as cluster, dask.config.set({
+                          "distributed.comm.tls.ca-file": security.tls_ca_file,
+                          "distributed.comm.tls.client.cert": security.tls_client_cert,
+                          "distributed.comm.tls.client.key": security.tls_client_key}):
+        yield cluster
 
 
-def addresses(client: Client) -> list[str]:
-    """Of the scheduler, the workers and their nannies."""
-    workers = client.scheduler_info()["workers"]
-    return [address_of(client), *workers, *(each["nanny"] for each in workers.values())]
+def flown(cluster: LocalCluster | None, study: PlannedStudy, out: Path) -> bytes:
+    """Bytes of the dataset."""
+    address = None if cluster is None else str(cluster.scheduler_address)
+    return run_study(study, out, 2, address, False, lambda _done, _all: None, print).read_bytes()
 
 
-def processes(client: Client) -> list[Process]:
-    return [Process(), *map(Process, client.run(os.getpid).values())]
+def test_it_gives_the_bytes_of_this_machine(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+    study = planned(tmp_path, fastest_fmus)
+    assert flown(cluster, study, tmp_path / "there") == flown(None, study, tmp_path / "here")
 
 
-def test_it_listens_on_this_machine_alone(client: Client) -> None:
-    found = [connection.laddr for process in processes(client) for connection in process.net_connections("inet")
-             if connection.status == CONN_LISTEN]
-    assert len(found) >= 5   # the scheduler, two workers and their nannies
-    assert {address.ip for address in found} == {"127.0.0.1"}
+def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+    study = planned(tmp_path, fastest_fmus)
+    found: dict[int, Flown] = {}
+
+    def store(number: int, batch: Flown) -> None:
+        if not found:   # batches are under way on both
+            with Client(cluster) as client:
+                victim = next(iter(client.run(os.getpid).values()))
+            os.kill(victim, signal.SIGKILL)
+        found[number] = batch
+
+    with flyers(str(cluster.scheduler_address), 2) as fly:
+        fly(study.job, study.batches, study.values, store)
+    assert sorted(found) == list(range(len(study.batches)))
+    assert np.array_equal(np.concatenate([found[number].values for number in sorted(found)]),
+                          fly_samples(study.job, 0, study.values).values)
 
 
-def test_it_shows_nothing(client: Client) -> None:
-    """What Dask serves of every cluster, without a login: no page of these is there."""
-    pages = [f"http://127.0.0.1:{client.scheduler_info()['services']['dashboard']}",
-             *(f"http://127.0.0.1:{each['services']['dashboard']}"
-               for each in client.scheduler_info()["workers"].values())]
-    for page in pages:
-        for path in ("/", "/status", "/metrics", "/json/identity.json", "/health"):
-            with pytest.raises(HTTPError, match="404"):
-                urlopen(page + path, timeout=10.0)
+def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+    scheduler: Any = cluster.scheduler
+    scheduler.allowed_failures = 0   # the first death is enough
+    found: list[Flown] = []
+    study = of_a_crash(fastest_fmus, tmp_path, limit=None)
+    with flyers(str(cluster.scheduler_address), 2) as fly:
+        fly(study.job, study.batches, study.values, lambda _, batch: found.append(batch))
+    assert found[0].failures == ("every process that flew it died",)
 
 
-def test_a_stranger_is_refused(client: Client) -> None:
-    """With no certificate, and with one of its own; by the scheduler, the workers and their nannies."""
-    for address in addresses(client):
-        assert address.startswith("tls://127.0.0.1:")
-        with pytest.raises(OSError):
-            Client(address.replace("tls://", "tcp://"), timeout=5.0, security=Security())
-        with pytest.raises(OSError):
-            Client(address, timeout=5.0, security=Security.temporary())
-    assert client.submit(os.getpid, pure=False).result(timeout=30.0)   # it lives on
+def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path,
+                                                monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_workers, "code_of_package", lambda: "0.0 (other)")
+    with pytest.raises(ScenarioError, match=r"worker tls://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
+        flown(cluster, planned(tmp_path, fastest_fmus), tmp_path)
+    assert not (tmp_path / "study.parts").exists()
 
 
-def test_who_has_its_certificate_is_let_in(client: Client) -> None:
-    with trusted(client.security), cluster.connected(address_of(client), 1) as other:
-        assert set(other.run(os.getpid)) == set(client.run(os.getpid))
+def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
+    with pytest.raises(ScenarioError, match="--scheduler tcp://127.0.0.1:9: cannot be reached"), \
+            flyers("tcp://127.0.0.1:9", 1):
+        pass
 
 
-def test_without_a_certificate_one_line_says_so(client: Client) -> None:
-    with pytest.raises(ScenarioError, match=r"--scheduler tls://.*: cannot be reached .*TLS") as refusal, \
-            cluster.connected(address_of(client), 1):
+def test_without_a_certificate_one_line_says_so(cluster: LocalCluster) -> None:
+    with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
+                          "distributed.comm.tls.client.key": None}), \
+            pytest.raises(ScenarioError, match=r"--scheduler tls://.*: cannot be reached .*TLS") as refusal, \
+            flyers(str(cluster.scheduler_address), 1):
         pass
     assert "\n" not in str(refusal.value)

@@ -15,19 +15,19 @@ from tiny_study import planned
 
 from maglev.studies import dataset, running
 from maglev.studies.flying import batches as batches_module
-from maglev.studies.flying.batches import Batch
-from maglev.studies.flying.samples import Flown, Job
+from maglev.studies.flying.batches import Fly
+from maglev.studies.flying.samples import Batch, Flown, Job
 
 FEW, MANY = 2_000, 8_000
 BATCH = 100   # samples
 
 
 @contextmanager
-def no_cluster(_scheduler: str | None, _jobs: int) -> Iterator[None]:
-    yield
+def nobody(_scheduler: str | None, _jobs: int) -> Iterator[Fly]:
+    yield zeros
 
 
-def zeros(_client: None, job: Job, batches: list[Batch], _values: NDArray[np.float64],
+def zeros(job: Job, batches: list[Batch], _values: NDArray[np.float64],
           store: Callable[[int, Flown], None]) -> None:
     """Flights that take no time: results of the right shape."""
     for batch in batches:
@@ -58,8 +58,7 @@ def most_memory(folder: Path, fmus: Path, samples: int) -> float:
 
 def test_planning_and_writing_take_no_more_memory_for_more_samples(fastest_fmus: Path, tmp_path: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "connected", no_cluster)
-    monkeypatch.setattr(running, "fly_all", zeros)
+    monkeypatch.setattr(running, "flyers", nobody)
     # Of both as large: a batch, and a group of rows.
     monkeypatch.setattr(batches_module, "STEPS_OF_A_BATCH", BATCH * 400)
     monkeypatch.setattr(dataset, "ROWS_OF_A_GROUP", 1000)

@@ -20,7 +20,7 @@ from maglev.studies import planning
 from maglev.studies.flying.samples import each_flown_apart, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 
-pytestmark = pytest.mark.usefixtures("one_cluster")
+pytestmark = pytest.mark.usefixtures("processes_kept")
 
 HANGS = ("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n            pass\n"
                                           "        w = self.bandwidth\n")

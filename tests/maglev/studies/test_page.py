@@ -96,6 +96,23 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     assert "6 of 12 samples pass" in text and "by overshoot of v beyond" in text
 
 
+def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None:
+    made, about = broken_at(GRID)
+    fmu = {"name": "plant", "file": "Plant.fmu", "kind": "native", "guid": "{a-guid}"}
+    about["provenance"] = {**about["provenance"], "fmus": [fmu]}
+    text = page(made, about)
+    order = [text.index(each) for each in (
+        "Does tiny stay within its limits with plant.a from 1 to 4 and plant.b from 0.5 to 1.5? <strong>6 of 12 samples"
+        " pass", "Where it holds, and where it breaks", 'id="response"', "what varies", 'class="bars"',
+        "Plant.fmu (native)")]
+    assert order == sorted(order) and "a-guid" not in text
+    whole = table(GRID[:, 0] / 10.0, GRID)
+    passing = page(whole, about)
+    assert "12 of 12 samples pass" in passing and "breaks" not in passing and 'class="bars"' in passing
+    free = page(whole, {**about, "limits": {}})
+    assert "keep the stage in the air with" in free and 'class="bars"' not in free, "no histogram without a limit"
+
+
 def test_bars_add_up_to_the_samples_and_stop_at_what_is_known() -> None:
     values = np.array([1.0, 1.0, 2.0, 5.0, np.inf])
     picture = parse_svg(histogram("time & so", "s", values, {"max": 3.0}))

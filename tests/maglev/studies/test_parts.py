@@ -1,13 +1,16 @@
 """What is done of a study: one writer at a time, and nothing is believed that is not as it was written."""
 
+import os
 import shutil
+import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import contextmanager
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+import pyarrow.parquet as pq
 import pytest
 from command_line import error_line
 from command_line import maglev as command
@@ -16,8 +19,7 @@ from tiny_study import fly_samples, planned, scenario
 
 from maglev.errors import Interrupted, ScenarioError
 from maglev.studies import running
-from maglev.studies.flying.batches import Batch
-from maglev.studies.flying.samples import Flown, Job
+from maglev.studies.flying.samples import Batch, Flown, Job
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 
@@ -87,19 +89,14 @@ Damage = Callable[[Path], None]
 
 
 class Here:
-    """Studies in this process, in place of a cluster; how many samples were flown."""
+    """Studies in this process, in place of those beside it; how many samples were flown."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
         self.flown = 0
         self.said: list[str] = []
-        monkeypatch.setattr(running, "connected", self.connected)
-        monkeypatch.setattr(running, "fly_all", self.fly_all)
+        monkeypatch.setattr(running, "flyers", lambda _scheduler, _jobs: nullcontext(self.fly))
 
-    @contextmanager
-    def connected(self, _scheduler: str | None, _jobs: int) -> Any:
-        yield None
-
-    def fly_all(self, _client: None, job: Job, batches: list[Batch], values: NDArray[Any],
+    def fly(self, job: Job, batches: list[Batch], values: NDArray[Any],
                 store: Callable[[int, Flown], None]) -> None:
         for batch in batches:
             store(batch.number, fly_samples(job, batch.first, values[batch.first:batch.last]))
@@ -219,11 +216,21 @@ def flipped(path: Path) -> None:
     path.write_bytes(content)
 
 
+def edited(path: Path) -> None:
+    """Another number in the last column of numbers, all else kept."""
+    table = pq.read_table(path)
+    name = [field.name for field in table.schema if field.type == "double"][-1]
+    numbers = [*table[name].to_pylist()[:-1], 9.0]
+    pq.write_table(table.set_column(table.column_names.index(name), table.schema.field(name), [numbers]), path)
+
+
 @pytest.mark.parametrize("damage", [
+    lambda out: edited(out / "study.parquet"), lambda out: edited(out / "study.trajectories.parquet"),
     lambda out: (out / "study.trajectories.parquet").unlink(),
     lambda out: shortened(out / "study.trajectories.parquet"),
     lambda out: flipped(out / "study.trajectories.parquet"), lambda out: flipped(out / "study.parquet")],
-    ids=["deleted trajectories", "truncated trajectories", "a bit of the trajectories", "a bit of the samples"])
+    ids=["a number", "a number of the trajectories", "deleted trajectories", "truncated trajectories",
+         "a bit of the trajectories", "a bit of the samples"])
 def test_a_study_that_was_done_before_is_looked_at(damage: Damage, here: Here, fastest_fmus: Path,
                                                    tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
@@ -233,3 +240,51 @@ def test_a_study_that_was_done_before_is_looked_at(damage: Damage, here: Here, f
     damage(tmp_path / "out")
     assert here.study(study, tmp_path / "out", resume=True) == whole
     assert here.flown == 20 and "all samples are flown again" in here.said[0]
+
+
+NO_FILES: dict[str, Callable[[Path], Any]] = {
+    "a pipe": os.mkfifo, "a folder": Path.mkdir, "a link": lambda path: path.symlink_to("/dev/zero"),
+    "a socket": lambda path: socket.socket(socket.AF_UNIX).bind(str(path))}
+
+
+@pytest.mark.parametrize("kind", NO_FILES)
+@pytest.mark.parametrize("place", ["study.json", "samples-0000003.parquet", "what.ever", ".study.parts.lock"])
+def test_what_is_no_file_is_named_and_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str,
+                                                 place: str) -> None:
+    """Nobody waits for a pipe, and nothing is written to where a link leads."""
+    monkeypatch.chdir(tmp_path)   # the path of a socket has a largest length
+    parts = Parts(Path("study.parts"), "key")
+    parts.begin()
+    path = Path(place) if place.startswith(".") else parts.folder / place
+    if place.startswith("samples"):
+        parts.write(place, b"content")
+        path = parts.files[place]
+    path.unlink(missing_ok=True)
+    NO_FILES[kind](path)
+    with pytest.raises(ScenarioError) as refusal, parts.alone():
+        Parts(Path("study.parts"), "key").find()
+    assert str(refusal.value) == f"{path}: is {kind}, expected a file that was written here, or nothing: remove it"
+    if place.startswith("samples"):
+        for used in (lambda: parts.write(place, b"content"), lambda: parts.read(place)):
+            with pytest.raises(ScenarioError, match=f"is {kind}, expected a file"):
+                used()
+    assert os.path.lexists(path)
+
+
+def test_what_a_process_left_as_it_wrote_goes(tmp_path: Path) -> None:
+    """Killed between the making of a folder for what is unfinished and the end of it."""
+    parts = Parts(tmp_path / "it.parts", "key")
+    parts.begin()
+    parts.write("samples-0000000.parquet", b"content")
+    left = parts.folder / "maglev_scratch_abc"
+    left.mkdir()
+    (left / "samples-0000001.parquet").write_bytes(b"half")
+    again = Parts(parts.folder, "key")
+    assert again.find() == 0 and list(again.files) == ["samples-0000000.parquet"]
+    assert not left.exists()
+
+
+def test_a_file_in_place_of_the_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "study.parts").touch()
+    with pytest.raises(ScenarioError, match=r"study\.parts: is a file, expected a folder, or nothing there$"):
+        Parts(tmp_path / "study.parts", "key").find()

@@ -11,7 +11,7 @@ from written_controllers import PD, controller, flight
 import maglev
 from maglev.errors import ControllerError
 
-pytestmark = pytest.mark.usefixtures("one_cluster")
+pytestmark = pytest.mark.usefixtures("processes_kept")
 
 RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
 
@@ -35,6 +35,7 @@ def test_samples_are_what_the_file_flies(fastest_fmus: Path, tmp_path: Path, mon
     settings = [setting for flag, setting in zip(words, words[1:], strict=False) if flag == "--set"]
     run = maglev.run(flight(tmp_path), fmus=fastest_fmus, controller=path, set=settings)
     assert run.metrics.rms_errors["v"] == frame["rms error of v"][2] != nominal.metrics.rms_errors["v"]
+    assert study.run(2).metrics == run.metrics
 
 
 def test_what_cannot_be_native_flies_as_python(fastest_fmus: Path, tmp_path: Path) -> None:
@@ -42,7 +43,7 @@ def test_what_cannot_be_native_flies_as_python(fastest_fmus: Path, tmp_path: Pat
     said: list[str] = []
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(fastest_fmus)
-    study = maglev.sweep(flight(tmp_path), {"plant.v.mass": [4.0, 4.5]}, controller=path, native=True, out=tmp_path,
+    study = maglev.sweep(flight(tmp_path), {"plant.v.mass": [4.0, 4.5]}, controller=path, kind="native", out=tmp_path,
                          fmus=tmp_path / "fmus", say=said.append, jobs=1)
     assert any("runs in Python" in each and "pd.py, line" in each for each in said)
     assert study.to_pandas()["failure"].isna().all()
@@ -69,5 +70,5 @@ def test_refused(fastest_fmus: Path, tmp_path: Path) -> None:
     assert "there is no file" in line and "pd.py" in line
     names: dict[str, type] = {}
     exec(PD, names)
-    with pytest.raises(ControllerError, match=r"controller: class PD was given as a class.*expected its file"):
+    with pytest.raises(ControllerError, match=r"PD: was given as a class.*expected its file"):
         flown(tmp_path, fastest_fmus, names["PD"])   # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Tuning: parameters of a controller searched on a Dask cluster, for the least of what is measured on many plants."""
+"""Tuning: parameters of a controller searched for the least of what is measured on many plants."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,10 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
+from maglev.api.many.studying import made_ready
 from maglev.api.options import FlightOptions
-from maglev.api.running import Say, Watch, unwatched, warn
-from maglev.api.studying import made_ready, require_study
+from maglev.kinds import reads_native
 from maglev.processes import processors
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ class Tuned:
         show_found(console, self.planned.tuning, self.planned.cost, self.found)
 
 
+@reads_native
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
          resume: bool = False, watch: Watch | None = None, say: Say | None = None,
          **options: Unpack[FlightOptions]) -> Tuned:
@@ -53,7 +55,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     Parameters
     ----------
     file : str or Path
-        A tuning file of the package by its name, or a TOML file (docs/tuning.md).
+        A tuning file of the package by its name, or a TOML file (docs/studies.md).
     out : path
         Folder for NAME.toml.
     jobs, scheduler : optional
@@ -63,7 +65,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, keep_settings.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
 
     Returns
     -------
@@ -75,7 +77,6 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     MaglevError
         If something in it cannot be used: before the first flight.
     """
-    require_study()
     from maglev.studies.parts import Parts
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
@@ -83,7 +84,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     from maglev.tuning.text import gains_toml
 
     tuning, path = load_tuning(file)
-    with made_ready(tuning, path, options, scheduler is not None, say or warn) as (experiment, _):
+    with made_ready(tuning, path, options, scheduler is not None, say or warn, watch or unwatched) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,

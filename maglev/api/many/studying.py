@@ -1,25 +1,33 @@
-"""Studies: a scenario flown many times on a Dask cluster, one Parquet dataset of all samples, and a page."""
+"""Studies: a scenario flown many times, side by side, one Parquet dataset of all samples, and a page."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
+from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, Value, experiments_of, seconds
-from maglev.api.running import Say, Watch, say_notes, unwatched, warn
-from maglev.errors import MaglevError, ScenarioError, UnknownName, extra
+from maglev.api.running import run as fly
+from maglev.api.running import say_notes
+from maglev.catalogue.for_runs import compiles
+from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, shortened
 from maglev.experiment.preparation import Experiment
+from maglev.kinds import reads_native
 from maglev.processes import processors
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.schema.loading import load_plan
 from maglev.schema.settings import start_values
+from maglev.user_controllers.source import carried
 
 if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
     from maglev.tuning.schema import TuneFile
 
 Vary = Mapping[str, Sequence[Value] | str]
+
+PUT_IN = ("plant", "controller")   # options that name what takes the place of a plan's
 
 PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %
 
@@ -58,8 +66,10 @@ class Study:
         return f"<Study {self.name}: {self.about['samples']} samples of {self.about['scenario']} in {self.path}>"
 
     def to_arrow(self) -> Any:
-        """Table of the samples, a pyarrow.Table."""
-        return extra("pyarrow.parquet", "study").read_table(self.path)
+        """Table of the samples, a pyarrow.Table; MaglevError if the dataset is not as it was written."""
+        from maglev.studies.dataset import read_dataset
+
+        return read_dataset(self.path)
 
     def to_pandas(self) -> Any:
         """Table of the samples, a pandas.DataFrame by number of the sample; `attrs["units"]` has the units."""
@@ -86,9 +96,20 @@ class Study:
         """The command that flies a sample again, as a full run with files and all."""
         from maglev.studies.page.again import command_of
 
+        return command_of(self.about, self.row(sample))
+
+    def run(self, sample: int) -> Run:
+        """A sample flown again as `maglev.run` does it, with everything recorded: the same bits."""
+        from maglev.studies.page.again import options_of
+
+        return fly(**options_of(self.about, self.row(sample)))
+
+    def row(self, sample: int) -> dict[str, Any]:
+        """A sample's row of the dataset; UnknownName if there is none of the number."""
         if not 0 <= sample < self.about["samples"]:
             raise UnknownName(f"{self.name}: there is no sample {sample}, expected 0 to {self.about['samples'] - 1}")
-        return command_of(self.about, self.to_arrow().slice(sample, 1).to_pylist()[0])
+        found: dict[str, Any] = self.to_arrow().slice(sample, 1).to_pylist()[0]
+        return found
 
     def write_page(self, path: str | Path | None = None) -> Path:
         """Write the page about the study, one HTML file; beside the dataset if no path is given.
@@ -102,6 +123,7 @@ class Study:
         return found
 
 
+@reads_native
 def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: int | None = None,
           scheduler: str | None = None, resume: bool = False, sample_timeout: float | str | None = None,
           watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Study:
@@ -125,7 +147,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, native, fmi, keep_settings.
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
 
     Returns
     -------
@@ -139,7 +161,6 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     KeyboardInterrupt
         After Ctrl-C; what is done is kept.
     """
-    require_study()
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
@@ -147,7 +168,8 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
     limit = seconds("sample-timeout", sample_timeout)
     found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
-    with made_ready(found, path, options, scheduler is not None, say or warn) as (experiment, flown_with):
+    with made_ready(found, path, options, scheduler is not None, say or warn,
+                    watch or unwatched) as (experiment, flown_with):
         planned = plan_study(found, experiment, str(path), Path(out), flown_with)
         with (watch or unwatched)([found.name]) as watcher:
             return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
@@ -156,36 +178,42 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
 
 @contextmanager
 def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions, everywhere: bool,
-               say: Say) -> Iterator[tuple[Experiment, dict[str, Any]]]:
+               say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning, for as long as the block lasts, and what flies it with `maglev run`, as JSON.
 
-    `everywhere` is whether what is built for it, of Python files, has binaries for all platforms.
+    `everywhere` is whether what is built for it has binaries for all platforms.
     """
     from maglev.studies.page.again import FLAGS
     from maglev.studies.python_files import built
     from maglev.studies.targets import require_free
 
+    if options.get("parameters"):
+        raise ScenarioError(f"{path}: parameters {options['parameters']}: expected start values in its set, or as set")
     settings = start_values(found.set) | start_values(options.get("set"))
     require_free(settings, found.vary, str(path))
     scenario = path.parent / found.scenario if found.scenario.endswith(".toml") else Path(found.scenario)
     scenario = scenario.relative_to(Path.cwd()) if scenario.is_relative_to(Path.cwd()) else scenario
     options = {**options, "set": settings}
+    files = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
+    options = cast("FlightOptions", {**options, **files})
     controller: str | None = getattr(found, "controller", None)
     if controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / controller
-    usual: dict[str, object] = {"order": "sequential", "fmus": "fmus", "native": False, "fmi": 2,
-                                "keep_settings": False}
+    usual: dict[str, object] = {"order": "sequential", "fmi": 2, "keep_settings": False}
     given = {key: options.get(key) for key in FLAGS}
     run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
            "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
                        if value is not None and usual.get(key) not in (value, str(value))}}
-    put_in = {"plant": options.get("plant"), "controller": options.get("controller")}
-    with built(load_plan(scenario), put_in, options.get("native", False), everywhere, say) as (plan, fmus):
-        experiment, = experiments_of([plan], {**options, **fmus})   # type: ignore[typeddict-item]  # names as above
+    put_in: dict[str, Any] = {role: options.get(role) for role in PUT_IN}
+    native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
+    with built(load_plan(scenario), put_in, native, everywhere, say) as (plan, fmus):
+        experiment, = experiments_of([plan], {**options, **fmus},   # type: ignore[typeddict-item]  # names as above
+                                     say, watch, everywhere)
         say_notes([experiment], say)
         yield experiment, run
 
 
+@reads_native
 def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
           samples: int | None = None, seed: int = 0, **options: Any) -> Study:
     """Fly every combination of values, or so many samples of ranges; a study without a file.
@@ -217,9 +245,11 @@ def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Se
     >>> study.to_xarray()["overshoot of v"].dims                                   # doctest: +SKIP
     ('plant.v.mass',)
     """
-    require_study()
     from maglev.studies.schema import read_study
 
+    if not isinstance(scenario, str | Path):
+        raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
+                            "be flown again")
     entries = [{"set": target.split(","), **(values_of(target, values, samples is not None) if isinstance(values, str)
                                              else {"kind": "list", "values": list(values)})}
                for target, values in vary.items()]
@@ -251,9 +281,3 @@ def values_of(target: str, text: str, sampled: bool) -> dict[str, Any]:
         raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
                             "with commas between")
     return {"kind": "grid", "from": number_or_text(parts[0]), "to": number_or_text(parts[1]), "number": int(parts[2])}
-
-
-def require_study() -> None:
-    """Raise MaglevError if something of the extra `study` is not installed."""
-    for module in ("distributed", "cryptography", "pyarrow"):
-        extra(module, "study")

@@ -1,0 +1,1 @@
+"""Functions that fly a scenario many times."""

@@ -1,0 +1,72 @@
+"""A repository to begin with, whose CI notices a controller that changed."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from maglev.api.checking import update
+from maglev.errors import BaselineError, RigError
+from maglev.own_stage.adoption import OWN, rig_named
+from maglev.own_stage.new import scenario_text, write_new
+from maglev.processes.watching import Say, Watch
+from maglev.rig.writer import render
+from maglev.user_controllers.new import new_controller
+from pmlsm.rigs import EXAMPLE
+
+EXPERIMENT = "experiment.toml"
+FILES = {"README.md": "README.md", "gitignore": ".gitignore", "gitlab-ci.yml": ".gitlab-ci.yml",
+         "maglev.yml": ".github/workflows/maglev.yml"}   # by template
+
+
+def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watch | None = None,
+                   say: Say | None = None) -> Path:
+    """Write a folder for version control: controller, experiment, baseline, and what GitHub and GitLab run.
+
+    The experiment is run once, for its baseline. After an error nothing is left.
+
+    Parameters
+    ----------
+    path : path
+        The folder; it must not be there.
+    stage : str or path
+        Name of a rig, or the description of a stage of yours, NAME.toml, which is copied.
+    watch, say
+        As of `update`.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    MaglevError
+        If the folder is there already or cannot be made, there is no such stage, or the experiment cannot be run.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> sorted(file.name for file in maglev.new_repository("levitate", stage="2dof").iterdir())
+    ['.github', '.gitignore', '.gitlab-ci.yml', 'README.md', 'baselines', 'controller.py', 'experiment.toml']
+    """
+    folder = Path(path)
+    if folder.exists():
+        raise RigError(f"{folder}: it is there already, expected the name of a new folder")
+    if not folder.parent.is_dir():
+        raise RigError(f"{folder}: there is no folder {folder.parent}, expected one")
+    rig = rig_named(str(stage))
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
+        made = Path(scratch) / folder.name
+        (made / ".github" / "workflows").mkdir(parents=True)
+        own = Path(stage).name if rig.name in OWN else None
+        if own is not None:
+            shutil.copyfile(stage, made / own)
+        new_controller(made / "controller.py", rig.name if own is None else str(made / own))
+        write_new(made / EXPERIMENT, scenario_text(rig, made / EXPERIMENT, own, more=True, controller="controller.py"))
+        for template, name in FILES.items():
+            write_new(made / name, render(f"new/repository/{template}.j2", rig, name=folder.name))
+        result, = update(made / EXPERIMENT, baselines=made / "baselines", watch=watch, say=say)
+        if result.status == "error":
+            raise BaselineError(f"{folder / EXPERIMENT}: {result.message}")
+        made.rename(folder)
+    return folder

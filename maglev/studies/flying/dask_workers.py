@@ -1,0 +1,177 @@
+"""Batches flown by the workers of a Dask scheduler: a bounded number under way, parts written as they come."""
+
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_completed, get_worker
+
+from maglev.arrays import Array
+from maglev.cosim.step_loop import LIBRARY
+from maglev.errors import MaglevError, ScenarioError, in_one_line
+from maglev.studies.flying.content import code_of_package, digest, files_of
+from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, failed, flown_batch, gathered, only_sample
+
+AHEAD = 2                # batches under way or waiting for each thread of the cluster
+REACHED_WITHIN = 10.0    # s
+WORKERS_WITHIN = 60.0    # s
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[Client]:
+    """Client of the scheduler at an address; errors as of `flyers`."""
+    try:
+        client = Client(scheduler, timeout=REACHED_WITHIN)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:   # one that none answers at, or is none, or TLS
+        raise ScenarioError(f"--scheduler {scheduler}: cannot be reached within {REACHED_WITHIN:g} s "
+                            f"({in_one_line(error)[:80]}), expected the address of a Dask scheduler, such as "
+                            "tcp://host:8786") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_WITHIN)
+        except TimeoutError:
+            raise ScenarioError(f"--scheduler {scheduler}: has no worker after {WORKERS_WITHIN:g} s, expected one or "
+                                "more") from None
+        require_same_package(client, scheduler)
+        yield client
+
+
+def require_same_package(client: Client, scheduler: str) -> None:
+    """Refuse workers that lack this package or have another version of it."""
+    def version_there() -> str:
+        # Sent as code, not by name: a worker may know nothing of this module.
+        try:
+            from maglev.studies.flying.content import code_of_package as code
+        except ImportError as error:
+            return f"no maglev-fmus with the extra study ({error})"
+        return code()
+
+    versions: dict[str, Any] = client.run(version_there, on_error="return")
+    for worker, version in versions.items():
+        if version != code_of_package():
+            raise ScenarioError(f"--scheduler {scheduler}: worker {worker} has maglev-fmus "
+                                f"{in_one_line(version) if isinstance(version, Exception) else version}, expected "
+                                f"{code_of_package()} on all workers")
+
+
+class StudyFiles(WorkerPlugin):
+    """The job of a study and its FMUs, which Dask gives to every worker, also to one that comes later.
+
+    The files lie in the worker's own folder, in one that is named after their content.
+    """
+
+    def __init__(self, job: Job, files: Mapping[str, bytes]):
+        self.job = job
+        self.files = files
+        self.name = f"maglev-{job.key}"
+        self.folder: Path | None = None
+
+    def setup(self, worker: Worker) -> None:
+        folder = Path(worker.local_directory) / f"maglev-{digest(self.files)}"
+        for name, content in self.files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        self.folder = folder
+
+    def teardown(self, worker: Worker) -> None:
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def local_job(self) -> Job:
+        """The job with the files of this worker."""
+        assert self.folder is not None   # Dask sets a plugin up before it is asked
+        experiment = self.job.experiment
+        files = {name: self.folder / name / path.name for name, path in experiment.files.items()}
+        loop = experiment.loop and experiment.loop._replace(path=self.folder / LIBRARY)
+        return replace(self.job, experiment=replace(experiment, files=files, loop=loop))
+
+
+def fly_batch(plugin: str, first: int, values: Array) -> Flown:
+    """Fly the samples from number `first` on with values of the targets, shape (samples, targets); on a worker."""
+    files = get_worker().plugins[plugin]
+    assert isinstance(files, StudyFiles)
+    if files.job.code != code_of_package():
+        raise MaglevError(f"a worker has maglev-fmus {code_of_package()}, expected {files.job.code}")
+    return flown_batch(files.local_job(), first, values)
+
+
+def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly batches and store each as it is done; `values` are those of the targets by sample.
+
+    A batch whose worker dies is flown again elsewhere. One that took several workers with it is flown sample by sample,
+    alone on the cluster; a sample that takes its worker again has a row that says so. MaglevError if a batch cannot be
+    flown at all, such as by a worker with another version of this package.
+    """
+    plugin = StudyFiles(job, files_of(job.experiment))
+    client.register_plugin(plugin)
+    try:
+        deadly = list(fly_in_turn(client, plugin.name, batches, values, store))
+        for batch in deadly:
+            numbers = range(batch.first, batch.last)
+            store(batch.number, gathered(job, batch.first, len(numbers), (
+                alone(client, plugin.name, number, values, job) for number in numbers)))
+    finally:
+        with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
+            client.unregister_worker_plugin(plugin.name)
+
+
+def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array,
+                store: Store) -> Iterator[Batch]:
+    """Fly batches, a bounded number at a time; gives those whose workers died again and again."""
+    waiting = iter(batches)
+    under_way: dict[Future[Flown], Batch] = {}
+
+    def more() -> list[Future[Flown]]:
+        room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
+        futures = {submit(client, plugin, batch, values): batch for batch in islice(waiting, max(0, room))}
+        under_way.update(futures)
+        return list(futures)
+
+    try:
+        done = as_completed(more())
+        for future in done:
+            batch = under_way.pop(future)
+            try:
+                store(batch.number, result(future))
+            except KilledWorker:
+                yield batch
+            future.release()
+            for another in more():
+                done.add(another)
+    finally:
+        with suppress(OSError):
+            client.cancel(list(under_way))
+
+
+def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[Flown]:
+    """Give a batch to the cluster."""
+    # Not pure: a batch that was cancelled is not to be found again.
+    return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], pure=False, retries=1)
+
+
+def result(future: Future[Flown]) -> Flown:
+    """What a batch gave; MaglevError if it could not be flown."""
+    try:
+        found: Flown = future.result()
+    except (KilledWorker, MaglevError):
+        raise
+    except OSError as error:
+        raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
+    return found
+
+
+def alone(client: Client, plugin: str, number: int, values: Array, job: Job) -> Sample:
+    """Fly one sample with nothing else under way: if workers die now, they die of it."""
+    future = submit(client, plugin, Batch(0, number, number + 1), values)
+    try:
+        flown = result(future)
+    except KilledWorker:
+        return failed(job, "every process that flew it died")
+    finally:
+        future.release()
+    return only_sample(flown)

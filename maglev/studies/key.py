@@ -1,0 +1,72 @@
+"""What a stored sample is known by: a digest of all that its flight is made of, as it was resolved."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from maglev.arrays import Array
+from maglev.experiment.preparation import Experiment
+from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
+from maglev.schema.signals.kinds import Csv
+from maglev.studies.flying.content import digest, files_of
+from maglev.studies.flying.samples import Job
+
+# All that is left out, by what has it: words for readers, what is judged elsewhere, and where files lie, whose content
+# counts. What is added to a plan counts for as long as it is not listed here.
+LEFT_OUT: dict[type, frozenset[str]] = {
+    Job: frozenset({"key"}),
+    Experiment: frozenset({"files", "loop", "left_out", "notes", "changes", "put_in", "departures", "not_compared",
+                           "stale", "parameter_sets"}),
+    RunPlan: frozenset({"title", "description", "figures", "check_only", "another_reading", "claims", "check",
+                        "procedure", "rig_file", "_path", "_own", "_sha256"}),
+    FmuTable: frozenset({"file"}),
+    Csv: frozenset({"file"})}   # what was read of it is there
+
+
+def key_of(job: Job, values: Array, *further: object) -> str:
+    """SHA-256 of all that the results of a study depend on: job, values of the targets, and what else is stored."""
+    experiment = job.experiment
+    said = [canonical(job), digest(files_of(experiment)), canonical(experiment.plan.rig), canonical(values),
+            canonical(further)]
+    return hashlib.sha256(json.dumps(said).encode("utf-8")).hexdigest()
+
+
+def canonical(value: Any) -> Any:
+    """A value as JSON that is another one for another value: names and entries in their order, numbers with all digits.
+
+    TypeError of what is not known here: nothing is passed over.
+    """
+    if isinstance(value, StartValue):   # however it was written, and wherever
+        return canonical(value.value)
+    if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):
+        left_out = LEFT_OUT.get(type(value), frozenset())
+        return [type(value).__name__, [[name, canonical(each)] for name, each in attributes(value).items()
+                                       if name not in left_out]]
+    if isinstance(value, Mapping):
+        return ["mapping", [[canonical(name), canonical(each)] for name, each in value.items()]]
+    if isinstance(value, (list, tuple)):
+        return [canonical(each) for each in value]
+    if isinstance(value, np.ndarray):
+        content = np.ascontiguousarray(value)
+        return [str(content.dtype), list(content.shape), hashlib.sha256(content.tobytes()).hexdigest()]
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError(f"{value!r} is of {type(value)}, of which no key is known")
+
+
+def attributes(value: Any) -> dict[str, Any]:
+    """Attributes of a model, those that it keeps to itself among them, or of a dataclass."""
+    if isinstance(value, BaseModel):
+        own = dict(value.__pydantic_private__ or {})
+        return {name: getattr(value, name) for name in type(value).model_fields} | own
+    return {each.name: getattr(value, each.name) for each in fields(value)}

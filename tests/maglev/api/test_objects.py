@@ -1,0 +1,136 @@
+"""Objects where files can stand: scenarios as tables, recordings as columns, controllers as classes and objects."""
+
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from identification_data import Data, flight
+from written_controllers import PD, controller
+from written_controllers import flight as scenario
+
+import maglev
+
+NAME = "2dof-smooth-nonlinear"
+TABLE = {"extends": "loops/2dof.toml", "name": "short", "title": "A short hold", "stop_time": "20 ms",
+         "fmus": {"plant": {"start": {"v.position_start": np.float64(0.021), "h.position_start": 0}}},
+         "signals": [{"to": "controller.v.reference", "kind": "constant", "value": "21 mm"}]}
+
+
+@pytest.fixture(scope="module")
+def pd(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    names: dict[str, Any] = {"__name__": "notebook"}
+    exec(PD, names)
+    return names["PD"]
+
+
+def test_a_scenario_as_a_table(fastest_fmus: Path, tmp_path: Path) -> None:
+    run = maglev.run(TABLE, fmus=fastest_fmus)
+    assert run.name == "short"
+    assert run["plant.v.position"][0] == 0.021
+    many = maglev.run_all([TABLE, NAME], fmus=fastest_fmus, out=tmp_path, jobs=1)
+    assert list(many) == ["short", NAME]
+    assert np.array_equal(many["short"]["plant.v.position"], run["plant.v.position"])
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    ({"stop_tim": "1 s"}, "table short [0-9a-f]{8}: stop_tim"),
+    ({"title": {1, 2}}, r"scenario given as a table: \{1, 2\}, expected what TOML has"),
+    ({"name": 5}, "table 5 [0-9a-f]{8}: name = 5"),
+])
+def test_a_table_that_is_no_scenario(change: dict[str, Any], words: str) -> None:
+    with pytest.raises(maglev.ScenarioError, match=words):
+        maglev.run({**TABLE, **change})
+
+
+def test_two_tables_of_one_name_are_refused(fastest_fmus: Path, tmp_path: Path) -> None:
+    with pytest.raises(maglev.ScenarioError, match="name = 'short': expected another one than that of table short"):
+        maglev.run_all([TABLE, {**TABLE, "stop_time": "30 ms"}], fmus=fastest_fmus, out=tmp_path)
+
+
+def test_a_check_takes_a_name(fastest_fmus: Path) -> None:
+    result, = maglev.check(NAME, fmus=fastest_fmus, jobs=1)
+    assert (result.name, result.status) == (NAME, "passed")
+
+
+@pytest.fixture(scope="module")
+def recorded() -> dict[str, np.ndarray]:
+    data: Data = flight("2dof", "encoder")
+    recording = data.recording
+    return {"t": recording.time, "gap": recording.positions[:, 0], "along": recording.positions[:, 1],
+            "d": recording.i_d[:, 0], "q": recording.i_q[:, 0]}
+
+
+COLUMNS = {"time": "t", "v": "gap", "h": "along", "i_d": "d", "i_q": "q"}
+
+
+def test_columns_are_identified_as_their_file_is(recorded: dict[str, np.ndarray], tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    np.savetxt(tmp_path / "a.csv", np.column_stack(list(recorded.values())), delimiter=",",
+               header=",".join(recorded), comments="", fmt="%.17g")
+    expected = maglev.identify(tmp_path / "a.csv", columns=COLUMNS).estimate.final
+    ours = {name: recorded[own] for name, own in COLUMNS.items()}
+    for given, columns in ((recorded, COLUMNS), (ours, None), (pandas.DataFrame(recorded), COLUMNS),
+                           (pandas.DataFrame(ours).set_index("time"), None)):
+        assert maglev.identify(given, columns=columns).estimate.final == expected
+
+
+def test_columns_that_cannot_be_used(recorded: dict[str, np.ndarray]) -> None:
+    bad: list[tuple[Any, dict[str, str], str]] = [
+        ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),
+        ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is nan, expected a finite number"),
+        (recorded, {"v": "gab"}, "columns: v='gab': there is no such column, nearest is 'gap'"),
+        ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, "row 0, column v is 2.*: looks like mm"),
+        (5, {}, "int: .*expected a path, or columns of numbers by name")]
+    for data, columns, words in bad:
+        with pytest.raises(maglev.MaglevError, match=words):
+            maglev.identify(data, columns={**COLUMNS, **columns})
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_an_object_flies_as_it_is(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
+    """Each run begins with a copy of it; two objects of one class are two controllers."""
+    base = pd()
+    weak, plain = pd(), pd()
+    name = next(each for each in pd.parameters if isinstance(getattr(weak, each, None), float))
+    setattr(weak, name, 0.9 * getattr(weak, name))
+    path = scenario(tmp_path)
+    of_class = maglev.run(path, controller=pd, fmus=fastest_fmus)
+    compared = maglev.compare(path, {"plain": plain, "weak": weak}, fmus=fastest_fmus)
+    column = "plant.v.position"
+    assert np.array_equal(compared.runs["plain"][column], of_class[column])
+    assert not np.array_equal(compared.runs["weak"][column], of_class[column])
+    assert {key: value for key, value in vars(plain).items() if isinstance(value, float)} == {
+        key: value for key, value in vars(base).items() if isinstance(value, float)}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_many_runs_of_a_class(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
+    results = maglev.run_all([scenario(tmp_path), NAME], controller=pd, fmus=fastest_fmus, out=tmp_path, jobs=2)
+    assert not [each.failure for each in results.runs if each.failure]
+    assert list(results)[0] == "flight"
+
+
+def test_what_no_copy_can_be_made_of(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
+    held = pd()
+    held.file = (tmp_path / "log").open("w")
+    with held.file, pytest.raises(maglev.ControllerError, match="an object of the class PD cannot be copied: .*pickle"):
+        maglev.run(scenario(tmp_path), controller=held, fmus=fastest_fmus)
+
+
+@pytest.mark.usefixtures("slow")
+def test_a_class_is_built_from_its_file(tmp_path: Path, pd: Any) -> None:
+    spec = spec_from_file_location("of_a_file", controller(tmp_path))
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    import sys
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "of_a_file", module)   # as an import has it
+        file, = maglev.build(module.PD, fmus=tmp_path)
+        assert file.name == "PD.fmu"
+        with pytest.raises(maglev.ControllerError, match="PD: was given as an object .*expected its file"):
+            maglev.build(module.PD(), fmus=tmp_path)
+    with pytest.raises(maglev.ControllerError, match="PD: was given as a class that no module has.*expected its file"):
+        maglev.build(pd, fmus=tmp_path)
