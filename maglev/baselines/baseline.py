@@ -11,17 +11,18 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from maglev.baselines.digest import Digest, digest_of, read_digest, write_digest
 from maglev.cosim.master import Recording
 from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import BaselineError, nearest, shortened
 from maglev.schema.run_plan import RunPlan
+from maglev.time_grid import ON_GRID, whole_steps
+from maglev.units import refused_as
 from maglev_files.whole_file import whole_file
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
-
-ON_GRID = 1e-6   # communication steps that a time may lie beside the grid: k h is rounded
 
 RUN_KEYS = ("StartTime", "StopTime", "StepSize", "OutputInterval", "RelTol")
 SIGNAL_KEYS = ("AbsTol", "RelTol")
@@ -46,6 +47,7 @@ class Baseline:
     stop_time: float                   # of the last sample, s
     tolerances: dict[str, Tolerance]   # by signal
     interval: float                    # s between two samples when it was made; for the reader of the file
+    digest: Digest | None = None       # of all signals at all samples, where every machine has the same bits
 
 
 class Option(NamedTuple):
@@ -63,22 +65,21 @@ def baseline_files(folder: Path, name: str) -> tuple[Path, Path]:
     return folder / f"{name}_ref.csv", folder / f"{name}_ref.opt"
 
 
-def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline:
+def from_recording(plan: RunPlan, step: float, recording: Recording, exact: bool = False) -> Baseline:
     """Baseline of a run: the signals of `plan.check`, one sample every `plan.check.interval`.
 
     It ends before the stage first touches a stop or the controller trips: after a crash one rounding error moves the
     trajectory by tens of micrometres. `plan.check.through_contact` is for runs that do not magnify it so.
 
-    `step` is the communication step of the run, s. BaselineError if no signal is to be checked, a signal was not
-    recorded or is not finite, the interval is not a whole number of steps, or fewer than two samples remain.
+    `step` is the communication step of the run, s; an `exact` one has a digest of the whole recording. BaselineError if
+    no signal is to be checked, a signal was not recorded or is not finite, the interval is not a whole number of steps,
+    or fewer than two samples remain.
     """
     check = plan.check
     if not check.signals:
         raise BaselineError(f"{plan.path}: check.signals: expected at least one signal")
-    every = round(check.interval / step)
-    if every < 1 or abs(every * step - check.interval) > ON_GRID * step:
-        raise BaselineError(f"{plan.path}: check.interval = {check.interval} s: expected a multiple of the "
-                            f"communication step, {step} s")
+    with refused_as(BaselineError, f"{plan.path}: check.interval = {check.interval} s"):
+        every = whole_steps(check.interval, step)
     rows = slice(0, rows_before_contact(plan, recording), every)
     time = recording.time[rows].copy()
     if len(time) < 2:
@@ -90,7 +91,8 @@ def from_recording(plan: RunPlan, step: float, recording: Recording) -> Baseline
             raise BaselineError(f"{name} is not finite at t = {time[np.argmin(np.isfinite(values))]:.9g} s, "
                                 "expected finite values for a baseline")
     tolerances = {name: Tolerance(allowed.absolute, allowed.relative) for name, allowed in check.signals.items()}
-    return Baseline(plan.name, time, columns, step, float(time[-1]), tolerances, check.interval)
+    digest = digest_of(recording.time, recording.columns) if exact else None
+    return Baseline(plan.name, time, columns, step, float(time[-1]), tolerances, check.interval, digest)
 
 
 def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
@@ -114,7 +116,7 @@ def recorded(recording: Recording, name: str) -> npt.NDArray[Any]:
 
 
 def write_baseline(folder: Path, baseline: Baseline) -> None:
-    """Write both files of a baseline; each appears under its name when it is complete.
+    """Write the files of a baseline; each appears under its name when it is complete.
 
     BaselineError if the samples take more room than a committed file should.
     """
@@ -136,6 +138,7 @@ def write_baseline(folder: Path, baseline: Baseline) -> None:
     with whole_file(files[0]) as first, whole_file(files[1]) as second:
         first.write_text(samples.getvalue(), encoding="utf-8", newline="\n")
         second.write_text(options.getvalue(), encoding="utf-8", newline="\n")
+    write_digest(folder, baseline.name, baseline.digest)
 
 
 def read_baseline(folder: Path, name: str) -> Baseline:
@@ -162,7 +165,8 @@ def read_baseline(folder: Path, name: str) -> Baseline:
                           f"expected the {'first' if k == 0 else 'last'} time in {samples_file.name}, {times[k]} s")
     tolerances = {signal: Tolerance(*(options[key, signal].value for key in SIGNAL_KEYS)) for signal in signals}
     return Baseline(name, times, {signal: table.column(signal) for signal in signals}, step,
-                    options["StopTime", None].value, tolerances, options["OutputInterval", None].value)
+                    options["StopTime", None].value, tolerances, options["OutputInterval", None].value,
+                    read_digest(folder, name))
 
 
 def read_samples(path: Path) -> CsvTable:

@@ -6,56 +6,91 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.baselines.baseline import ON_GRID, Baseline, baseline_files, read_baseline, rows_before_contact
-from maglev.baselines.deviation import Deviation, first_deviation, worst
+from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, read_baseline, rows_before_contact
+from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, worst
+from maglev.baselines.digest import digest_of
 from maglev.baselines.outcome import CheckResult
+from maglev.baselines.picture import picture_file, write_picture
 from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
 from maglev.processes.side_by_side import Watcher
+from maglev.quantities import common_unit
 from maglev.schema.run_plan import RunPlan
+from maglev.time_grid import ON_GRID
+from maglev.units import factor
 
 BEYOND = 2   # check intervals that a run goes on after the end of its baseline, to see why it ends there
 
 
-def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> CheckResult:
+def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None,
+              pictures: Path | None = None) -> CheckResult:
     """Run an experiment to the end of its baseline, in a folder of these, and a little further, and compare.
 
-    `ends` are those of the runs that it starts from. What can be wrong is a result, too: the status "error".
+    `ends` are those of the runs that it starts from; into the folder `pictures` goes one of a run that deviates. What
+    can be wrong is a result, too: the status "error".
     """
     plan = experiment.plan
     begin = time.perf_counter()
     try:
+        experiment.require_current()
         # First, because a run is long and a missing baseline is found at once.
         baseline = read_baseline(baselines, plan.name)
         # A baseline of an FMU that was put in lacks what this FMU lacks.
         require_fit(plan, baseline, baselines)
-        end = min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
+        exact = baseline.digest is not None and experiment.exact()
+        # With a digest to its end, else no further than to see why the baseline ends.
+        end = plan.stop_time if exact else min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
         experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
         baseline = without(baseline, experiment.not_compared)
         units = experiment.units(baseline.columns)
         recording = flown(experiment, baseline.stop_time, progress)
+        same = exact and digest_of(recording.time, recording.columns) == baseline.digest
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
         if deviation is None:
             # Flags that an FMU which was put in lacks are not looked at.
             require_whole(plan, baseline, recording, baselines)
+        if exact and not same and deviation is None:
+            none = {name: Tolerance(0.0, 0.0) for name in baseline.columns}
+            deviation = first_deviation(replace(baseline, tolerances=none), recording)
+        nearest = closest(baseline, recording)
+        if pictures is not None:
+            picture_file(pictures, plan.name).unlink(missing_ok=True)   # of an earlier check
+            if deviation is not None:
+                write_picture(picture_file(pictures, plan.name), plan.name, baseline, recording, deviation)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
     # A run that was cut short has not come to the results that others start from.
     reached = ends_of(recording) if end == plan.stop_time else {}
+    found = partial(CheckResult, plan.name, deviation=deviation, worst=differences, elapsed=elapsed, units=units,
+                    ends=reached, notes=recording.notes)
     if deviation is not None:
-        return CheckResult(plan.name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
-                           differences, elapsed, units, reached, recording.notes)
-    same = all(difference == 0.0 for difference, _ in differences.values())
-    message = (f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
-               + ("equal the baseline" if same else "are within their tolerances")
-               + ("" if not experiment.not_compared else
-                  f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"))
-    return CheckResult(plan.name, "passed", message, None, differences, elapsed, units, reached,
-                       recording.notes)
+        return found("deviated", deviation_text(deviation, units[deviation.signal]))
+    assert baseline.digest is not None or not exact
+    if exact and baseline.digest is not None and not same:
+        return found("deviated", f"deviates: {baseline.digest.signals} signals at {baseline.digest.samples} samples do "
+                                 "not have the bits of the baseline, though those of its table do")
+    if exact and baseline.digest is not None:
+        return found("passed", f"passed, {baseline.digest.signals} signals at {baseline.digest.samples} samples equal "
+                               "the baseline bit for bit")
+    message = f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
+    message += "equal the baseline" if nearest is None else (
+        f"are within their tolerances, the closest is {nearest.signal}, off by "
+        f"{of_allowed(nearest, units[nearest.signal])}")
+    if experiment.not_compared:
+        message += f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"
+    return found("passed", message)
+
+
+def of_allowed(nearest: Closest, unit: str) -> str:
+    """What a sample is off by, of what is allowed, in the unit in which the latter reads well."""
+    chosen = common_unit([nearest.allowed], unit)
+    difference, allowed = (f"{value / factor(chosen):.3g}" if chosen else f"{value:.3g}"
+                           for value in (nearest.difference, nearest.allowed))
+    return f"{difference} of {allowed} {chosen}".rstrip()
 
 
 def flown(experiment: Experiment, end: float, progress: Progress | None) -> Recording:
@@ -68,12 +103,15 @@ def flown(experiment: Experiment, end: float, progress: Progress | None) -> Reco
         return error.recording
 
 
-def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[CheckResult]:
+def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher,
+              pictures: Path | None = None) -> list[CheckResult]:
     """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                         lambda name, ends: partial(check_run, by_name[name], baselines, ends), jobs,
-                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
+                         lambda name, ends: partial(check_run, by_name[name], baselines, ends, pictures=pictures),
+                         jobs,
+                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
+                         here=any(each.here for each in experiments)).values())
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
@@ -85,7 +123,7 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
     expected, got, allowed = (f"{text} {unit}".rstrip() for text in
                               (repr(deviation.expected), repr(deviation.got), f"{deviation.allowed:.6g}"))
     return (f"deviates first at t = {deviation.time:.9g} s: {deviation.signal} expected {expected}, got {got}, "
-            f"allowed {allowed}")
+            + (f"allowed {allowed}" if deviation.allowed else "expected the same bits"))
 
 
 def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maglev.baselines.baseline import ON_GRID, Array, Baseline, Tolerance, recorded
+from maglev.baselines.baseline import Array, Baseline, Tolerance, recorded
 from maglev.cosim.master import Recording
 from maglev.errors import BaselineError
+from maglev.time_grid import ON_GRID
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,28 @@ def worst(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference
     """Largest difference of each signal; raises as `first_deviation`."""
     return {name: largest(baseline.time, baseline.columns[name], got)
             for name, got in samples_of(baseline, recording).items()}
+
+
+class Closest(NamedTuple):
+    """Sample of a run within its tolerances that comes closest to one."""
+
+    signal: str
+    difference: float   # SI
+    allowed: float      # SI
+
+
+def closest(baseline: Baseline, recording: Recording) -> Closest | None:
+    """Largest share of a tolerance that a sample uses; None where all samples equal the baseline."""
+    found, largest_share = None, 0.0
+    for name, got in samples_of(baseline, recording).items():
+        expected, tolerance = baseline.columns[name], baseline.tolerances[name]
+        allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
+        differing = difference(expected, got)
+        shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
+        i = int(np.argmax(shares))
+        if shares[i] > largest_share:
+            found, largest_share = Closest(name, float(differing[i]), float(allowed[i])), float(shares[i])
+    return found
 
 
 def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:

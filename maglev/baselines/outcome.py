@@ -30,6 +30,9 @@ class CheckResult:
     ends: Mapping[str, float] = field(default_factory=dict)    # every output at the end; empty if it ended early
     notes: tuple[str, ...] = ()                                # as of `Recording`
 
+    def __repr__(self) -> str:
+        return f"<CheckResult {self.name}: {self.message}>"
+
 
 @dataclass(frozen=True)
 class UpdateResult:

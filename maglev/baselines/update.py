@@ -25,11 +25,13 @@ def renewed(experiment: Experiment, baselines: Path, ends: Ends, progress: Progr
     plan = experiment.plan
     begin = time.perf_counter()
     try:
+        experiment.require_current()
         old, unreadable = old_baseline(baselines, plan.name)
         experiment = replace(experiment, plan=started(plan, ends))
         units = experiment.units(plan.check.signals)
         recording = experiment.run(progress)
-        new, reached = from_recording(plan, experiment.step, recording), ends_of(recording)
+        new = from_recording(plan, experiment.step, recording, experiment.exact())
+        reached = ends_of(recording)
     except FAILURES as error:
         return UpdateResult(plan.name, "error", in_one_line(error), {}, time.perf_counter() - begin)
     result = partial(UpdateResult, plan.name, elapsed=time.perf_counter() - begin, ends=reached, notes=recording.notes,
@@ -68,7 +70,8 @@ def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     results = in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
                        lambda name, ends: partial(renewed, by_name[name], baselines, ends), jobs,
-                       lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch)
+                       lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch,
+                       here=any(each.here for each in experiments))
     with held_interrupts():
         return [written(result, baselines) for result in results.values()]
 
@@ -89,6 +92,9 @@ def change_notes(old: Baseline, new: Baseline, moved: dict[str, WorstDifference]
              for name, (difference, at) in moved.items() if difference > 0.0]
     notes += [f"{name} added" for name in new.columns if name not in old.columns]
     notes += [f"{name} removed" for name in old.columns if name not in new.columns]
+    if old.digest != new.digest and not notes:
+        notes.append("its digest is another one" if old.digest and new.digest else
+                     "it has a digest now" if new.digest else "it has no digest any more")
     if old.stop_time != new.stop_time:
         notes.append(f"it ended at t = {old.stop_time:.9g} s")
     if len(old.time) != len(new.time):

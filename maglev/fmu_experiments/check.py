@@ -1,9 +1,9 @@
 """The experiments that FMUs carry, flown and compared with the results that they carry."""
 
+import functools
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from maglev.baselines.baseline import ON_GRID, Tolerance
+from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
 from maglev.baselines.outcome import CheckResult, write_junit
@@ -34,6 +34,7 @@ from maglev.fmu_experiments.tables import (
 )
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Watcher
+from maglev.time_grid import ON_GRID
 
 
 class Expected(NamedTuple):
@@ -61,7 +62,7 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
 
 
 def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
-               timeout: float = TIMEOUT,
+               timeout: float = TIMEOUT, partial: bool = False,
                watch: Callable[[Sequence[str]], AbstractContextManager[Watcher]] | None = None) -> list[CheckResult]:
     """Fly the experiments that FMUs carry, ours or anybody's, and compare with the results that they carry.
 
@@ -79,6 +80,9 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
         Also write the outcome as JUnit XML.
     timeout : float
         Longest time that a step may take, s; to load and start an FMU takes a minute at least.
+    partial : bool
+        Let pass, and say, what is compared in part: results with columns that are no variables of the FMU, or that
+        leave out the beginning or the end of their experiment. Otherwise that is an error.
     watch : callable, optional
         As of `maglev.run_all`.
 
@@ -89,23 +93,23 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
     """
     found = named([Path(path) for path in paths])
     with watch(list(found)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
-        results = check_all(found, jobs or processors(), watcher, timeout)
+        results = check_all(found, jobs or processors(), watcher, timeout, partial)
     if junit is not None:
         write_junit(Path(junit), results)
     return results
 
 
 def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher,
-              timeout: float = TIMEOUT) -> list[CheckResult]:
+              timeout: float = TIMEOUT, partial: bool = False) -> list[CheckResult]:
     """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
     return list(in_order({name: set() for name in found},
-                         lambda name, _: partial(check_experiment, name, *found[name]), jobs,
+                         lambda name, _: functools.partial(check_experiment, name, *found[name], partial=partial), jobs,
                          lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
                          timeout).values())
 
 
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
-                     progress: Progress = lambda done, steps: None) -> CheckResult:
+                     progress: Progress = lambda done, steps: None, *, partial: bool = False) -> CheckResult:
     """Fly an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
     begin = time.perf_counter()
     try:
@@ -115,7 +119,11 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         variables = {v.name: v for v in description.modelVariables}
         run, tolerances = options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances)
-        result, said = fly(path, description, times_of(experiment, description, run, expected.time),
+        flight = times_of(experiment, description, run, expected.time)
+        lacking = missing_times(expected.time, flight)
+        if not partial:
+            require_whole(experiment.results, expected, lacking, variables)
+        result, said = fly(path, description, flight,
                            start_values(experiment.parameters, variables) if experiment.parameters else {},
                            input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
@@ -135,7 +143,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                + ("equal the results in it" if same else "are within tolerance")
                + (f", {TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
                   if not same and not tolerances.keys() >= expected.values.keys() else "")
-               + (f"; not compared: {', '.join(expected.left_out)}" if expected.left_out else ""))
+               + (f"; not compared: {', '.join(left_out)}" if (left_out := [*expected.left_out, *lacking]) else ""))
     return CheckResult(name, "passed", message, None, worst, elapsed, units, notes=notes)
 
 
@@ -162,6 +170,25 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
         TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
     return Expected(times(file, columns), values, tolerances, left_out)
+
+
+def missing_times(given: Array, flight: Times) -> list[str]:
+    """Which parts of a flight results leave out, in words: where one of their rows more would have fitted."""
+    most = float(np.diff(given).max(initial=0.0)) * (1.0 - ON_GRID)
+    return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((flight.start, given[0]), (given[-1], flight.stop))
+            if end - begin > ON_GRID * flight.step and end - begin >= most]
+
+
+def require_whole(file: File, expected: Expected, lacking: Sequence[str],
+                  variables: Mapping[str, ScalarVariable]) -> None:
+    """Refuse results of which a part cannot be compared."""
+    absent = next((name for name in expected.left_out if name not in variables), None)
+    if absent is not None:
+        raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
+                       f"{nearest(absent, variables)}; --partial compares the others")
+    if lacking:
+        raise FmuError(f"{file.place}: no results from {lacking[0]}, expected some for the whole experiment; "
+                       "--partial compares those that there are")
 
 
 def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],

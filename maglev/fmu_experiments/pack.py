@@ -12,13 +12,14 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from fmi_export.experiments.files import FOLDER, VALIDATION, ExperimentFiles, carried, tolerances
 from fmi_export.parameter_set import Value
 from maglev.baselines.outcome import CheckResult
+from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.cosim.fmu import kind_of
 from maglev.cosim.master import Recording
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import apply
 from maglev.errors import FmuError, ScenarioError
 from maglev.experiment.ports.replacement import Replacement
-from maglev.experiment.preparation import Experiment, prepare
+from maglev.experiment.preparation import Experiment, know_stage_of, prepare
 from maglev.fmu_experiments.carried import carried_experiments
 from maglev.fmu_experiments.check import check_all
 from maglev.processes.side_by_side import Watcher
@@ -32,7 +33,7 @@ KINDS = ("Real", "Boolean", "Integer", "Int64")   # that a master records
 
 
 def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = None, out: str | Path | None = None,
-                   fmus: str | Path = "fmus", watch: Watcher = lambda name, done, steps: None) -> CheckResult:
+                   fmus: str | Path | None = None, watch: Watcher = lambda name, done, steps: None) -> CheckResult:
     """Fly a scenario with an FMU, and put into it what it was given and gave there, as an experiment for it alone.
 
     The experiment is a validation by the layered standard FMI-LS-REF. What the scenario's baseline would hold of the
@@ -49,8 +50,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
         Whose place the FMU takes in the scenario, such as "controller"; not needed where the scenario names its file.
     out : path, optional
         Where to write; the FMU itself if not given.
-    fmus : path
-        Folder with the FMUs of this project.
+    fmus : path, optional
+        As of `run`.
     watch : callable, optional
         Told the name of the run, and the steps done and in all.
 
@@ -71,7 +72,10 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     place = name or named_place(plan, path)
     if place not in plan.fmus:
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
-    experiment = prepare(plan, Path(fmus), {} if name is None else {place: Replacement(path)}, {})
+    know_stage_of(plan)
+    needed = [each.model for key, each in plan.fmus.items() if key != place and each.model is not None]
+    experiment = prepare(plan, fmus_for_runs(needed, fmus), {} if name is None else {place: Replacement(path)}, {})
+    experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
     found = as_in_baseline(recorded(experiment, recording, place, plan.name, VALIDATION,
                                     f"As {place} in the scenario {plan.name}: {plan.title}", rows_apart(experiment)),

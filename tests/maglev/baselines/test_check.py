@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
 from maglev.baselines.check import check_run
 from maglev.baselines.deviation import Deviation, first_deviation, worst
+from maglev.baselines.digest import digest_file, read_digest, write_digest
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
 from maglev.baselines.update import renewed, written
 from maglev.cosim.master import Recording, RunFailed
@@ -23,6 +24,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 from maglev.schema.settings import start_values
 from maglev.user_controllers.new import new_controller
+from maglev.user_controllers.source import keeps_bits
 
 STEP, EVERY, SAMPLES = 0.0005, 10, 8
 SIGNALS = {"plant.v.position": Tolerance(1e-6, 1e-3), "plant.motor.i_a": Tolerance(0.0, 1e-2),
@@ -137,7 +139,10 @@ def baselines(committed: Path, tmp_path: Path) -> Path:
 
 def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
     result = checked(short(), fmus, {}, [], baselines)
-    assert describe(result) == "2dof-setpoints: passed, 3 signals at 31 samples to t = 1.5 s equal the baseline"
+    digest = read_digest(baselines, "2dof-setpoints")
+    assert digest is not None and digest.samples == 3001 and digest.signals == 27
+    assert describe(result) == (f"2dof-setpoints: passed, {digest.signals} signals at 3001 samples equal the baseline "
+                                "bit for bit")
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
     assert set(result.worst) == set(short().check.signals)
     assert result.units == {"plant.v.position": "m", "plant.h.position": "m", "controller.saturated": ""}
@@ -160,9 +165,50 @@ def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
     wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
             for name, allowed in short().check.signals.items()}
     plan = short(check=CheckSettings(signals=wide))
+    write_digest(baselines, "2dof-setpoints", None)
     result = checked(plan, fmus, {}, ["plant.C1=14.2142"], baselines)
-    assert result.message.endswith("are within their tolerances")
-    assert 1e-9 < result.worst["plant.h.position"].difference < 0.01
+    off = result.worst["plant.h.position"].difference
+    assert 1e-9 < off < 0.01
+    assert result.message == ("passed, 3 signals at 31 samples to t = 1.5 s are within their tolerances, the closest "
+                              f"is plant.h.position, off by {1e3 * off:.3g} of 10 mm")
+
+
+def test_bits_decide_where_all_that_flies_is_of_this_project(fmus: Path, baselines: Path) -> None:
+    """A thousandth of a tolerance is a deviation; the first sample that differs is named."""
+    wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
+            for name, allowed in short().check.signals.items()}
+    plan = short(check=CheckSettings(signals=wide))
+    assert updated(plan, fmus, {}, [], baselines).status == "updated"
+    result = checked(plan, fmus, {}, ["plant.C1=14.2000142"], baselines)
+    assert result.status == "deviated" and result.worst["plant.h.position"].difference < 1e-5
+    assert result.deviation is not None and result.deviation.allowed == 0.0
+    assert result.message.startswith(f"deviates first at t = {result.deviation.time:.9g} s: {result.deviation.signal} ")
+    assert result.message.endswith(", expected the same bits")
+
+
+def test_a_difference_that_no_sample_of_the_table_shows(fmus: Path, baselines: Path) -> None:
+    digest = read_digest(baselines, "2dof-setpoints")
+    assert digest is not None
+    write_digest(baselines, "2dof-setpoints", digest._replace(sha256="0" * 64))
+    result = checked(short(), fmus, {}, [], baselines)
+    assert (result.status, result.deviation) == ("deviated", None)
+    assert result.message == (f"deviates: {digest.signals} signals at 3001 samples do not have the bits of the "
+                              "baseline, though those of its table do")
+    digest_file(baselines, "2dof-setpoints").write_text("edited\n")
+    error(checked(short(), fmus, {}, [], baselines), "not a digest, expected a line with SHA-256, signals and samples")
+
+
+@pytest.mark.parametrize(("line", "exact"), [
+    ("from math import pi, sqrt", True), ("from math import sin", False), ("import math", False),
+    ("from statistics import mean", False), ("import numpy", False),
+    ("from controller_fmu.safety_trip import exceeds", True)])
+def test_whose_bits_every_machine_has(tmp_path: Path, line: str, exact: bool) -> None:
+    """A user's file that calls a library's sine is compared within tolerances."""
+    path = new_controller(tmp_path / "mine.py", "2dof")
+    text = path.read_text()
+    assert keeps_bits(path)
+    path.write_text(text.replace("\nfrom ", f"\n{line}  # noqa\nfrom ", 1))
+    assert keeps_bits(path) == exact
 
 
 def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
@@ -284,7 +330,8 @@ def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path
     assert {*read_baseline(tmp_path, "2dof-setpoints").columns} == {"plant.v.position", "plant.h.position"}
     passed = checked(short(), fmus, mine, [], tmp_path)
     assert passed.status == "passed", passed.message
-    assert passed.message.endswith("not compared, for the FMU has no such signals: controller.saturated")
+    assert passed.message.endswith("equal the baseline; not compared, for the FMU has no such signals: "
+                                   "controller.saturated")
     assert checked(short(), fmus, mine, ["plant.C1=14.3"], tmp_path).status == "deviated"
     # This project's controller has what that baseline lacks.
     error(checked(short(), fmus, {}, [], tmp_path), "there is no column controller.saturated")

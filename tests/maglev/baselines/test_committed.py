@@ -1,4 +1,4 @@
-"""The committed baselines notice what changes a co-simulation, at their committed tolerances."""
+"""The committed baselines notice what changes a co-simulation: bit for bit, and at their committed tolerances."""
 
 from pathlib import Path
 
@@ -6,6 +6,7 @@ import pytest
 
 from maglev.baselines.baseline import baseline_files
 from maglev.baselines.check import check_run
+from maglev.baselines.digest import digest_file
 from maglev.baselines.outcome import CheckResult, describe
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED, packaged_files
@@ -33,7 +34,8 @@ def deviates(result: CheckResult, latest: float) -> None:
 
 
 def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
-    expected = {file for run in RUNS for file in baseline_files(BASELINES, run.name)}
+    expected = {file for run in RUNS
+                for file in (*baseline_files(BASELINES, run.name), digest_file(BASELINES, run.name))}
     assert set(BASELINES.iterdir()) == expected
     assert all(file.stat().st_size < 1_000_000 for file in expected)
 
@@ -69,3 +71,25 @@ def test_a_motor_with_two_phases_swapped(fastest_fmus: Path, run: RunPlan) -> No
         connections.append((f"{motor}.{swap.get(phase, phase)}" if first_motor else source, target))
     assert connections != run.connections
     deviates(checked(run.model_copy(update={"connections": connections}), fastest_fmus), latest=0.1)
+
+
+# A millionth of a threshold acts only where something comes that close to it; one of the field's highest terms is less
+# than the last bit of the field.
+HARDLY_ACTING = ("trip", ".stop.lower", ".stop.upper", "field.lower", "field.upper", "encoder.resolution",
+                 "field.B10", "field.B11", "field.B12")
+
+
+@pytest.mark.parametrize("name", ["2dof-effects-motors", "3dof-laws-nonlinear"])
+def test_a_millionth_of_a_parameter_that_acts_is_noticed(fastest_fmus: Path, name: str) -> None:
+    """Where it is not, a hundredth is not noticed either."""
+    run = next(run for run in RUNS if run.name == name)
+    values = prepare(run, fastest_fmus, {}, {}).parameters()
+
+    def noticed(parameter: str, by: float) -> bool:
+        return checked(run, fastest_fmus, f"{parameter}={values[parameter] * by!r}").status != "passed"
+
+    tried = [parameter for parameter, value in values.items()
+             if value != 0.0 and not any(word in parameter for word in HARDLY_ACTING)]
+    unnoticed = [parameter for parameter in tried if not noticed(parameter, 1.0 - 1e-6)]
+    assert len(tried) - len(unnoticed) > 30
+    assert [parameter for parameter in unnoticed if noticed(parameter, 0.99)] == []
