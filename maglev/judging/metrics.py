@@ -166,6 +166,15 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
                 or any(error > fail_errors[axis] for axis, error in end_errors.items())))
 
 
+def columns_needed(plan: RunPlan) -> set[str]:
+    """Names of the columns that `evaluate` asks for; all others have extremes alone."""
+    motors = plan.motors.values()
+    return {*(name for axis in plan.axes.values() for name in (axis.position, axis.reference)),
+            *(name for motor in motors for name in (*motor.currents, *motor.commands)),
+            *(f"{winding_of(motor)}.rise" for motor in motors),
+            *(flag for flag in (plan.stop_flag, plan.trip_flag) if flag is not None)}
+
+
 def extremes_of(columns: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of each column of finite numbers; one that is not finite shows in them."""
     both = ((name, float(values.min()), float(values.max())) for name, values in columns.items()

@@ -6,7 +6,7 @@ from maglev.errors import MeasurementError, nearest
 from maglev.judging.measures import values_of
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult, MeasuredValue, Sides, judge
-from maglev.schema.claims import RunClaim
+from maglev.schema.judged.claims import RunClaim
 
 
 def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, TypeVar, get_args
 
 from maglev.errors import MeasurementError
-from maglev.schema.claims import Claim
+from maglev.schema.judged.claims import CLAIM_KINDS, Claim
 
-Verdict = Literal["reproduced", "within 10 %", "not reproduced", "not testable", "not run", "modified run", "met",
-                  "not met"]
+Verdict = Literal["reproduced", "within 10 %", "no difference", "not reproduced", "not testable", "not run",
+                  "modified run", "met", "not met"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 # Of bounds by the axis of a figure and of a user's own specification; the others are on the thesis's sentences.
@@ -19,6 +19,8 @@ ROUNDING = 1e-9   # m, A, or share of a limit or figure: what an encoder shows i
 
 REPRODUCED = 0.05   # share of a figure within which it is reproduced: two significant digits round by no more
 CLOSE = 0.1         # share of the target within which a missed claim is "within 10 %"
+DIFFERENCE = 1.05   # ratio of two measured values from which on one of them is the larger one
+MISSED: tuple[Verdict, ...] = ("within 10 %", "no difference", "not reproduced", "not met")
 
 T = TypeVar("T")
 
@@ -69,17 +71,17 @@ class ClaimResult:
         """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
         if self.verdict == "not run":
             return ""
-        why = {"not testable": self.claim.not_testable, "not reproduced": self.claim.reason,
-               "not met": self.claim.reason}.get(self.verdict)
-        chosen = f"no independent evidence: by this figure was chosen {self.claim.chose}" if self.claim.chose else None
+        why = {"not testable": self.claim.not_testable, "no difference": self.claim.reason,
+               "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
+        by = "it chose" if self.claim.figure is None else "by this figure was chosen"
+        chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else None
         other = None if self.counts else "another reading of the experiment, not counted"
         return "; ".join(part for part in (why, self.claim.remark, chosen, other) if part)
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
     """Claims that were missed and whose reason blames something that is assumed of the plant, such as "friction"."""
-    return [result for result in claims if result.claim.because == what
-            and result.verdict in ("within 10 %", "not reproduced", "not met")]
+    return [result for result in claims if result.claim.because == what and result.verdict in MISSED]
 
 
 # What is measured for a claim and, if it is comparative, for its other side.
@@ -115,6 +117,24 @@ def bounds(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
     return [claim for claim in claims if claim.claim.figure is not None and not claim.claim.own]
 
 
+def by_kind(claims: Iterable[ClaimResult]) -> dict[str, list[ClaimResult]]:
+    """Claims that the thesis makes in words, by what they state, in words: printed numbers first."""
+    words = sentences(claims)
+    kinds = {name: [claim for claim in words if claim.claim.kind == kind] for kind, name in CLAIM_KINDS.items()}
+    return {name: of_kind for name, of_kind in kinds.items() if of_kind}
+
+
+def kinds_in_words(claims: Iterable[ClaimResult]) -> str:
+    """How many of each kind reproduce, such as "2 of 3 printed numbers, 1 of 2 orderings reproduce"."""
+    return ", ".join(f"{count_verdicts(of_kind)['reproduced']} of {len(of_kind)} {name}"
+                     for name, of_kind in by_kind(claims).items()) + " reproduce"
+
+
+def chosen_by(claims: Iterable[ClaimResult]) -> int:
+    """How many claims that reproduce are no independent evidence: something was chosen by them."""
+    return sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in claims)
+
+
 def met_of(claims: Iterable[ClaimResult]) -> str:
     """How many of the claims that are met or not met are met, such as "5 of 7"; empty if none was judged so."""
     counts = count_verdicts(claims)
@@ -141,10 +161,12 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     """Judge a claim on what was measured for it.
 
     Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
-    with "any" the one that meets it best; with "mean" it is their mean. One rule of rounding holds for all figures,
-    however many digits they are printed with: "about" a figure is what differs from it by at most 5 %. A claim that is
-    missed by at most 10 % of its figure, the target or the factor, is "within 10 %", unless that figure is assumed.
-    The bound of a figure, and a claim of a user's own, is met or not.
+    with "any" the one that meets it best; with "mean" it is their mean, with "median" the middle one or two of them.
+    One rule of rounding holds for all figures, however many digits they are printed with: "about" a figure is what
+    differs from it by at most 5 %. A claim that is missed by at most 10 % of its figure, the target or the factor, is
+    "within 10 %", unless that figure is assumed. One rule holds for all orderings without a factor: more or less is
+    what differs by more than 5 %; what does not has "no difference". The bound of a figure, and a claim of a user's
+    own, is met or not, by the value as it is.
 
     Parameters
     ----------
@@ -192,7 +214,7 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
     for an axis could have ended there.
     """
     low, high = limits
-    measured = decisive(claim, values, mean, lambda value: max(low - value, value - high))
+    measured = decisive(claim, values, mean, lambda value: max(low - value, value - high), float)
     inner = {"lowest": high, "highest": low, "largest": low}.get(str(claim.quantity), math.inf)
     at_inner = math.isclose(measured, inner, rel_tol=ROUNDING, abs_tol=ROUNDING)
     return ClaimResult(claim, measured, "met" if low <= measured <= high and not at_inner else "not met")
@@ -200,7 +222,7 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
 
 def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:
     """Judge a claim with a target on measured values."""
-    measured = decisive(claim, values, mean, lambda value: miss(claim, value, target))
+    measured = decisive(claim, values, mean, lambda value: miss(claim, value, target), float)
     return ClaimResult(claim, measured, verdict(claim, meets(claim, measured, target), measured, target))
 
 
@@ -208,16 +230,25 @@ def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> Cl
     """Judge a comparative claim on pairs of what was measured here and there."""
     measured, against = decisive(
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
-        lambda pair: miss(claim, ratio(*pair), claim.factor))
+        lambda pair: miss(claim, ratio(*pair), claim.factor), lambda pair: ratio(*pair))
     share = ratio(measured, against)
-    return ClaimResult(claim, measured, verdict(claim, miss(claim, share, claim.factor) < 0.0, share, claim.factor),
-                       against)
+    return ClaimResult(claim, measured, verdict(claim, miss(claim, share, least_ratio(claim)) < 0.0, share,
+                                                claim.factor), against)
+
+
+def least_ratio(claim: Claim) -> float:
+    """What the ratio of two measured values has to pass: the factor of the claim, or more than the same."""
+    if claim.own or claim.factor != 1.0:
+        return claim.factor
+    return DIFFERENCE if claim.relation == ">" else 1.0 / DIFFERENCE
 
 
 def verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
     """Verdict on a claim about a figure, a target or a factor, that a value meets or misses."""
     if claim.own:
         return "met" if met else "not met"
+    if claim.claims_a_difference and 1.0 / DIFFERENCE < value < DIFFERENCE:
+        return "no difference"
     if met:
         return "reproduced"
     # "More" and "less" name no figure that could be missed by little, nor does what is assumed.
@@ -226,11 +257,14 @@ def verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
 
 
 def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
-             missed_by: Callable[[T], float]) -> T:
+             missed_by: Callable[[T], float], size: Callable[[T], float]) -> T:
     """Return the item that decides a claim."""
     if claim.over == "mean":
         return average(items)
-    return (max if claim.over == "all" else min)(items, key=missed_by)
+    if claim.over == "median":
+        ordered = sorted(items, key=size)
+        return average(ordered[(len(ordered) - 1) // 2:len(ordered) // 2 + 1])
+    return (min if claim.over == "any" else max)(items, key=missed_by)
 
 
 def mean(values: Sequence[float]) -> float:

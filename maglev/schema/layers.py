@@ -3,12 +3,15 @@
 What is in them is not looked at here: to list the runs takes no more than to read their names.
 """
 
+import hashlib
+import json
+import re
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, shortened
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
@@ -18,6 +21,10 @@ from pmlsm.rigs import RIGS
 # for each rig has the experiments themselves.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
+
+Scenario = str | Path | Mapping[str, Any]   # a name or a file, or what would be in one
+
+GIVEN: dict[Path, str] = {}   # scenarios that were given as tables, as JSON, by the paths that stand for them
 
 DEEPEST = 30        # files that extend each other one after the other
 MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number
@@ -63,6 +70,35 @@ def found_base(path: Path, base: str) -> Path:
     beside = (path.parent / base).resolve()
     packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]
     return next((file.resolve() for file in (beside, *packaged) if file.is_file()), beside)
+
+
+def path_of(given: Scenario) -> Path:
+    """Path of a scenario; of a table one that stands for it, a file of the working folder as it were.
+
+    ScenarioError if something in the table is not what TOML can have.
+    """
+    if not isinstance(given, Mapping):
+        return Path(given)
+    try:
+        text = json.dumps(dict(given), default=plain)
+    except ValueError as error:
+        raise ScenarioError(f"scenario given as a table: {error}, expected no table in itself") from None
+    name = re.sub(r"[^\w-]", "_", str(given.get("name", "without a name")))
+    path = Path(f"table {name} {hashlib.sha256(text.encode()).hexdigest()[:8]}")
+    GIVEN[path] = text
+    return path
+
+
+def plain(value: Any) -> Any:
+    """A value of a table that JSON does not know by itself."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, Path):
+        return str(value)
+    if getattr(value, "shape", None) == ():   # of numpy
+        return value.item()
+    raise ScenarioError(f"scenario given as a table: {shortened(value)}, expected what TOML has: texts, numbers, "
+                        "Booleans, lists and tables")
 
 
 def merged(layers: list[Layer]) -> dict[str, Any]:
@@ -129,7 +165,7 @@ def placed(path: Path) -> dict[str, Any]:
 @lru_cache(maxsize=256)
 def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
     """Table of a file, read once for as long as the file stays as it is: most are extended by many."""
-    table = read_toml(path)
+    table = json.loads(GIVEN[path]) if path in GIVEN else read_toml(path)
     for part in (table, *entries(table.get("variants")).values()):
         if isinstance(part, dict):
             place_files(part, path.parent)
@@ -140,7 +176,7 @@ def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
 
 def is_packaged(path: Path) -> bool:
     """Whether a file is one of those that come with the package."""
-    return path.resolve().is_relative_to(PACKAGED.resolve())
+    return path not in GIVEN and path.resolve().is_relative_to(PACKAGED.resolve())
 
 
 def own_claims(table: dict[str, Any]) -> None:

@@ -5,18 +5,29 @@ import json
 from pathlib import Path
 
 from maglev.errors import ScenarioError, nearest
-from maglev.schema.layers import Layer, is_packaged, merged, names_of, packaged_files, packaged_runs, run_layers
+from maglev.schema.layers import (
+    GIVEN,
+    Layer,
+    Scenario,
+    is_packaged,
+    merged,
+    names_of,
+    packaged_files,
+    packaged_runs,
+    path_of,
+    run_layers,
+)
 from maglev.schema.run_plan import RunPlan
 
 
-def load_plans(name_or_path: str | Path) -> list[RunPlan]:
-    """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path.
+def load_plans(given: Scenario) -> list[RunPlan]:
+    """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path or its table.
 
     There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
     scenario, or something in it is not as expected; one line with file, key, value and what was expected.
     """
-    path = Path(name_or_path)
-    if path.name == str(name_or_path) and path.suffix != ".toml":
+    path = path_of(given)
+    if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
         names = {name: name for name in packaged_files()} | packaged_runs()
         if path.name not in names:
             raise ScenarioError(f"there is no scenario {path.name!r}; nearest is {nearest(path.name, names)}")
@@ -25,11 +36,12 @@ def load_plans(name_or_path: str | Path) -> list[RunPlan]:
     return read_plans(path)
 
 
-def load_plan(name_or_path: str | Path) -> RunPlan:
+def load_plan(given: Scenario) -> RunPlan:
     """Load a single run; see `load_plans`."""
-    runs = load_plans(name_or_path)
+    runs = load_plans(given)
     if len(runs) != 1:
-        raise ScenarioError(f"{name_or_path} has variants, expected one of {', '.join(run.name for run in runs)}")
+        name = given if isinstance(given, str) else path_of(given)
+        raise ScenarioError(f"{name} has variants, expected one of {', '.join(run.name for run in runs)}")
     return runs[0]
 
 

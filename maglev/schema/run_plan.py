@@ -7,27 +7,28 @@ from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, Strict
 
 from maglev.errors import QuantityError, key_path, nearest
 from maglev.own_stage.reading import read_own
-from maglev.schema.claims import RunClaim
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.claims import RunClaim
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.signals.kinds import Signal
 from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
+from maglev.time_grid import whole_steps
 from maglev.units import known_unit, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
 from pmlsm.rigs import rig_of
-
-MOST_STEPS = 1e8   # communication steps of a run
 
 
 class StartValue(NamedTuple):
     """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
 
-    `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7".
+    `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7". `file` is that of a
+    parameter set, whose values are not for inputs that something feeds.
     """
 
     value: float | int | bool
     unit: str | None
     written: float | int | bool | str
     origin: str = ""
+    file: str = ""
 
 
 def read_start_value(value: Any) -> StartValue:
@@ -221,6 +222,8 @@ class RunPlan(Table):
                                    "`maglev check` of everything")
     another_reading: StrictBool = Field(default=False, description="it is another reading of an experiment that has "
                                         "its run: its claims are judged, and not counted")
+    chose: str | None = Field(default=None, description="what was chosen by the sentences about it, which are no "
+                              "independent evidence: of every claim that gives no `chose` of its own")
     stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
     step: Seconds = Field(gt=0.0, description="communication step: FMUs exchange values once in it")
     output_interval: Seconds = Field(gt=0.0, description="time between two rows of the results, a multiple of `step`. "
@@ -245,6 +248,16 @@ class RunPlan(Table):
     _path: Path = PrivateAttr(default=Path("scenario"))
     _own: bool = PrivateAttr(default=False)
     _sha256: str = PrivateAttr(default="")
+
+    @model_validator(mode="before")
+    @classmethod
+    def chosen_by_claims(cls, table: Any) -> Any:
+        """Give the sentences of a run what was chosen by them."""
+        if not isinstance(table, dict) or "chose" not in table or not isinstance(table.get("claims"), list):
+            return table
+        return {**table, "claims": [{"chose": table["chose"], **claim} if isinstance(claim, dict)
+                                    and not {"figure", "not_testable", "own"} & {*claim} else claim
+                                    for claim in table["claims"]]}
 
     @model_validator(mode="before")
     @classmethod
@@ -291,15 +304,13 @@ class RunPlan(Table):
         return {**table, "fmus": {name: fmus[name] for name in order}}
 
     @model_validator(mode="after")
-    def whole_steps(self) -> "RunPlan":
+    def of_whole_steps(self) -> "RunPlan":
         """Refuse times that are not whole numbers of communication steps."""
         for key in ("output_interval", "stop_time"):
-            steps = getattr(self, key) / self.step
-            if not steps <= MOST_STEPS:
-                raise key_refused(key, getattr(self, key), f"{steps:.3g} steps of {self.step} s, expected at most "
-                                                           f"{MOST_STEPS:.0e}")
-            if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
-                raise key_refused(key, getattr(self, key), f"expected a multiple of step = {self.step} s")
+            try:
+                whole_steps(getattr(self, key), self.step)
+            except QuantityError as error:
+                raise key_refused(key, getattr(self, key), str(error)) from None
         return self
 
     @model_validator(mode="after")
@@ -407,7 +418,7 @@ class RunPlan(Table):
     @property
     def steps(self) -> int:
         """Number of communication steps."""
-        return round(self.stop_time / self.step)
+        return whole_steps(self.stop_time, self.step)
 
     @property
     def event_ends(self) -> list[float]:
@@ -423,4 +434,4 @@ class RunPlan(Table):
     @property
     def output_every(self) -> int:
         """Number of communication steps between two recorded samples."""
-        return round(self.output_interval / self.step)
+        return whole_steps(self.output_interval, self.step)

@@ -51,8 +51,10 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
         unit = unit_of(plan, variable)
         if value.unit is not None and not measures(value.unit, unit) or isinstance(value.value, bool):
             raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
-        plan = with_reference(plan, variable, float(value.value))
-        others.append(f"{name} = {value.written}")
+        changed_plan = with_reference(plan, variable, float(value.value))
+        if changed_plan.signals != plan.signals:
+            others.append(f"{name} = {value.written}")
+        plan = changed_plan
     return plan, about_fmus, others
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from maglev.errors import MeasurementError
 from maglev.judging.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
 from maglev.judging.run_claims import judge_run
-from maglev.schema.claims import RunClaim
+from maglev.schema.judged.claims import RunClaim
 
 
 def step(axis="y", settling=2.0, overshoot=0.2, error=1e-5):

@@ -21,7 +21,7 @@ from maglev.judging.verdicts import (
     sentences,
     specification,
 )
-from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
+from maglev.schema.judged.claims import Claim, ProcedureClaim, RunClaim
 
 WORDS = {"text": "a claim", "source": "p. 1"}
 

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from maglev.quantities import METRICS, PRINTED_UNITS, PROCEDURE_VALUES
-from maglev.schema.claims import Claim, ProcedureClaim, RunClaim
+from maglev.schema.judged.claims import Claim, ProcedureClaim, RunClaim
 
 # A claim of each kind about a number with a unit, and how it compares with another place.
 RUN: dict[str, Any] = {"metric": "peak_current", "relation": "<", "target": "2 A"}
@@ -18,16 +18,16 @@ OVERSHOOT: dict[str, Any] = {"metric": "overshoot", "relation": "<", "target": "
 FORCE: dict[str, Any] = {"value": "cogging_force", "relation": "<", "target": "2 N"}
 
 
-def claim(kind: type[Claim] | None = None, **table: Any) -> Claim:
+def claim(cls: type[Claim] | None = None, **table: Any) -> Claim:
     """Claim about a procedure if it has a value, else about a run."""
-    kind = kind or (ProcedureClaim if "value" in table else RunClaim)
-    return kind.model_validate({"text": "a claim", "source": "p. 1", **table})
+    cls = cls or (ProcedureClaim if "value" in table else RunClaim)
+    return cls.model_validate({"text": "a claim", "source": "p. 1", **table})
 
 
-def refusal(kind: type[Claim] | None = None, **table: Any) -> str:
+def refusal(cls: type[Claim] | None = None, **table: Any) -> str:
     """What is said first against a table."""
     with pytest.raises(ValidationError) as caught:
-        claim(kind, **table)
+        claim(cls, **table)
     return str(caught.value.errors()[0])
 
 
@@ -40,7 +40,8 @@ def refusal(kind: type[Claim] | None = None, **table: Any) -> str:
     ({"relation": "="}, ["relation", "'about'"]),
     ({"factor": 2.0}, ["'factor'", "has no meaning without than"]),
     ({"factor": 0}, ["factor", "greater than 0"]),
-    ({"chose": "the stops"}, ["'chose'", "has no meaning without figure"]),
+    ({"factor": "significantly", "relation": "about"}, ["'factor'", "expected the relation < or >"]),
+    ({"kind": "verdict"}, ["kind", "'number', 'ordering', 'specification' or 'survival'"]),
     ({"assumed": 1}, ["assumed", "boolean"]),
     ({"over": "most"}, ["over", "'mean'"]),
     ({"target": "2 m"}, ["target", "2 m", "in A"]),

@@ -7,10 +7,11 @@ import pytest
 
 from maglev.identification.rigs import RIGS
 from maglev.own_fmus import definition
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import PACKAGED, packaged_files, packaged_runs
 from maglev.schema.loading import load_plan, load_plans
-from maglev.schema.procedure import ProcedureSettings
 from maglev.schema.run_plan import RunOutput, RunPlan
+from studies.estimation.settings import read_settings
 
 RUNS = [run for name in packaged_files() for run in load_plans(name)]
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
@@ -158,3 +159,24 @@ def test_packaged_runs_start_from_estimates_of_their_own_rig() -> None:
         run = load_plan(f"{rig}-identification-model")
         assert run.fmus["plant"].start_from == {
             name: RunOutput(run=f"{rig}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}
+
+
+def test_orderings_of_several_steps_or_axes_are_judged_by_the_median() -> None:
+    """Or by the worst, where the thesis says "even the best"; never by the mean or by the best of them."""
+    orderings = {(run.name, claim.text): claim for run in RUNS for claim in run.claims if claim.kind == "ordering"}
+    assert len(orderings) > 20
+    of_several = [claim for (name, _), claim in orderings.items() if claim.quantity in ("settling_time", "overshoot")
+                  and "pid-small" not in name]
+    assert len(of_several) > 10 and {claim.over for claim in of_several} == {"median"}
+    assert {claim.over for claim in orderings.values()} == {"all", "median"}
+
+
+def test_sentences_by_which_something_was_chosen_say_so() -> None:
+    """The sentences that the scale of friction was fitted to, and all about the PID."""
+    chose = {run.name: {claim.chose for claim in run.claims if claim.figure is None and claim.quantity is not None}
+             for run in RUNS}
+    friction = {name for name, found in chose.items() if any("friction" in str(each) for each in found)}
+    assert friction == read_settings().training
+    pids = {run.name for run in RUNS if run.claims and "PID" in str(run.fmus["controller"].model)}
+    assert pids and all("poles of the PID" in str(each) for name in pids for each in chose[name])
+    assert not any(claim.chose for claim in load_plan("2dof-tracking-friction-compensation").claims)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from maglev.errors import nearest
-from maglev.schema.claims import ConstantName, GapRange, ProcedureClaim
+from maglev.schema.judged.claims import ConstantName, GapRange, ProcedureClaim
 from maglev.schema.toml_table import Table, key_refused
 
 Kind = Literal["parabolas", "equilibrium", "cogging", "identification", "forgetting"]

@@ -25,6 +25,14 @@ from pmlsm.rigs import RIGS
 
 OF_ANGLES = ("rad", "rad.s")   # SI units of claims about rotations
 
+# What a claim in words states: a number that is printed, that there is more or less of something than elsewhere, a
+# limit that is kept, or whether the stage stays in the air. They are counted apart, in this order and in these words.
+ClaimKind = Literal["number", "ordering", "specification", "survival"]
+CLAIM_KINDS: dict[ClaimKind, str] = {"number": "printed numbers", "ordering": "orderings",
+                                     "specification": "specifications", "survival": "survival"}
+
+SIGNIFICANTLY = 1.1   # how many times as much is "significantly" more: assumed, and one factor for every claim
+
 ConstantName = Annotated[str, AfterValidator(lambda name: known_constant(name))]
 GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascending(gaps))]
 
@@ -53,7 +61,7 @@ class Claim(Table):
     "<" and ">" compare with the target, or with `factor` times what is measured elsewhere. "is" compares a yes-or-no
     quantity. "about" means that the measured value differs from the target by at most 5 %, with however many
     significant `digits` that is printed: these weigh it where parameters are estimated. Of several values the one that
-    meets the claim worst decides ("all"), the one that meets it best ("any"), or their mean.
+    meets the claim worst decides ("all"), the one that meets it best ("any"), their mean, or their median.
     """
 
     NOUN: ClassVar[str]                               # what a file calls the quantity
@@ -73,14 +81,19 @@ class Claim(Table):
         default=None, description="what it is compared with; of a figure its first or last two ticks")
     digits: int | None = Field(default=None, ge=1, description="significant digits that the source prints, which weigh "
                                "it where parameters are estimated")
-    factor: float = Field(default=1.0, gt=0.0, description="times what `than` names")
-    over: Literal["all", "any", "mean"] = Field(
-        default="all", description="of several values, the one that meets the claim worst (all), best (any), or the "
-                                   "mean decides")
+    factor: float = Field(default=1.0, gt=0.0, description="times what `than` names; or \"significantly\", which is "
+                          "1.1 times as much, or \"not significantly\"")
+    over: Literal["all", "any", "mean", "median"] = Field(
+        default="all", description="of several values, the one that meets the claim worst (all), best (any), the mean, "
+                                   "or the median decides")
     axes: list[str] | None = Field(default=None, description="axes that it is about, or `axis` for one; without it all")
     own: StrictBool = False           # of a file that is not the package's: it is no claim of the thesis
-    assumed: StrictBool = Field(default=False, description="the source prints no such target or factor")
-    chose: str | None = Field(default=None, description="of a figure: what was chosen by it, and so is no evidence")
+    assumed: StrictBool = Field(default=False, description="the source prints no such target or factor: it is ours")
+    stated_kind: ClaimKind | None = Field(
+        default=None, alias="kind", description="what it states; without it by the relation: about a number, an "
+        "ordering with `than`, survival where it is a yes or no, else a specification")
+    chose: str | None = Field(default=None, description="what was chosen by it, or by its figure: it is no independent "
+                              "evidence")
     reason: str | None = Field(default=None, description="why it is not reproduced")
     because: Literal["friction"] | None = Field(default=None, description="what, assumed of the plant, the reason or "
                                                 "the remark blames: the report flies again without it")
@@ -109,6 +122,19 @@ class Claim(Table):
             return table
         return {"text": "The data end between these ticks of the axis", "source": f"axis of Fig. {table['figure']}",
                 "relation": "in", **table}
+
+    @model_validator(mode="before")
+    @classmethod
+    def factor_in_words(cls, table: Any) -> Any:
+        """Give "significantly" and "not significantly" their factor, which is ours."""
+        words = {"significantly": {">": SIGNIFICANTLY, "<": 1.0 / SIGNIFICANTLY},
+                 "not significantly": {">": 1.0 / SIGNIFICANTLY, "<": SIGNIFICANTLY}}
+        if not isinstance(table, dict) or table.get("factor") not in tuple(words):
+            return table
+        by_relation = words[table["factor"]]
+        if table.get("relation") not in by_relation:
+            raise key_refused("factor", table["factor"], "expected the relation < or > with it")
+        return {**table, "factor": by_relation[table["relation"]], "assumed": True}
 
     @field_validator("quantity", mode="before")
     @classmethod
@@ -169,8 +195,8 @@ class Claim(Table):
             raise key_refused("because", self.because, "expected a reason, or a remark, that says why")
         if self.factor != 1.0 and not self.comparative:
             raise key_refused("factor", self.factor, "has no meaning without than")
-        if self.chose is not None and self.figure is None:
-            raise key_refused("chose", self.chose, "has no meaning without figure")
+        if self.figure is not None and self.stated_kind is not None:
+            raise key_refused("kind", self.stated_kind, "has no meaning for the bound of a figure")
         return self
 
     def keys(self) -> tuple[set[str], set[str]]:
@@ -198,6 +224,28 @@ class Claim(Table):
     def measured(self) -> MeasuredQuantity | None:
         """The quantity that the claim is about; None if it is not testable."""
         return None if self.quantity is None else self.KNOWN[self.quantity]
+
+    @property
+    def kind(self) -> ClaimKind:
+        """What the claim states; of a bound of a figure a number."""
+        if self.stated_kind is not None:
+            return self.stated_kind
+        if self.comparative:
+            return "ordering"
+        if self.measured is not None and self.measured.yes_no:
+            return "survival"
+        return "number" if self.relation in ("about", "in") else "specification"
+
+    @property
+    def cited(self) -> str:
+        """Where it stands, and that the threshold is ours where it is."""
+        ours = "the factor is ours" if self.comparative else "the limit is ours"
+        return f"{self.source}; {ours}" if self.assumed and not self.own else self.source
+
+    @property
+    def claims_a_difference(self) -> bool:
+        """Whether it is a comparison that says that something is more or less, not that it is not."""
+        return self.comparative and (self.factor >= 1.0 if self.relation == ">" else self.factor <= 1.0)
 
     @property
     def axis_unit(self) -> str:
@@ -250,7 +298,7 @@ class Claim(Table):
             return self.printed(self.target)
         if not self.comparative:
             return f"{self.subject} {self.relation} {self.printed(self.target)}"
-        return f"{self.subject} {self.relation} {'' if self.factor == 1.0 else f'{self.factor:g} × '}{self.elsewhere}"
+        return f"{self.subject} {self.relation} {'' if self.factor == 1.0 else f'{self.factor:.3g} × '}{self.elsewhere}"
 
 
 class RunClaim(Claim):
@@ -322,6 +370,7 @@ class RunClaim(Claim):
             others = [f"also of {run}" for run in self.together_with or ()]
             return f"{self.name} " + ", ".join([*map(in_words, self.columns), *others])
         name = self.name if self.band is None else f"{self.name} to {printed(self.band, self.axis_unit)}"
+        name = f"{self.over} {name}" if self.over in ("mean", "median") else name
         name = " of ".join(filter(None, (name, ", ".join(self.axes or self.motors or ()))))
         return name if self.event is None else f"{name} after {self.event}"
 
@@ -372,7 +421,7 @@ class ProcedureClaim(Claim):
     @property
     def subject(self) -> str:
         """What is measured, such as "mean cogging force, gap 10 to 15 mm"."""
-        average = "mean " if self.over == "mean" or self.comparative else ""
+        average = "mean " if self.comparative else f"{self.over} " if self.over in ("mean", "median") else ""
         name = "" if self.quantity == "constant" else self.name
         axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
         return average + " ".join(filter(None, (name, self.constant, axes))) + place(self.epsilon, self.gaps)

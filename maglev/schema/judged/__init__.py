@@ -1,0 +1,1 @@
+"""What an experiment is judged by: claims, and the procedures that evaluate several runs."""
