@@ -9,6 +9,7 @@ import numpy as np
 
 import maglev
 from maglev.maps.rows import Origin, Row, seen
+from maglev.pictures import new_figure
 from maglev.studies.dataset import metadata_of
 from maglev.studies.schema import StudyFile
 
@@ -37,7 +38,7 @@ def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
     options = parser.parse_args()
 
     def fly(study: StudyFile) -> Path:
-        return maglev.study(study, native=True, out=options.out, jobs=options.jobs, resume=True).path
+        return maglev.study(study, out=options.out, jobs=options.jobs, resume=True).path
 
     rigs = read(options.data) if options.rig else {}
     for rig in [options.rig] if options.rig else LAWS:
@@ -63,11 +64,10 @@ def write_picture(path: Path, title: str, rows: Sequence[Row], outcomes: Sequenc
                   dotted: str = "") -> None:
     """Write a PNG; the cells are numbers of outcomes, and `dotted` says what a dot on one means, if there are any."""
     from matplotlib.colors import ListedColormap  # an extra: only who draws needs it
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
     laws = list(rows[0].cells)
-    figure = Figure(figsize=(2.5 * len(laws) + 1.0, 2.3 * len(rows) + 0.9), layout="constrained")
+    figure = new_figure(2.5 * len(laws) + 1.0, 2.3 * len(rows) + 0.9)
     grid = figure.subplots(len(rows), len(laws), squeeze=False)
     figure.suptitle(title)
     for row, places in zip(rows, grid, strict=True):

@@ -3,9 +3,8 @@
     python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
-package, which the report draws; with --rig those of one rig, and the others stay. It needs native FMUs
-(`maglev build --native --target host`) and takes some twenty minutes on two processors. A study that is done is not
-flown again.
+package, which the report draws; with --rig those of one rig, and the others stay. It takes some twenty
+minutes on two processors. A study that is done is not flown again.
 """
 
 import argparse
@@ -62,13 +61,13 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
 
 def read_map(path: Path) -> Map:
     """Map of a study's dataset, with the trajectories of its commands beside it."""
-    import pyarrow.parquet as pq  # an extra: only who studies needs it
+    from maglev.studies.dataset import read_dataset  # pyarrow takes its time to load
 
-    table = pq.read_table(path)
+    table = read_dataset(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     if not all(failure is None for failure in table["failure"].to_pylist()):
         raise MaglevError(f"{path}: some samples were not flown to their end, expected all to be")
-    rows = pq.read_table(path.with_name(f"{path.stem}.trajectories.parquet"))
+    rows = read_dataset(path.with_name(f"{path.stem}.trajectories.parquet"))
     time = rows["time"].to_numpy()
     commands = np.column_stack([np.abs(rows[name].to_numpy()) for name in rows.column_names
                                 if name not in ("sample", "time")])

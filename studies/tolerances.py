@@ -2,10 +2,9 @@
 
     python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
-It draws the pictures of docs/tolerances.md, prints its tables, and writes what was found as data that come with the
-package, which the report draws; with --rig that of one rig, and the others stay. It needs native FMUs
-(`maglev build --native --target host`) and takes some ten minutes on two processors. A study that is done is not flown
-again.
+It draws pictures of docs/operating_range.md, prints its tables, and writes what was found as data that come with the
+package, which the report draws; with --rig that of one rig, and the others stay. It takes some ten minutes on two
+processors. A study that is done is not flown again.
 """
 
 import argparse
@@ -70,9 +69,9 @@ def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Out
 
 def read_outcomes(path: Path, question: Question) -> Outcomes:
     """Outcomes in a study's dataset; what the sides vary over has to be there once for each step."""
-    import pyarrow.parquet as pq  # an extra: only who studies needs it
+    from maglev.studies.dataset import read_dataset  # pyarrow takes its time to load
 
-    table = pq.read_table(path)
+    table = read_dataset(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()
                   if name.startswith("end error of ") and unit == "rad")

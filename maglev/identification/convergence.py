@@ -7,7 +7,7 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.identification.identify import Identification
-from maglev.pictures import write_figure
+from maglev.pictures import new_figure, write_figure
 from maglev_files.whole_file import write_whole
 
 ROWS = 2000   # of the CSV, at most about
@@ -38,11 +38,9 @@ def write_picture(stem: Path, found: Identification) -> Path | None:
     """
     if find_spec("matplotlib") is None:
         return None
-    from matplotlib.figure import Figure  # an extra: only who plots needs it
-
     header, rows = table_of(found)
     names = found.estimate.names
-    figure = Figure(figsize=(10, 1.8 * (len(names) + 1)), layout="constrained")
+    figure = new_figure(10, 1.8 * (len(names) + 1))
     estimate = found.estimate
     figure.suptitle(f"{found.recording.rig.name}: {estimate.method} estimator, ε = {estimate.epsilon:g} s")
     panels = figure.subplots(len(names) + 1, 1, sharex=True)

@@ -1,7 +1,8 @@
 """From a recording to constants: velocities, estimator, diagnostics, replay."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
@@ -11,8 +12,9 @@ from maglev.arrays import Array
 from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.estimators import Estimate, estimate
+from maglev.identification.left_out import left_out
 from maglev.identification.recording import Recording
-from maglev.identification.rigs import accelerations, regressors
+from maglev.identification.rigs import RowData, accelerations, regressors
 from maglev.identification.settings import EPSILON, GAMMA
 
 HORIZON = 0.05      # s; open loop the vertical axis is unstable, with rates of 20 to 45 1/s
@@ -34,7 +36,10 @@ class Identification:
     diagnostics : dict of str to RowDiagnostics
         By axis.
     standard_error, with_friction : dict of str to float
-        By constant.
+        By constant. The standard error is the scatter to expect from another recording, no more.
+    left_out : dict of str to float
+        By constant, a bound of what friction, bias, ripple and modulation do to it, see `left_out`; infinite where not
+        excited.
     replay_error, replay_motion : ndarray, shape (axes,)
         m, see `replay`.
     warnings : list of str
@@ -49,10 +54,20 @@ class Identification:
     diagnostics: dict[str, RowDiagnostics]
     standard_error: dict[str, float]
     with_friction: dict[str, float]
+    left_out: dict[str, float]
     replay_error: Array
     replay_motion: Array
     warnings: list[str]
     unidentified: list[str]
+
+    def __repr__(self) -> str:
+        constants = ", ".join(f"{name} = {value:.6g}" for name, value in self.estimate.final.items())
+        return f"<Identification of {self.recording.rig.name}: {constants}; {len(self.warnings)} warnings>"
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """How far each constant may be from the true one: two standard errors, and what is left out."""
+        return {name: 2.0 * error + self.left_out[name] for name, error in self.standard_error.items()}
 
 
 def identify(recording: Recording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
@@ -84,7 +99,11 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
     if match:
         positions, i_d, i_q = (matched(signal, dt) for signal in (positions, i_d, i_q))
     rows = regressors(rig, positions, i_d, i_q, seen)
-    estimates = estimate(method, rows, recording.time, start, epsilon, gamma, q0)
+
+    def estimated(seen_rows: Sequence[RowData]) -> Estimate:
+        return estimate(method, seen_rows, recording.time, start, epsilon, gamma, q0)
+
+    estimates = estimated(rows)
     travel = np.ptp(recording.positions, axis=0).tolist()
     diagnostics = {data.row.axis: diagnose(data, way, recording.time, estimates)
                    for data, way in zip(rows, travel, strict=False)}   # tilts have no row of constants
@@ -103,7 +122,11 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
         warnings += warnings_of(data, found, estimates)
         unknown += unidentified(data, found, estimates)
     error, motion = replay(recording, estimates.final)
-    return Identification(recording, estimates, start, match, diagnostics, errors, friction, error, motion,
+    # True velocities are what they are; observed ones lag, whether the rows do so with them or not.
+    bound = left_out(recording, rows, partial(matched, dt=dt) if velocities is None else np.asarray, estimates.final,
+                     lambda others: estimated(others).final)
+    bound |= {name: np.inf for data in rows if not diagnostics[data.row.axis].excited for name in data.row.constants}
+    return Identification(recording, estimates, start, match, diagnostics, errors, friction, bound, error, motion,
                           sorted(warnings), sorted(unknown))
 
 

@@ -26,14 +26,15 @@ def write_model(path: Path, found: "Identification", source: Path) -> None:
     lines = [f"{BEGINNING} from {source.name}: {found.estimate.method} estimator, "
              f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
              "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
-             "# Standard errors behind the values.",
+             "# Behind the values: standard errors, which are scatter alone, and what friction, bias, ripple and",
+             "# modulation could change, which the model leaves out.",
              *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
         for name, value in found.estimate.final.items():
             usable = value >= SMALLEST and name not in found.unidentified
-            lines.append(f"{name} = {value!r}   # ± {found.standard_error[name]:.2g}" if usable else
-                         f"# {name} = {value!r} is not identified: the FMU keeps its own")
+            lines.append(f"{name} = {value!r}   # ± {found.standard_error[name]:.2g}, ± {found.left_out[name]:.2g}"
+                         if usable else f"# {name} = {value!r} is not identified: the FMU keeps its own")
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 

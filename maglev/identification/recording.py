@@ -12,6 +12,7 @@ from maglev.errors import IdentificationError, nearest
 from maglev.identification.rigs import RIGS, Rig, rig_of
 from maglev.own_stage.adoption import rig_named
 from pmlsm.dq_transform import clarke, park
+from pmlsm.elementary.sine_cosine import sine_cosine
 
 SHORTEST = 1.0            # s
 SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms
@@ -48,7 +49,7 @@ class Recording:
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
 
-def read_recording(path: Path, rig_name: str | None = None) -> Recording:
+def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> Recording:
     """Read a recording.
 
     The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
@@ -57,7 +58,7 @@ def read_recording(path: Path, rig_name: str | None = None) -> Recording:
     project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position.
     IdentificationError, in one line, with file, column, row, value and what was expected.
     """
-    table = read_csv(path)
+    table = read_csv(given) if isinstance(given, Path) else given
     rig = chosen_rig(table, rig_name)
     time = table.column(find(table, ["time", "t"]))
     kept = even_part(table, time)
@@ -209,7 +210,7 @@ def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -
             raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like mA")
     if None not in direct:
         return currents[0], currents[1]
-    dq = np.array([park(*clarke(a, b, c), rig.motor.electrical_angle(d))
+    dq = np.array([park(*clarke(a, b, c), *sine_cosine(rig.motor.electrical_angle(d)))
                    for a, b, c, d in zip(*(current.tolist() for current in currents), displacement.tolist(),
                                          strict=True)])
     return dq[:, 0], dq[:, 1]

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.linear.motors.places import MotorPlaces
+from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig as RigDescription

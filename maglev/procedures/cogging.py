@@ -8,7 +8,7 @@ from maglev.identification.predictions import attraction_force, equilibrium_curr
 from maglev.procedures.equilibrium import measured
 from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
 from maglev.procedures.rig_data import EPSILON, Runs, constant_table, estimate, mm, rig_of
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 
 SPACING = 0.5e-3   # m, of the air gaps at which the force is given
 

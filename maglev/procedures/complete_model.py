@@ -30,7 +30,7 @@ from maglev.procedures.rig_data import (
     plant_column,
     rig_of,
 )
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 
 POINTS = 31            # of a predicted curve over the air gap
 CONVERGENCE = 400      # points of an estimate over time, at most

@@ -23,7 +23,7 @@ from maglev.procedures.rig_data import (
     plant_column,
     rig_of,
 )
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 
 SETTLED = 1.0 / 3.0   # of the time at an air gap, at its end
 

@@ -8,8 +8,8 @@ from maglev.judging.verdicts import ClaimResult, Judgements, MeasuredValue, Side
 from maglev.procedures import cogging, complete_model, equilibrium, forgetting, parabolas
 from maglev.procedures.outcome import Outcome
 from maglev.procedures.rig_data import Runs
-from maglev.schema.claims import GapRange, ProcedureClaim
-from maglev.schema.procedure import Kind, ProcedureSettings
+from maglev.schema.judged.claims import GapRange, ProcedureClaim
+from maglev.schema.judged.procedure import Kind, ProcedureSettings
 
 EVALUATIONS: dict[Kind, Callable[[ProcedureSettings, Runs], Outcome]] = {
     "parabolas": parabolas.evaluate, "equilibrium": equilibrium.evaluate, "cogging": cogging.evaluate,

@@ -11,7 +11,7 @@ from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ValueTable
 from maglev.procedures.rig_data import Runs, column, estimators_by
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.signals.kinds import Steps
 
 BEFORE = 5.0     # s before the jump over which the scatter is taken

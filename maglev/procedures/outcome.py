@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from maglev.arrays import Array
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 
 Values = Sequence[float] | Array
 

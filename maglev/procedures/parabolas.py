@@ -25,8 +25,8 @@ from maglev.procedures.rig_data import (
     rig_of,
     thrust_current,
 )
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.loading import load_plans
-from maglev.schema.procedure import ProcedureSettings
 
 FEWEST = 4    # rows that make a parabola
 POINTS = 25   # marked on a recorded parabola

@@ -11,7 +11,7 @@ from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig
 from maglev.identification.rigs import rig_of as described
 from maglev.procedures.outcome import Found, ValueTable
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
 

@@ -1,145 +1,114 @@
-"""The study: scale the friction, fit both stages, judge all the evidence before and after, write what was found.
+"""The study: scale the friction, try roughness beside it, judge all the evidence, write what was found.
 
-    python -m studies.estimation [--anew] [--fmus FOLDER]
+    python -m studies.estimation [--anew]
 
-Needs the native FMUs of this machine (`maglev build --native --target host`). Takes some ten minutes of one processor;
-a stage whose fit is in `found.json` already, with the same settings, is not fitted again unless all are asked for anew.
+Takes half an hour of one processor; an estimate that is in `found.json` already, with the same settings, is not made
+again unless all are asked for anew.
 """
 
 import argparse
 import hashlib
 import json
-import math
-import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from maglev.arrays import Array
 from pmlsm.rigs import RIGS
-from studies.estimation.evidence import Judged, residual
-from studies.estimation.fit import Fit, fit
+from studies.estimation.causes import causes
+from studies.estimation.evidence import Judged
 from studies.estimation.flights import fly_all, judge, prepare
-from studies.estimation.page import ScaleRow, best_scale, page, scale_row, write_between
-from studies.estimation.settings import FILE, Defaults, Rig, Settings, read_settings, times
+from studies.estimation.page import RoughRow, ScaleRow, best_scale, page, scale_row, write_between
+from studies.estimation.roughness import Estimate, Flight, estimate, sums
+from studies.estimation.settings import FILE, Defaults, Settings, read_settings, times
 
 FOUND = Path(__file__).with_name("found.json")
 DOCS = Path(__file__).parents[2] / "docs" / "estimation.md"
 EFFECTS = Path(__file__).parents[2] / "scenarios" / "effects"
+STAGES = ("2dof", "3dof")   # that the thesis has
 
 
-def fit_rig(rig: Rig, settings: Settings, fmus: Path) -> Fit:
-    """Fit the parameters of one stage to the evidence that is for training."""
-    experiments = prepare(rig.training, fmus)
-    started, evaluations = time.monotonic(), 0
-
-    def evidence(u: Array) -> Array:
-        nonlocal evaluations
-        evaluations += 1
-        judged = judge(fly_all(experiments, {**settings.scale.assumed, **rig.defaults(u)},
-                               {**settings.scale.follows, **rig.following(u)}), rig.training)
-        row = np.array([residual(each.result, settings.largest_residual) for each in judged])
-        print(f"{rig.name}: {evaluations} evaluations, {time.monotonic() - started:.0f} s, misfit "
-              f"{0.5 * float(np.sum(row ** 2)):.2f}", flush=True)
-        return row
-
-    lowest = np.array([parameter.lowest for parameter in rig.parameters])
-    return fit(evidence, lowest, settings.difference, settings.iterations)
+def judge_all(settings: Settings, scale: float, defaults: Defaults) -> list[Judged]:
+    """Verdicts on all the evidence at a scale of friction."""
+    return judge(fly_all(prepare(None), {**times(scale, settings.scale.assumed), **defaults},
+                         times(scale, settings.scale.follows)))
 
 
-def judge_all(settings: Settings, fits: dict[str, Fit], fmus: Path) -> list[Judged]:
-    """Verdicts on all the evidence, at what was found of the stages that have a fit, at what is assumed of others."""
-    defaults, following = {**settings.scale.assumed}, {**settings.scale.follows}
-    for rig in [rig for rig in settings.rigs if rig.name in fits]:
-        defaults |= rig.defaults(fits[rig.name].u)
-        following |= rig.following(fits[rig.name].u)
-    return judge(fly_all(prepare(None, fmus), defaults, following))
-
-
-def scale_rows(settings: Settings, fmus: Path) -> list[ScaleRow]:
+def scale_rows(settings: Settings) -> list[ScaleRow]:
     """All the evidence at every scale of friction, and at the one that training chooses with slot ripple beside it."""
-    experiments, scale = prepare(None, fmus), settings.scale
-
-    def row(size: float, ripple: Defaults) -> ScaleRow:
-        judged = judge(fly_all(experiments, {**times(size, scale.assumed), **ripple}, times(size, scale.follows)))
-        return scale_row(settings, size, bool(ripple), judged)
-
-    rows = [row(size, {}) for size in scale.candidates]
-    return [*rows, row(best_scale(rows), scale.ripple)]
+    rows = [scale_row(settings, size, False, judge_all(settings, size, {}))
+            for size in settings.scale.candidates]
+    best = best_scale(rows)
+    return [*rows, scale_row(settings, best, True, judge_all(settings, best, settings.scale.ripple))]
 
 
-def as_data(found: Fit) -> dict[str, Any]:
-    """A fit as JSON has it."""
-    return {name: missing_as_none(value.tolist()) if isinstance(value, np.ndarray) else value
-            for name, value in asdict(found).items()}
+def flight(settings: Settings, names: Sequence[str] | None) -> Flight:
+    """A function that flies runs by name, or all, with roughness, and judges them."""
+    experiments = prepare(names)
+
+    def fly(scale: float, rms: Defaults, seed: int) -> list[Judged]:
+        tracks = {f"Plant{RIGS[rig].suffix}.roughness_seed": float(seed) for rig in STAGES}
+        return judge(fly_all(experiments, {**times(scale, settings.scale.assumed), **rms, **tracks},
+                             times(scale, settings.scale.follows)), names)
+    return fly
 
 
-def missing_as_none(value: Any) -> Any:
-    """Lists of numbers with None for NaN, which JSON does not have."""
-    if isinstance(value, list):
-        return [missing_as_none(each) for each in value]
-    return None if math.isnan(value) else value
+def rough_rows(settings: Settings, scale: float, best: Estimate) -> list[RoughRow]:
+    """All the evidence without roughness at the scale that is chosen alone, then with it on the tracks for judging."""
+    without, rough, fly = judge_all(settings, scale, {}), settings.roughness, flight(settings, None)
+    rows = [RoughRow(f"× {scale:g}, no roughness", sums(rough, settings.training, [without] * len(rough.judging)),
+                     [without])]
+    for share in (1.0, *rough.lesser):
+        flown = [fly(best.scale, times(share, best.rms), seed) for seed in rough.judging]
+        label = "with roughness" if share == 1.0 else f"{share:g} of that roughness"
+        rows.append(RoughRow(f"× {best.scale:g}, {label}", sums(rough, settings.training, flown), flown))
+        print(rows[-1].label, rows[-1].sums, flush=True)
+    return rows
 
 
-def from_data(data: dict[str, Any]) -> Fit:
-    values: dict[str, Any] = {name: np.array(value, dtype=np.float64) if isinstance(value, list) else value
-                              for name, value in data.items()}
-    return Fit(**values)
+def estimates(settings: Settings, known: dict[str, Any]) -> list[Estimate]:
+    """Roughness at every scale of friction; what is known already is not estimated again."""
+    fly = flight(settings, sorted(settings.training))
+    for scale in settings.roughness.scales:
+        if f"{scale:g}" not in known["estimates"]:
+            found = estimate(settings.roughness, scale, fly)
+            known["estimates"][f"{scale:g}"] = asdict(found)
+            print(found, flush=True)
+            FOUND.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+    return [Estimate(**each) for each in known["estimates"].values()]
 
 
-def rounded(found: Fit) -> Fit:
-    """Fit with four digits, so that what is judged is what is written."""
-    def four(value: Array | float) -> Any:
-        return np.vectorize(lambda each: each if math.isnan(each) else float(f"{each:.4g}"))(value)
-    return Fit(four(found.u), four(found.deviations), four(found.correlations), float(four(found.cost)),
-               float(four(found.cost_before)), four(found.profiles))
-
-
-def effects(rig: Rig, settings: Settings, found: Fit) -> str:
-    """TOML with the estimates that are the plant's, for scenarios to extend; what is not fitted is as assumed."""
-    return effects_file(rig, "The effects that are fitted to part of the evidence, which the plant does not have",
-                        {**settings.scale.assumed, **rig.defaults(found.u)})
-
-
-def as_assumed(rig: Rig, settings: Settings) -> str:
+def as_assumed(name: str, settings: Settings) -> str:
     """TOML with what was assumed before one scale of it was estimated, for scenarios to extend."""
-    return effects_file(rig, "Coulomb friction as it was assumed, before one scale of it was estimated",
-                        settings.scale.assumed)
-
-
-def effects_file(rig: Rig, title: str, values: Defaults) -> str:
-    """TOML with start values of the plant of one stage."""
-    lines = [f"# {RIGS[rig.name].title}. {title} (docs/estimation.md).",
-             "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]
-    for name, value in values.items():
-        model, _, variable = name.partition(".")
-        if model == f"Plant{RIGS[rig.name].suffix}":
-            lines.append(f'"{variable}" = {value:.4g}')
+    rig = RIGS[name]
+    lines = [f"# {rig.title}. Coulomb friction as it was assumed, before one scale of it was estimated "
+             "(docs/estimation.md).", "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]
+    lines += [f'"{variable}" = {value:.4g}' for model, _, variable, value in (
+        (*variable.partition("."), value) for variable, value in settings.scale.assumed.items())
+        if model == f"Plant{rig.suffix}"]
     return "\n".join(lines) + "\n"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fmus", type=Path, default=Path("fmus"), help="folder with a folder native in it")
-    parser.add_argument("--anew", action="store_true", help="fit every stage, whatever was found already")
+    parser.add_argument("--anew", action="store_true", help="estimate all, whatever was found already")
     asked = parser.parse_args()
-    fmus: Path = asked.fmus
     settings, identity = read_settings(), hashlib.sha256(FILE.read_bytes()).hexdigest()
     known = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.is_file() else {}
     if asked.anew or known.get("settings") != identity:
-        known = {"settings": identity, "fits": {}}
-    for rig in settings.rigs:
-        if rig.name not in known["fits"]:
-            known["fits"][rig.name] = as_data(rounded(fit_rig(rig, settings, fmus)))
-            FOUND.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
-    fits = {name: from_data(data) for name, data in known["fits"].items()}
-    before, after = judge_all(settings, {}, fmus), judge_all(settings, fits, fmus)
-    write_between(DOCS, page(settings, scale_rows(settings, fmus), fits, before, after))
-    for rig in settings.rigs:
-        (EFFECTS / f"{rig.name}-as-assumed.toml").write_text(as_assumed(rig, settings), encoding="utf-8")
-        (EFFECTS / f"{rig.name}-estimated.toml").write_text(effects(rig, settings, fits[rig.name]), encoding="utf-8")
+        known = {"settings": identity, "estimates": {}}
+    found = estimates(settings, known)
+    scales = scale_rows(settings)
+    best = best_scale(scales[:-1])
+    rows = rough_rows(settings, best, max(found, key=lambda each: each.log_likelihood))
+    scaled: dict[str, Sequence[Judged]] = {
+        f"Coulomb friction × {row.scale:g}" + (", slot ripple" if row.ripple else ""): [*row.training, *row.held_out]
+        for row in scales if row.scale != best or row.ripple}
+    others: dict[str, Sequence[Judged]] = {words: judge_all(settings, best, defaults)
+                                           for words, defaults in settings.causes.items()}
+    write_between(DOCS, page(settings, scales, found, rows, scaled, {**others, **dict(causes())}))
+    for name in STAGES:
+        (EFFECTS / f"{name}-as-assumed.toml").write_text(as_assumed(name, settings), encoding="utf-8")
 
 
 if __name__ == "__main__":

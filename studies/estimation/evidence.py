@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from maglev.judging.verdicts import ClaimResult, Verdict, count_verdicts, miss, ratio, sentences
+from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
 
 SHARE = 0.05      # standard deviation of a number that a run should have, as a share of it
+DECADES = 3.0     # of what a number is that has nothing to do with the model
 MARGIN = 0.1      # standard deviation of how far a limit or factor is missed, as a share of it
 
 
@@ -40,7 +41,7 @@ def residual(result: ClaimResult, largest: float) -> float:
         low, high = claim.target
         missed = max(low - measured, measured - high, 0.0) / (high - low)
     elif result.against is not None:
-        missed = miss(claim, ratio(float(measured), result.against), claim.factor) / (MARGIN * claim.factor)
+        missed = miss(claim, ratio(float(measured), result.against), least_ratio(claim)) / (MARGIN * claim.factor)
     elif claim.relation == "is":
         missed = 1.0
     else:
@@ -55,6 +56,27 @@ def residual(result: ClaimResult, largest: float) -> float:
 def half_digit(target: float, digits: int) -> float:
     """Half a unit of the last significant digit of a printed figure; 0 for 0."""
     return 0.0 if target == 0.0 else 0.5 * 10.0 ** (math.floor(math.log10(abs(target))) - digits + 1)
+
+
+def log_likelihood(results: Sequence[ClaimResult], outliers: float) -> float:
+    """Logarithm of how likely a sentence is, by what is measured for it on several tracks.
+
+    A number: the density, for its logarithm, of a normal distribution with the mean and the variance of the tracks, and
+    `SHARE` more, for it is printed with few digits; but a number may have nothing to do with the model, with the
+    probability of `outliers`, and then be anything over three decades. Anything else: the share of tracks on which it
+    reproduces, by Jeffreys's rule.
+    """
+    if results[0].claim.relation != "about":
+        good = sum(result.verdict == "reproduced" for result in results)
+        return math.log((good + 0.5) / (len(results) + 1.0))
+    stated = results[0].claim.target
+    target = math.log(stated) if isinstance(stated, float) else 0.0
+    found = [math.log(value) if value is not None and 0.0 < value < math.inf else target + DECADES * math.log(10.0)
+             for value in (result.measured for result in results)]
+    mean = math.fsum(found) / len(found)
+    variance = math.fsum((each - mean) ** 2 for each in found) / len(found) + SHARE ** 2
+    density = math.exp(-(target - mean) ** 2 / (2.0 * variance)) / math.sqrt(2.0 * math.pi * variance)
+    return math.log((1.0 - outliers) * density + outliers / (DECADES * math.log(10.0)))
 
 
 @dataclass(frozen=True)
@@ -73,14 +95,5 @@ class Counts:
 def counts(judged: Iterable[Judged]) -> Counts:
     results = [each.result for each in judged]
     words, axes = count_verdicts(sentences(results)), count_verdicts(results)
-    return Counts((words["reproduced"], words["within 10 %"], words["not reproduced"]), (axes["met"], axes["not met"]))
-
-
-def changed(before: Sequence[Judged], after: Sequence[Judged]) -> list[tuple[Judged, Judged]]:
-    """Claims whose verdict differs, before and after; both in the same order."""
-    return [(old, new) for old, new in zip(before, after, strict=True) if old.result.verdict != new.result.verdict]
-
-
-def better(old: Verdict, new: Verdict) -> bool:
-    order: tuple[Verdict, ...] = ("not run", "not reproduced", "not met", "within 10 %", "reproduced", "met")
-    return order.index(new) > order.index(old)
+    return Counts((words["reproduced"], words["within 10 %"],
+                   words["no difference"] + words["not reproduced"]), (axes["met"], axes["not met"]))

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from maglev.api.options import experiments_of
 from maglev.errors import FAILURES
@@ -17,11 +16,11 @@ from studies.estimation.evidence import Judged
 from studies.estimation.settings import Defaults
 
 
-def prepare(names: Iterable[str] | None, fmus: Path) -> list[Experiment]:
+def prepare(names: Iterable[str] | None) -> list[Experiment]:
     """Runs by name, all that make claims or procedures if none is named, and those that they need or compare with."""
     plans = [plan for plan in select(names) if names is not None or not plan.check_only]
     plans = [*plans, *compared(plans)]
-    return experiments_of([*plans, *needed(plans)], {"native": True, "fmus": fmus})
+    return experiments_of([*plans, *needed(plans)], {})
 
 
 def with_defaults(plan: RunPlan, defaults: Defaults, following: Defaults) -> RunPlan:

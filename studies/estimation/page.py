@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmlsm.rigs import RIGS
-from studies.estimation.evidence import Judged, better, changed, counts, residual
-from studies.estimation.fit import PROFILE, Fit
-from studies.estimation.settings import Rig, Settings
+from maglev.judging.verdicts import REPRODUCED, ClaimResult, Verdict
+from maglev.schema.judged.claims import Claim
+from studies.estimation.evidence import Judged, counts, residual
+from studies.estimation.roughness import Estimate, Sums, over_tracks, spread
+from studies.estimation.settings import Settings
 
 BEGIN = "<!-- estimation: made by `python -m studies.estimation` -->\n"
 END = "<!-- end of estimation -->\n"
-SMALL = 0.6   # standard deviation afterwards over that before, below which the evidence says something
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,21 @@ def best_scale(rows: Sequence[ScaleRow]) -> float:
     return max(rows, key=lambda row: counts(row.training).sentences[0]).scale
 
 
-def page(settings: Settings, scales: Sequence[ScaleRow], fits: Mapping[str, Fit], before: Sequence[Judged],
-         after: Sequence[Judged]) -> str:
-    """All tables: scales of friction, both counts on both sets, the estimates, their profiles, changed verdicts."""
-    parts = [scale_table(settings, scales), count_table(settings, before, after)]
-    parts += [table for rig in settings.rigs for table in (estimate_table(rig, fits[rig.name]),
-                                                           profile_table(rig, fits[rig.name]))]
-    return "\n".join([*parts, change_table(settings, before, after)])
+@dataclass(frozen=True)
+class RoughRow:
+    """What the evidence says without roughness, the first of the rows, and with it, the others."""
+
+    label: str
+    sums: Sums
+    flown: Sequence[Sequence[Judged]]   # one for each track
+
+
+def page(settings: Settings, scales: Sequence[ScaleRow], estimates: Sequence[Estimate], rows: Sequence[RoughRow],
+         scaled: Mapping[str, Sequence[Judged]], causes: Mapping[str, Sequence[Judged]]) -> str:
+    """All tables: scales of friction, roughness at every scale, what it does to what is held out, printed numbers."""
+    return "\n".join([scale_table(settings, scales), estimate_table(settings, estimates), rough_table(settings, rows),
+                      changes_table(settings, rows), number_table(settings, rows, {**scaled, **causes}),
+                      cause_table(rows[0].flown[0], causes)])
 
 
 def scale_table(settings: Settings, rows: Sequence[ScaleRow]) -> str:
@@ -63,63 +71,102 @@ def misfit(settings: Settings, judged: Sequence[Judged]) -> float:
     return 0.5 * sum(residual(each.result, settings.largest_residual) ** 2 for each in judged)
 
 
-def count_table(settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
-    """Verdicts and misfit on training and held-out evidence, before and after, by stage."""
-    lines = ["| evidence | sentences before | after | bounds before | after | misfit before | after |",
-             "|---|---|---|---|---|---|---|"]
-    for name, training in (("training", True), ("held out", False)):
-        for stage in (*(rig.name for rig in settings.rigs), ""):
-            label = f"{name}, {RIGS[stage].title}" if stage else f"**{name}, both**"
-            lines.append(count_row(label, settings, *([each for each in judged if each.owner.startswith(stage) and
-                                                       (each.owner in settings.training) is training]
-                                                      for judged in (before, after))))
-    lines.append(count_row("**all**", settings, before, after))
-    legend = ("Sentences: reproduced / within 10 % / not reproduced. Bounds: met of those judged. Misfit: half the sum "
-              "of squares of the residuals.")
+def estimate_table(settings: Settings, estimates: Sequence[Estimate]) -> str:
+    """The rms of every axis at every scale of friction, and how likely the sentences for training are."""
+    axes = " | ".join(name.split(".")[1] for name in settings.roughness.rms)
+    lines = [f"| Coulomb friction, and roughness of | {axes} | training |",
+             "|---" * (len(settings.roughness.rms) + 2) + "|"]
+    best = max(estimates, key=lambda each: each.log_likelihood)
+    for each in estimates:
+        label = f"× {each.scale:g}, rms in m/s²"
+        values = " | ".join(f"{each.rms[name]:.3g}" for name in settings.roughness.rms)
+        lines.append(f"| {f'**{label}**' if each is best else label} | {values} | {each.log_likelihood:.1f} |")
+    return "\n".join([*lines, ""])
+
+
+def rough_table(settings: Settings, rows: Sequence[RoughRow]) -> str:
+    """How likely the evidence is, and how much of it reproduces on a track in the mean."""
+    lines = ["| | training: likelihood | sentences | held out: likelihood | sentences | bounds | parabolas: likelihood "
+             "|", "|---" * 7 + "|"]
+    for row in rows:
+        means = [mean_of(row.flown, True, "reproduced", settings), mean_of(row.flown, False, "reproduced", settings),
+                 mean_of(row.flown, False, "met", settings)]
+        lines.append(f"| {row.label} | {row.sums.training:.1f} | {means[0]:.1f} | {row.sums.held_out:.1f} | "
+                     f"{means[1]:.1f} | {means[2]:.1f} | {row.sums.parabolas:.1f} |")
+    legend = ("Likelihood: natural logarithm, of the sentences that can be tested. Sentences and bounds: reproduced "
+              "and met on a track, in the mean of the tracks.")
     return "\n".join([*lines, "", legend, ""])
 
 
-def count_row(label: str, settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
-    (old, old_bounds), (new, new_bounds) = counts(before).text, counts(after).text
-    old_misfit, new_misfit = misfit(settings, before), misfit(settings, after)
-    return f"| {label} | {old} | {new} | {old_bounds} | {new_bounds} | {old_misfit:.1f} | {new_misfit:.1f} |"
+def mean_of(flown: Sequence[Sequence[Judged]], training: bool, verdict: Verdict, settings: Settings) -> float:
+    """How many claims have a verdict, in the mean of the tracks."""
+    return sum(each.result.verdict == verdict for judged in flown for each in judged
+               if (each.owner in settings.training) is training) / len(flown)
 
 
-def estimate_table(rig: Rig, found: Fit) -> str:
-    """Assumed and estimated values, with one standard deviation, and whether the evidence says anything."""
-    lines = [f"Estimates of the {RIGS[rig.name].title}: half the sum of squares falls from {found.cost_before:.3g} to "
-             f"{found.cost:.3g}.", "", "| parameter | assumed | estimated | one standard deviation | by the evidence |",
-             "|---|---|---|---|---|"]
-    for parameter, u, deviation in zip(rig.parameters, found.u, found.deviations, strict=True):
-        low, high = parameter.range(float(u), float(deviation))
-        says = "yes" if deviation < SMALL else "hardly: the prior holds it"
-        lines.append(f"| {parameter.name} | {parameter.assumed:g} {parameter.unit} | {parameter.value(float(u)):.3g} "
-                     f"{parameter.unit} | {low:.3g} … {high:.3g} | {says} ({deviation:.2f}) |")
+def changes_table(settings: Settings, rows: Sequence[RoughRow]) -> str:
+    """Sentences held out that other tracks than a fifth judge otherwise than without roughness."""
+    without, rough = rows[:2]
+    lines = ["| held out | claim | criterion | without | with roughness | reproduced on |", "|---" * 6 + "|"]
+    tracks = over_tracks(rough.flown)
+    for each in without.flown[0]:
+        results = tracks.get(each.key, ())
+        good = sum(result.verdict == "reproduced" for result in results)
+        if each.owner in settings.training or not results or (
+                good >= 0.8 * len(results) if each.result.verdict == "reproduced" else good <= 0.2 * len(results)):
+            continue
+        claim = each.result.claim
+        numbers = "" if claim.measured is not None and claim.measured.yes_no else spread_text(claim, results)
+        lines.append(f"| `{each.owner}` | {claim.text} | {claim.criterion} | {each.result.measured_text}: "
+                     f"{each.result.verdict} | {numbers} | {good} of {len(results)} |")
     return "\n".join([*lines, ""])
 
 
-def profile_table(rig: Rig, found: Fit) -> str:
-    """Profiles, and the strongest correlation of each parameter."""
-    heads = " | ".join(f"{place:+g} σ" for place in PROFILE)
-    lines = [f"| {rig.name}: held at | {heads} | most correlated with |", "|---" * (len(PROFILE) + 2) + "|"]
-    for k, (parameter, row) in enumerate(zip(rig.parameters, found.profiles, strict=True)):
-        others = [(abs(found.correlations[k][j]), j) for j in range(len(rig.parameters)) if j != k]
-        j = max(others)[1]
-        cells = " | ".join("–" if math.isnan(each) else f"{each:+.2f}" for each in row)
-        lines.append(f"| {parameter.name} | {cells} | {rig.parameters[j].name}, {found.correlations[k][j]:+.2f} |")
+def spread_text(claim: Claim, results: Sequence[ClaimResult]) -> str:
+    """Median, and first to last tenth of what was measured."""
+    found = spread(results)
+    return f"{claim.printed(found.median)} ({claim.printed(found.low)} … {claim.printed(found.high)})"
+
+
+def number_table(settings: Settings, rows: Sequence[RoughRow], causes: Mapping[str, Sequence[Judged]]) -> str:
+    """Every printed number with what is measured, what it is over tracks, and the cause that comes nearest to it."""
+    lines = ["| printed number | | here | with roughness: median (10 … 90 %) | the printed one is | nearest of the "
+             "other causes tried | that gives |", "|---" * 7 + "|"]
+    tracks = over_tracks(rows[1].flown)
+    by_cause = {words: {each.key: each.result.measured for each in judged} for words, judged in causes.items()}
+    for each in rows[0].flown[0]:
+        claim, target = each.result.claim, each.result.claim.target
+        if claim.figure is not None or claim.kind != "number" or not isinstance(target, float):
+            continue
+        found = spread(tracks[each.key])
+        inside = "inside" if found.low <= target <= found.high else "outside"
+        median = "reproduced" if abs(found.median - target) <= REPRODUCED * target else "missed"
+        chose = ", it chose the rms" if each.owner in settings.training else ""
+        tried = {words: float(values[each.key] or math.inf) for words, values in by_cause.items() if each.key in values}
+        words, value = min(tried.items(), key=lambda item: miss_by(item[1], target))
+        nearest = miss_by(value, target) < miss_by(float(each.result.measured or math.inf), target)
+        lines.append(f"| `{each.owner}`: {claim.criterion} | {claim.source} | {each.result.measured_text} | "
+                     f"{spread_text(claim, tracks[each.key])} | {inside}, median {median}{chose} | "
+                     f"{words if nearest else 'none'} | {claim.printed(value) if nearest else ''} |")
     return "\n".join([*lines, ""])
 
 
-def change_table(settings: Settings, before: Sequence[Judged], after: Sequence[Judged]) -> str:
-    """Every verdict that changed."""
-    lines = ["| verdicts that change | claim | criterion | before | after | |", "|---" * 6 + "|"]
-    for old, new in changed(before, after):
-        kind = "training" if old.owner in settings.training else "held out"
-        way = "better" if better(old.result.verdict, new.result.verdict) else "**worse**"
-        text = old.result.claim.text if old.result.claim.figure is None else old.result.claim.source
-        lines.append(f"| {kind}, `{old.owner}` | {text} | {old.result.claim.criterion} | {old.result.measured_text}: "
-                     f"{old.result.verdict} | {new.result.measured_text}: {new.result.verdict} | {way} |")
+def cause_table(judged: Sequence[Judged], causes: Mapping[str, Sequence[Judged]]) -> str:
+    """What every other cause makes of the printed numbers that do not reproduce."""
+    lines = [f"| not reproduced | here | {' | '.join(causes)} |", "|---" * (len(causes) + 2) + "|"]
+    by_key = [{each.key: each.result.measured_text for each in others} for others in causes.values()]
+    for each in judged:
+        claim = each.result.claim
+        missed = each.result.verdict not in ("reproduced", "not testable")
+        if claim.figure is None and claim.kind == "number" and missed:
+            cells = [each.result.measured_text, *(values.get(each.key) or "–" for values in by_key)]
+            lines.append(f"| `{each.owner}`: {claim.criterion} | {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
+
+
+def miss_by(value: float, target: float) -> float:
+    """By how much a value misses another one, as a factor, logarithmically."""
+    return math.inf if not 0.0 < value < math.inf else abs(math.log(value / target))
 
 
 def write_between(path: Path, text: str) -> None:

@@ -101,8 +101,7 @@ def identified(kind: str, fmus: Path, folder: Path) -> Identification:
     """From half of the truth, of a run of `5dof-tracking`; with what is left of the plant's effects."""
     scenario = folder / "tracking.toml"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    run = maglev.run(scenario, fmus=fmus.parent if fmus.name == "native" else fmus, native=fmus.name == "native",
-                     set=KINDS[kind])
+    run = maglev.run(scenario, fmus=fmus, set=KINDS[kind])
     columns = {"time": run.time, **{name: run[name] for name in (*SEEN, *CURRENTS)}}
     recording = read_recording(written(folder / f"{kind}.csv", columns))
     return identify(recording, guess={name: 0.5 * value for name, value in TRUTH.items()}, match=kind != "ideal")

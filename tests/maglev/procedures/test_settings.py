@@ -8,9 +8,9 @@ from pydantic import ValidationError
 
 from maglev.errors import ScenarioError
 from maglev.experiment.selection import select
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan, load_plans
-from maglev.schema.procedure import ProcedureSettings
 
 PARTS = {"currents": "a", "excitation": "b"}
 
