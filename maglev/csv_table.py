@@ -1,27 +1,33 @@
-"""A CSV file with a header and numbers below it, whose columns are read on demand."""
+"""A CSV file with a header and numbers below it, whose columns are read on demand; or columns that are given."""
 
 import csv
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.errors import CsvError, nearest_file, shortened
+from maglev.errors import CsvError, nearest, nearest_file, shortened
+from maglev_files.belonging import stranger
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Names and numbers of a CSV file; a refusal names file, row, column and value. The header is row 1."""
+    """Names and numbers of a CSV file; a refusal names file, row, column and value. The header is row 1.
+
+    Of columns that are given, there are all, and the first row is 0.
+    """
 
     path: Path
     names: Sequence[str]
     columns: dict[str, Array] = field(default_factory=dict)
+    first: int = 2
 
     def column(self, name: str) -> Array:
         """Numbers of a column, all finite; CsvError if a field is missing or no finite number."""
@@ -51,9 +57,20 @@ class CsvTable:
                 return CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file")
         return CsvError(self.path, f"column {self.names[index]}: expected finite numbers")
 
+    def renamed(self, names: Mapping[str, str]) -> "CsvTable":
+        """The table with columns under other names, by these; CsvError if one is not there."""
+        for name, own in names.items():
+            if own not in self.names:
+                raise CsvError(self.path, f"columns: {name}={own!r}: there is no such column, nearest is "
+                                          f"{nearest(own, self.names)}")
+        # What is replaced has no name.
+        new = {**dict.fromkeys(names, ""), **{own: name for name, own in names.items()}}
+        return replace(self, names=[new.get(name, name) for name in self.names],
+                       columns={new.get(name, name): values for name, values in self.columns.items()})
+
     def refusal(self, name: str, k: int, expectation: str) -> CsvError:
         """Refusal of the k-th number of a column."""
-        return CsvError(self.path, f"row {k + 2}, column {name} is {self.columns[name][k]:.9g}, {expectation}")
+        return CsvError(self.path, f"row {k + self.first}, column {name} is {self.columns[name][k]:.9g}, {expectation}")
 
     def require_full_rows(self) -> None:
         """Refuse a row with more or fewer fields than the header: a part of a file that was cut."""
@@ -71,7 +88,8 @@ class CsvTable:
 def read_csv(path: Path) -> CsvTable:
     """Open a CSV file: a header with unique names, then rows of numbers.
 
-    CsvError if it is missing, no CSV text, or has no header or no rows.
+    CsvError if it is missing, no CSV text, or has no header or no rows; also if it is not the file that the record of
+    a run beside it is of.
     """
     try:
         with path.open("rb") as file:
@@ -101,7 +119,35 @@ def read_csv(path: Path) -> CsvTable:
             raise CsvError(path, f"row 1 has the column {name!r} {header.count(name)} times, expected it once")
     if not rows:
         raise CsvError(path, "has a header only, expected rows of numbers")
+    if why := stranger(path):
+        raise CsvError(path, why)
     return CsvTable(path, header)
+
+
+def given_table(name: str, given: Any) -> CsvTable:
+    """Columns of a mapping, such as a `Run`, or of a DataFrame, of whatever library.
+
+    CsvError if one is not a row of numbers that are finite, or they are not of one length.
+    """
+    path = Path(name)
+    try:
+        names = [str(each) for each in getattr(given, "columns", given)]
+        columns = {each: np.asarray(given[each], dtype=np.float64) for each in names}
+    except (TypeError, ValueError, KeyError, IndexError) as error:
+        raise CsvError(path, f"{type(given).__name__}: {error}, expected a path, or columns of numbers by name, such "
+                             "as a Run, a table of arrays or a DataFrame") from None
+    index = getattr(given, "index", None)
+    time = getattr(given, "time", index if getattr(index, "name", "") == "time" else None)
+    if "time" not in columns and time is not None:
+        columns["time"] = np.asarray(time, dtype=np.float64)
+    for each, values in columns.items():
+        if values.ndim != 1 or len(values) != len(columns[names[0]]):
+            raise CsvError(path, f"column {each} has the shape {values.shape}, expected as many rows as {names[0]}, "
+                                 f"{len(np.atleast_1d(columns[names[0]]))}")
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise CsvError(path, f"row {row}, column {each} is {values[row]}, expected a finite number")
+    return CsvTable(path, list(columns), columns, 0)
 
 
 def is_finite(text: str) -> bool:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import Protocol, TypeVar
 
@@ -26,7 +27,8 @@ T = TypeVar("T", bound=Ended)
 
 
 def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
-             died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf) -> dict[str, T]:
+             died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf,
+             here: bool = False) -> dict[str, T]:
     """Do the tasks of runs, those that others need before them, otherwise side by side.
 
     Parameters
@@ -37,6 +39,8 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         From the name of a run and the ends of those that it needs to its task.
     jobs, died, watch, silent
         As of `side_by_side`.
+    here : bool
+        One after the other in this process.
 
     Returns
     -------
@@ -54,6 +58,9 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
     with kept_processes() as idle:   # a process takes as long to start as some runs to fly
         for ready in waves(needs):
             ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
+            if here:
+                results |= {name: task(name, ends[name])(partial(watch, name)) for name in ready}
+                continue
             try:
                 results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle,
                                         silent)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
-from maglev.errors import FAILURES, MeasurementError, ScenarioError, in_one_line
+from maglev.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
 from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
@@ -24,6 +24,7 @@ from maglev.judging.metrics import Metrics, evaluate, metrics_data, phase_resist
 from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.run_plan import RunPlan
+from maglev_files.belonging import KEY, digests_of
 from maglev_files.whole_file import write_whole
 
 
@@ -58,6 +59,9 @@ class RunResult:
     ends: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     provenance: Provenance | None = None
+
+    def __repr__(self) -> str:
+        return f"<RunResult {self.plan.name}: {self.failure or f'{len(self.time)} rows'}>"
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -94,21 +98,36 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
         If it cannot run, be measured or be written.
     """
     every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
+    found = []
+
+    def complete(recording: Recording) -> None:
+        """Write what the run gave, whatever its FMUs do after it."""
+        files.forget_reports()   # they are about an earlier run
+        files.json.unlink(missing_ok=True)   # and never beside the columns of this one
+        result = completed(experiment, recording)
+        write_columns(files.columns(form), form, result, experiment.units(recording.columns), recording, every)
+        found.append(replace(result, metrics=measured(experiment.plan, recording)))
+        write_record(files, form, found[0])
+        files.forget_others(form)
+
     try:
-        recording = experiment.run(progress)
+        recording = experiment.run(progress, complete)
     except RunFailed as error:
         raise RunFailed(f"{error}; {kept(files, error.recording, every)}", error.recording) from error
     except RunInterrupted as error:
         message = f"{error}; {kept(files, error.recording, every)}"
         files.set_aside()   # what an earlier run has left must not pass for what this one gave
         raise RunInterrupted(message, error.recording, error.number) from error
-    files.forget_reports()   # they are about an earlier run
-    result = completed(experiment, recording)
-    write_columns(files.columns(form), form, result, experiment.units(recording.columns), recording, every)
-    result = replace(result, metrics=measured(experiment.plan, recording))
-    write_whole(files.json, json_text(run_data(result)))
-    files.forget_others(form)
-    return result
+    except Interrupted as error:
+        if not found:
+            raise
+        raise Interrupted(f"{error}; its results are in {files.columns(form)}", error.number) from error
+    return replace(found[0], recording=replace(found[0].recording, notes=recording.notes))
+
+
+def write_record(files: ResultFiles, form: Format, result: RunResult) -> None:
+    """Write what is known about a run beside its columns, with the digest of these: they belong together."""
+    write_whole(files.json, json_text({**run_data(result), KEY: digests_of([files.columns(form)])}))
 
 
 def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
@@ -147,16 +166,19 @@ def expected(experiment: Experiment) -> Metrics:
 
 
 def require_judgeable(experiments: Sequence[Experiment]) -> None:
-    """Refuse a claim of a user's scenario for which nothing will be measured; ScenarioError names the file.
+    """Refuse a claim of a user's scenario for which nothing will be measured, and references that are out of reach.
 
-    Not of a run whose references come from another FMU: what these will be is not known before.
+    ScenarioError names the file. Not of a run whose references come from another FMU: what these will be is not known
+    before.
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
         plan = experiment.plan
+        if not (plan.own or experiment.changes) or not experiment.fits():   # of another, its flight says why
+            continue
+        drives = experiment.drives(experiment.check())   # refuses what the stage cannot reach
         if not (plan.own and plan.claims):
             continue
-        drives = experiment.drives(experiment.check())
         if all(axis.reference in drives for axis in plan.axes.values()):
             others = {name: expected(by_name[name]) for claim in plan.claims for name in claim.other_runs
                       if name in by_name}
@@ -193,7 +215,7 @@ def thinned(recording: Recording, every: int) -> Recording:
 
 def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
                 watch: Watcher) -> list[RunResult]:
-    """Run experiments in other processes, at most `jobs` at a time.
+    """Run experiments in other processes, at most `jobs` at a time; those of a class that was given, in this one.
 
     Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
     the others go on.
@@ -201,7 +223,8 @@ def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
                          lambda name, ends: partial(execute_or_fail, by_name[name], out, form, ends), jobs,
-                         lambda name, message: failed(by_name[name], message), watch).values())
+                         lambda name, message: failed(by_name[name], message), watch,
+                         here=any(each.here for each in experiments)).values())
 
 
 def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends, progress: Progress) -> RunResult:

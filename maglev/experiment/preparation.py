@@ -10,26 +10,39 @@ from fmpy.model_description import ModelDescription
 from numpy.typing import NDArray
 
 from maglev.arrays import Array
-from maglev.copies import copied
-from maglev.cosim.master import FmuSetup, Master, Progress, Recording, whole_steps
+from maglev.copies import copied, original
+from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
 from maglev.cosim.open import read_description
 from maglev.cosim.order import Order
-from maglev.cosim.other_process.run import TIMEOUT, run_apart
+from maglev.cosim.other_process.run import TIMEOUT, Complete, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
-from maglev.cosim.step_loop import LIBRARY, folders_for
+from maglev.cosim.step_loop import own_loop
+from maglev.cosim.wires.wiring import Drives
 from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
 from maglev.experiment.following import Following, Own, following
+from maglev.experiment.ports.departure import after_departure
 from maglev.experiment.ports.inserted import needless_delays, with_generated_references
 from maglev.experiment.ports.own_units import known_signal, known_start_values
+from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
-from maglev.experiment.ports.replacement import Replacement, fit, given_and_left_out, known_ports, require_essential
-from maglev.experiment.provenance import Provenance, departures_of, provenance
-from maglev.own_fmus import built_here
+from maglev.experiment.ports.replacement import (
+    Replacement,
+    few,
+    fit,
+    given_and_left_out,
+    known_ports,
+    require_essential,
+)
+from maglev.experiment.provenance import Provenance, departures_of, provenance, sha256_of
+from maglev.experiment.reach import require_reachable
+from maglev.own_fmus import built_here, own_fmu, places, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
 from maglev.schema.settings import with_references
-from maglev.units import Unit
-from maglev.user_controllers.source import copy_of, is_class, is_written
+from maglev.time_grid import whole_steps
+from maglev.units import Unit, refused_as
+from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
+from maglev_files.cache import Kept
 
 
 @dataclass(frozen=True)
@@ -63,6 +76,12 @@ class Experiment:
         How the controller's model follows the masses of the plant, if it does.
     not_compared : tuple of str
         Signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them.
+    loop : Kept, optional
+        Library that makes the steps, where all that flies are FMUs.
+    stale : tuple of str
+        Sentences about FMUs of this project that are not what it builds now; they are among the notes.
+    parameter_sets : dict of str to str
+        SHA-256 of files with start values, by path.
     """
 
     plan: RunPlan
@@ -78,13 +97,16 @@ class Experiment:
     departures: tuple[str, ...] = ()
     following: Following | None = None
     not_compared: tuple[str, ...] = ()
+    loop: Kept | None = None
+    stale: tuple[str, ...] = ()
+    parameter_sets: dict[str, str] = field(default_factory=dict)
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
         start = {name: {variable: value.value for variable, value in fmu.start.items()}
                  for name, fmu in self.plan.fmus.items()}
         return provenance(self.files, self.check(), self.put_in, self.changes, start, self.left_out,
-                          self.plan.sha256, self.departures)
+                          self.plan.sha256, self.departures, self.loop, self.parameter_sets)
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the plan against the FMUs; returns their model descriptions.
@@ -103,6 +125,20 @@ class Experiment:
                                     for name, description in descriptions.items()})
         return descriptions
 
+    def require_current(self) -> None:
+        """Refuse FMUs of this project that are not what it builds now, where what is found stands for these."""
+        if self.stale:
+            raise FmuError(f"{'; '.join(self.stale)}; --plant FILE or --controller FILE takes a file as it is")
+
+    def exact(self) -> bool:
+        """Whether it has the same bits on every machine: FMUs of this project, and files that keep to its arithmetic.
+
+        What was put in for the plan's own is compared with another one, and so within tolerances.
+        """
+        know_stage_of(self.plan)   # also in another process than that which made it ready
+        return (not self.put_in and self.order == "sequential" and self.step == self.plan.step
+                and all(keeps_bits(path) if is_written(path) else built_here(path) for path in self.files.values()))
+
     def fits(self) -> bool:
         """Whether `check` has nothing to refuse."""
         try:
@@ -117,6 +153,12 @@ class Experiment:
         return self.step * np.arange(whole_steps(self.plan.stop_time, self.step) + 1, dtype=np.float64)
 
     def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
+        """As `references`; ScenarioError if one is beyond the stops of the plant that follows it."""
+        drives = self.references(descriptions)
+        require_reachable(self.plan, self.times, drives, lambda full: self.known_value(full, descriptions))
+        return drives
+
+    def references(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
         """Values of the reference signals and their rates at every communication point, shape (n,).
 
         The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
@@ -136,6 +178,13 @@ class Experiment:
         """Causality of a variable `fmu.variable`; None where there is none."""
         fmu, _, own = full.partition(".")
         return next((v.causality for v in descriptions[fmu].modelVariables if v.name == own), None)
+
+    def known_value(self, full: str, descriptions: Mapping[str, ModelDescription]) -> float | None:
+        """Start value of a Real parameter `fmu.variable`; None where there is no such parameter."""
+        fmu, _, own = full.partition(".")
+        there = any(v.name == own and v.causality == "parameter" and v.type == "Real"
+                    for v in descriptions[fmu].modelVariables)
+        return self.start_value(full, descriptions) if there else None
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
         """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's."""
@@ -180,9 +229,21 @@ class Experiment:
         """From outputs to inputs, as a `Master` takes them."""
         return list(self.plan.wires.values())
 
-    def run(self, progress: Progress | None = None) -> Recording:
-        """Run the co-simulation; in a process of its own if what flies is not all of this project."""
-        drives = self.drives(self.check())
+    def run(self, progress: Progress | None = None, complete: Complete = lambda _: None) -> Recording:
+        """Run the co-simulation; in a process of its own if what flies is not all of this project.
+
+        `complete` is called with the recording as soon as that is complete: what flies may hold its process after that.
+        """
+        descriptions = self.check()
+        try:
+            return self.flown(self.drives(descriptions), progress, complete)
+        except RunFailed as failure:
+            ranges = {name: description for name, description in descriptions.items()
+                      if name not in self.ports or not self.ports[name].ports}   # in the run's units
+            raise after_departure(failure, ranges, self.connections) from failure
+
+    def flown(self, drives: Drives, progress: Progress | None, complete: Complete) -> Recording:
+        """The recording; RunFailed as of `Master`."""
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         apart = [f"{name} ({path.name})" for name, path in self.files.items() if flies_apart(path)]
         for path in self.files.values() if apart else ():
@@ -191,10 +252,18 @@ class Experiment:
                                       f"{apart[0]} is not what this installation builds and flies in another; expected "
                                       "FMUs as `maglev build` makes them, or the file of the class")
         if apart:
-            return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout)
-        with Master(setups, connections, self.step, self.order) as master:
+            return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout,
+                             self.loop, complete)
+        with Master(setups, connections, self.step, self.order, loop=self.loop) as master:
             master.require_memory(stop_time)
-            return master.run(stop_time, drives, progress)
+            recording = master.run(stop_time, drives, progress)
+        complete(recording)
+        return recording
+
+    @property
+    def here(self) -> bool:
+        """Whether it flies in this process alone: a class was given, which no other knows."""
+        return any(is_class(path) for path in self.files.values())
 
     def output_every(self) -> int:
         """Communication steps between two rows of the results."""
@@ -228,11 +297,16 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     Raises
     ------
     ScenarioError, FmuError
-        If a replaced FMU or a setting does not exist or cannot be read.
+        If a replaced FMU or a setting does not exist or cannot be read, or the run is no whole number of steps.
     """
     know_stage_of(plan)
-    files = {name: as_it_is(replaced[name].path if name in replaced else fmu_file(fmu, fmus))
-             for name, fmu in plan.fmus.items()}
+    if step is not None:
+        with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with --step {step} s"):
+            whole_steps(plan.stop_time, step)
+    given = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus) for name, fmu in plan.fmus.items()}
+    files = {name: as_it_is(path) for name, path in given.items()}
+    old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
+                              if path.parent == fmus and path.stem in places())))
     known = {}
     # A file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
     own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
@@ -242,7 +316,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
                                 for name, replacement in replaced.items()}}
     for name, replacement in replaced.items():
         known_participant(plan, f"--{name}", name)
-        known[name] = known_ports(plan, name, fmu_file(plan.fmus[name], fmus))
+        known[name] = known_ports(plan, name)
         replacement.ports.require_known(known[name])
     replaced = {name: replace(replacement, ports=replace(replacement.ports, units=known[name]))
                 for name, replacement in replaced.items()}
@@ -255,14 +329,16 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         left_out |= {f"{name}.{variable}": reason for variable, reason in why.items()}
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in left_out]})
     plan, settings, other_references = with_references(plan, settings)
-    overruled: list[str] = []
+    settings, fed = without_fed(plan, settings)
+    overruled = [f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []
     for full, value in settings.items():
         name, _, variable = full.partition(".")
         known_participant(plan, value.origin, name)
         start[name][variable] = value
         source = start_from[name].pop(variable, None)
         if source is not None:
-            overruled.append(f"{plan.name}: {name}.{variable} is as --set says, not what {source.run} comes to")
+            overruled.append(f"{plan.name}: {name}.{variable} is as {value.file or '--set'} says, not what "
+                             f"{source.run} comes to")
     def declared(name: str) -> dict[str, Unit]:
         """Units that an FMU declares; none of one that is not there, which is refused later."""
         return declared_units(read_description(name, files[name])) if files[name].is_file() else {}
@@ -281,14 +357,16 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     late = needless_delays(plan, order, lambda name: samples(name, files[name]))
     experiment = Experiment(fitted.plan, files, plan.step if step is None else step, left_out, order,
                             {name: replacement.ports for name, replacement in replaced.items()},
-                            (*fitted.notes, *overruled, *late))
+                            (*old, *fitted.notes, *overruled, *late))
     changes = (*other_references, *changes_of(experiment, plan, asked))
     departures = tuple(departures_of(plan, files, put_in))
     if changes or put_in or departures:
         experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
     not_compared = tuple(name for name in plan.check.signals if name not in experiment.plan.check.signals)
     return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures,
-                   following=model, not_compared=not_compared)
+                   following=model, not_compared=not_compared,
+                   loop=None if any(map(is_written, files.values())) else own_loop(), stale=old,
+                   parameter_sets={each.file: sha256_of(Path(each.file)) for each in settings.values() if each.file})
 
 
 def followed(plan: RunPlan, files: Mapping[str, Path], start: Mapping[str, dict[str, StartValue]],
@@ -378,12 +456,10 @@ def as_it_is(path: Path) -> Path:
 
 @lru_cache(maxsize=64)
 def copied_once(path: Path, *_file: int) -> Path:
-    """Copy of an FMU, and of the C loop that steps it, once for as long as the file stays as it is."""
-    loop = next((found for folder in folders_for(path) if (found := folder / LIBRARY).is_file()), None)
-    loops = {} if loop is None else {LIBRARY: loop.read_bytes()}
-    return copied({path.name: path.read_bytes(), **loops}, path.parent) / path.name
+    """Copy of an FMU, once for as long as the file stays as it is; of a copy itself."""
+    return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
 
 
 def fmu_file(fmu: FmuTable, folder: Path) -> Path:
     """File of a run's FMU."""
-    return folder / f"{fmu.model}.fmu" if fmu.model is not None else Path(str(fmu.file))
+    return own_fmu(fmu.model, folder) if fmu.model is not None else Path(str(fmu.file))

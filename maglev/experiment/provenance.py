@@ -5,20 +5,24 @@ import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.open import read_description
-from maglev.own_fmus import built_here, own_kind
+from maglev.cosim.fmu import HERE
+from maglev.cosim.step_loop import LIBRARY
+from maglev.installation import code, edited
+from maglev.own_fmus import built_here, own_kind, stale
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
-from maglev.user_controllers.source import digests, is_class, is_written
+from maglev.user_controllers.source import digests, is_class, is_written, requirements
+from maglev_files.cache import Kept
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
 
@@ -45,6 +49,9 @@ class FlownFmu:
         Why others of the plan were not given to it.
     sha256 : dict of str to str
         Of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text.
+    libraries : dict of str to str
+        SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
+        carries.
     """
 
     name: str
@@ -58,6 +65,7 @@ class FlownFmu:
     start: dict[str, float | int | bool] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     sha256: dict[str, str] = field(default_factory=dict)
+    libraries: dict[str, str] = field(default_factory=dict)
 
     @property
     def shown(self) -> str:
@@ -88,6 +96,12 @@ class Provenance:
         SHA-256 of the scenario with what it extends.
     departures : tuple of str
         Why it is not the package's experiment although nobody asked for another one.
+    code : str
+        SHA-256 of the Python modules of this package.
+    libraries : dict of str to str
+        SHA-256 of what makes the steps, if it is compiled.
+    parameter_sets : dict of str to str
+        SHA-256 of files with start values, by path.
     """
 
     version: str
@@ -98,6 +112,9 @@ class Provenance:
     changes: tuple[str, ...]
     scenario: str = ""
     departures: tuple[str, ...] = ()
+    code: str = ""
+    libraries: dict[str, str] = field(default_factory=dict)
+    parameter_sets: dict[str, str] = field(default_factory=dict)
 
     @property
     def modified(self) -> bool:
@@ -116,11 +133,13 @@ class Provenance:
 
 def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescription], put_in: Iterable[str],
                changes: Iterable[str], start: Mapping[str, Mapping[str, float | int | bool]],
-               left_out: Mapping[str, str], scenario: str, departures: tuple[str, ...]) -> Provenance:
+               left_out: Mapping[str, str], scenario: str, departures: tuple[str, ...],
+               loop: Kept | None, parameter_sets: Mapping[str, str]) -> Provenance:
     """Provenance of a run of FMU files.
 
     They come with their descriptions, those that were put in, the values changed, the start values of each, and why
-    others, `fmu.variable`, were left out; then the digest of the scenario, and departures as of `Provenance`.
+    others, `fmu.variable`, were left out; then the digest of the scenario, departures as of `Provenance`, the library
+    that makes the steps, and the digests of parameter sets.
     """
     replaced = set(put_in)
     fmus = tuple(FlownFmu(name, path.name, descriptions[name].modelName or "", descriptions[name].guid or "",
@@ -128,10 +147,12 @@ def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescri
                           built_here(path), dict(start[name]),
                           {full.partition(".")[2]: reason for full, reason in left_out.items()
                            if full.startswith(f"{name}.")},
-                          dict(digests(path)) if is_written(path) else {path.name: sha256_of(path)})
+                          dict(digests(path)) if is_written(path) else {path.name: sha256_of(path)},
+                          versions(requirements(path)) if is_written(path) else libraries_in(path))
                  for name, path in files.items())
     return Provenance(own_version(), commit(), command(), f"{platform.python_version()} on "
-                      f"{platform.system()} {platform.machine()}", fmus, tuple(changes), scenario, departures)
+                      f"{platform.system()} {platform.machine()}", fmus, tuple(changes), scenario, departures, code(),
+                      {} if loop is None else {LIBRARY: loop.sha256}, dict(parameter_sets))
 
 
 def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
@@ -140,17 +161,31 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
     A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
     """
     for name, fmu in plan.fmus.items():
-        if name not in put_in and fmu.model is not None and files[name].is_file() and not (
-                built_here(files[name]) and read_description(name, files[name]).modelName == fmu.model):
+        if name not in put_in and fmu.model is not None and stale(fmu.model, files[name]):
             yield f"{name} is a {fmu.model}.fmu that this installation did not build"
     if plan.own and plan.name in packaged_runs():
         yield f"the scenario is {plan.path}, not the package's {plan.name}"
+    for changed in edited():
+        yield f"{changed} is not as it was installed"
 
 
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def libraries_in(path: Path) -> dict[str, str]:
+    """SHA-256 of the libraries of this machine in an FMU, by name."""
+    with ZipFile(path) as archive:
+        return {entry.filename: hashlib.file_digest(archive.open(entry), "sha256").hexdigest()   # type: ignore[arg-type]
+                for entry in archive.infolist() if entry.filename.startswith(HERE) and not entry.is_dir()}
+
+
+def versions(packages: Collection[str]) -> dict[str, str]:
+    """Versions of packages that can be imported, by name; empty text of what has none."""
+    known = packages_distributions() if packages else {}   # which reads them all
+    return {name: ", ".join(version(each) for each in known.get(name, ())) for name in packages}
 
 
 def kind(path: Path) -> str:

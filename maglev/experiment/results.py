@@ -3,7 +3,8 @@
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -11,7 +12,9 @@ from typing import Any, get_args
 import numpy as np
 
 from maglev.cosim.master import Recording
+from maglev.errors import ScenarioError
 from maglev.experiment.form import Format
+from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.whole_file import whole_file
 
 
@@ -40,6 +43,11 @@ class ResultFiles:
         """Columns of an earlier run, after one that ended early."""
         return self.folder / f"{self.name}.previous.{form}"
 
+    @property
+    def lock(self) -> Path:
+        """What keeps others from writing them, see `only_writer`."""
+        return self.folder / f".{self.name}.lock"
+
     def set_aside(self) -> None:
         """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
         for form in get_args(Format):
@@ -60,6 +68,23 @@ class ResultFiles:
             self.previous(each).unlink(missing_ok=True)
             if each != form:
                 self.columns(each).unlink(missing_ok=True)
+
+
+@contextmanager
+def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
+    """Keep others from writing runs, by name, into a folder for the block; ScenarioError if somebody does so.
+
+    Where the file system has no locks nobody is kept out, and files that do not belong together are known by digests.
+    """
+    with ExitStack() as held:
+        for name in dict.fromkeys(runs):
+            try:
+                with suppress(NoLock):
+                    held.enter_context(only_writer(ResultFiles(folder, name).lock))
+            except Busy:
+                raise ScenarioError(f"{folder / name}: another process is writing the files of this run, expected one "
+                                    "at a time: wait for it, or give another --out") from None
+        yield
 
 
 def write_csv(path: Path, recording: Recording, every: int = 1) -> None:

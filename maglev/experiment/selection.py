@@ -8,13 +8,15 @@ from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import ScenarioError, key_path, nearest
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.schema.layers import packaged_files
+from maglev.schema.layers import Scenario, packaged_files
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.run_plan import RunPlan, StartValue
 
+Scenarios = Scenario | Iterable[Scenario]
 
-def select(names: Iterable[str | Path] | None) -> list[RunPlan]:
-    """Runs of scenarios, variants or files by name, each once; all that come with the package if none is named.
+
+def select(names: Scenarios | None) -> list[RunPlan]:
+    """Runs of scenarios, variants or files by name, or of tables, each once; all of the package if none is named.
 
     Raises
     ------
@@ -22,7 +24,7 @@ def select(names: Iterable[str | Path] | None) -> list[RunPlan]:
         If a name does not exist, or two runs have one name.
     """
     runs: dict[str, RunPlan] = {}
-    for name in packaged_files() if names is None else names:
+    for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:
         for run in load_plans(name):
             if runs.setdefault(run.name, run).path != run.path:
                 raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "

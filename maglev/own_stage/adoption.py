@@ -17,10 +17,11 @@ from pmlsm.rigs import RIGS
 
 
 class OwnStage(NamedTuple):
-    """A stage of the user's: its description, and the folder with the modules that are written from it."""
+    """A stage of the user's: its description, the folder with the modules that are written from it, and its file."""
 
     rig: Rig
     folder: Path
+    file: Path
 
 
 OWN: dict[str, OwnStage] = {}   # those that this process knows, by name
@@ -64,7 +65,7 @@ def know_stage(path: str | Path) -> Rig:
         for package in packages():
             importlib.import_module(package).__path__.append(str(folder / package))
         importlib.invalidate_caches()
-        OWN[rig.name] = OwnStage(rig, folder)
+        OWN[rig.name] = OwnStage(rig, folder, file)
         parameters.know(rig)
     return rig
 

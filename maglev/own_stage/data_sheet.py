@@ -3,10 +3,12 @@
 from dataclasses import dataclass, field
 from math import pi, sin, sinh, sqrt, tanh
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from maglev.errors import RigError
+from maglev.own_stage.digits import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Constants, Rig, quantity
@@ -67,10 +69,10 @@ class Field:
     upper: float = quantity("m", 1e-4, 0.1)          # largest
     B0: float | None = optional("T", 1e-3, 10.0)     # of B = B0 exp(−g/decay)
     decay: float | None = optional("m", 1e-4, 1.0)
-    gaps: tuple[float, ...] = ()                     # m, of a table
-    B: tuple[float, ...] = ()                        # T at these
-    # T, of s⁰, s¹ … with s = (g − centre)/scale; centre and scale are the middle and half of the range.
-    coefficients: tuple[float, ...] = ()
+    gaps: tuple[float, ...] = quantity("m", 1e-5, 1.0, ())   # of a table
+    B: tuple[float, ...] = quantity("T", 1e-9, 10.0, ())     # at these
+    # Of s⁰, s¹ … with s = (g − centre)/scale; centre and scale are the middle and half of the range.
+    coefficients: tuple[float, ...] = quantity("T", -1e3, 1e3, ())
 
 
 def field_geometry(place: str, of: Field) -> dict[str, float]:
@@ -90,14 +92,17 @@ def field_geometry(place: str, of: Field) -> dict[str, float]:
         gaps = np.linspace(of.lower, of.upper, 801)
         wanted = sampled_field(place, of, gaps)
         s = (gaps - centre) / scale
-        fitted = np.polynomial.Polynomial.fit(s, wanted, DEGREE, domain=[-1.0, 1.0], w=1.0 / wanted)
+        with catch_warnings():
+            simplefilter("ignore")   # how well it fits is looked at below
+            fitted = np.polynomial.Polynomial.fit(s, wanted, DEGREE, domain=[-1.0, 1.0], w=1.0 / wanted)
         misfits = np.abs(fitted(s) / wanted - 1.0)
         worst = int(misfits.argmax())
         if misfits[worst] > LARGEST_MISFIT:
             raise RigError(f"{place}: a polynomial of degree {DEGREE} misses the field by {misfits[worst]:.1%} at "
                            f"{1e3 * gaps[worst]:.3g} mm, expected at most {LARGEST_MISFIT:.0%}: a smoother field or a "
                            "shorter range")
-        coefficients = fitted.convert().coef.tolist()
+        # To 1e-10 T, far below the misfit: the last digits of a fit are another machine's others.
+        coefficients = [round(value, 10) for value in fitted.convert().coef.tolist()]
     coefficients += [0.0] * (DEGREE + 1 - len(coefficients))
     return {"field.lower": of.lower, "field.upper": of.upper, "field.centre": centre, "field.scale": scale,
             **{f"field.B{k}": value for k, value in enumerate(coefficients)}}
@@ -159,8 +164,8 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
         iron = sheet.iron_attraction * per_peak**2 / f4
     elif iron is None:
         iron = coils**2 / (4.0 * attraction)
-    return Constants({axis.name: thrust / axis.mass for axis in rig.horizontal},
-                     *(each / vertical.mass for each in (attraction, coils, iron)))
+    return Constants({axis.name: kept(thrust / axis.mass) for axis in rig.horizontal},
+                     *(kept(each / vertical.mass) for each in (attraction, coils, iron)))
 
 
 def formulas(of: Winding, motor: MotorGeometry) -> tuple[float, float, float, float]:

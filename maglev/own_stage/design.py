@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from controller_fmu.feedback_linearisation import equilibrium_current
+from controller_fmu.linearisation import Linearisation
 from maglev.errors import RigError
 from maglev.linear.design import gains_of, regulator_polynomial
-from maglev.linear.motors.forces import MotorForces
-from maglev.linear.motors.places import MotorPlaces
+from maglev.linear.places import MotorPlaces
+from maglev.own_stage.digits import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
 from pmlsm.rigs import EXAMPLE, RIGS
@@ -37,21 +37,13 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
     if len(poles) != 5 or any(complex(pole).real >= 0.0 for pole in poles):
         raise RigError(f"{place}: {given!r}, expected five poles with real parts below 0, such as "
                        "[-90, [-4, 6], [-2, 2]]: a number, or real and imaginary part of a pair")
-    return list(gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
+    return [kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0)]
 
 
 def scaled_gains(gains: Sequence[float], factor: float) -> tuple[float, ...]:
     """Gains with all poles times a factor."""
     polynomial = regulator_polynomial(gains, OMEGA0)
-    return gains_of((polynomial * factor ** np.arange(6)).tolist(), OMEGA0)
-
-
-def forces_of(rig: Rig) -> MotorForces:
-    """Forces of the motors of a rig by the model of its controllers."""
-    of = rig.model
-    return MotorForces(rig.sharing * of.attraction, rig.sharing * of.coils, rig.sharing * of.iron,
-                       tuple(rig.sharing * of.thrust[motor.drives] for motor in rig.motors), rig.motor(),
-                       MotorPlaces.of(rig))
+    return tuple(kept(gain) for gain in gains_of((polynomial * factor ** np.arange(6)).tolist(), OMEGA0))
 
 
 def unstable_rate(rig: Rig, axis: str = "") -> float:
@@ -59,16 +51,17 @@ def unstable_rate(rig: Rig, axis: str = "") -> float:
 
     Along the air gap, or a tilt of it. RigError if no direct current holds it there.
     """
-    forces, gap, n = forces_of(rig), rig.vertical.start, len(rig.motors)
-    current, found = equilibrium_current(forces.motor, n * forces.attraction, n * forces.coils, n * forces.iron, gap)
-    if not found:
-        attracted = n * forces.attraction * gap_functions(forces.motor, gap)[1]
+    of, motor, gap = rig.model, rig.motor(), rig.vertical.start
+    linear = Linearisation()
+    attraction, coils, iron = (rig.carrying * each for each in (of.attraction, of.coils, of.iron))
+    if not linear.prepare(motor, attraction, coils, iron, gap):
+        attracted = attraction * gap_functions(motor, gap)[1]
         raise RigError(f"no direct current holds the mover of {rig.vertical.mass:g} kg at {1e3 * gap:g} mm: without "
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
-    by_position, _ = forces.slopes([axis.start for axis in rig.axes], np.tile([current, 0.0], n))
-    k = rig.axis_names.index(axis or rig.vertical.name)
-    return sqrt(max(by_position[k, k], 1e-6))
+    places, k = MotorPlaces.of(rig), rig.axis_names.index(axis or rig.vertical.name)
+    ratio = float(places.effects[k, 0::2] @ places.gaps[:, k]) / len(rig.motors)   # of what all do to the air gap
+    return sqrt(max(linear.stiffness * ratio, 1e-6))
 
 
 def strongest(rig: Rig, axis: str) -> float:

@@ -131,10 +131,11 @@ def stage_text(rig: Rig, file: Path) -> str:
         field=[float(f"{motor.field.value(gap):.5g}") for gap in gaps])
 
 
-def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool) -> str:
+def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
     """Text of a scenario of set-points that lie well between the stops.
 
-    `own` is the description of a stage of the user's; with `more` it has claims, and comments on what else there is.
+    `own` is the description of a stage of the user's; with `more` it has claims, and comments on what else there is, or
+    in place of these the file of a `controller` and what a baseline keeps.
     """
     setpoints = {}
     for axis, shares in zip(rig.axes, SHARES, strict=False):
@@ -142,7 +143,7 @@ def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool) -> str:
         way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
         setpoints[axis.name] = [round(1e3 * (axis.start + share * way), 1) for share in shares]
     return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name, setpoints=setpoints,
-                  more=more)
+                  more=more, controller=controller)
 
 
 def study_text(rig: Rig, file: Path, scenario: str) -> str:

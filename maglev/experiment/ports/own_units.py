@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping
 
-from maglev.errors import ScenarioError, key_path, nearest
+from maglev.errors import ScenarioError, key_path
 from maglev.schema.run_plan import StartValue
 from maglev.schema.signals.kinds import Signal
-from maglev.units import UNITS, Unit, known_unit
+from maglev.units import UNITS, Unit, known_unit, like
 
 Declared = Callable[[str], Mapping[str, Unit]]   # units by name, from the name of an FMU in the run
 
@@ -44,5 +44,5 @@ def unit_of(unit: str, where: str, name: str, declared: Declared) -> Unit:
     units = declared(name)
     if unit not in units:
         raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units either; "
-                            f"nearest is {nearest(unit, [*UNITS, *units])}")
+                            f"{like(unit, [*UNITS, *units])}")
     return units[unit]

@@ -1,7 +1,8 @@
 """FMUs that somebody puts in the place of a run's: what they lack, what is left out for it, and what is said."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,11 +11,12 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
-from maglev.errors import ScenarioError, nearest
-from maglev.own_fmus import built_here
-from maglev.schema.claims import RunClaim
+from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.own_fmus import built_here, definition, places
+from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
 from maglev.units import known_unit
+from maglev.user_controllers.source import Given, is_written, path_of
 
 LACKING = "it has no such variable"
 MOST_NAMED = 3           # start values that are named one by one
@@ -46,7 +48,7 @@ class Fitted(NamedTuple):
     notes: tuple[str, ...]
 
 
-def known_ports(plan: RunPlan, name: str, own: Path) -> dict[str, str | None]:
+def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
     """Names of the variables that an FMU of a run can have, with units: those named in it, and those of ours."""
     named = [*essential_ports(plan), *(port for _, port in optional_ports(plan))]
     known: dict[str, str | None] = {port.partition(".")[2]: None for port in named if port.startswith(f"{name}.")}
@@ -54,9 +56,29 @@ def known_ports(plan: RunPlan, name: str, own: Path) -> dict[str, str | None]:
     for signal in plan.signals:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
-    if own.is_file():
-        known |= {variable.name: variable.unit for variable in read_description(name, own).modelVariables}
+    model, file = plan.fmus[name].model, plan.fmus[name].file
+    if model in places():
+        known |= {variable.name: variable.unit or None for variable in definition(model).variables}
+    elif file is not None and Path(file).is_file():
+        known |= {variable.name: variable.unit for variable in read_description(name, Path(file)).modelVariables}
     return known
+
+
+def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Path:
+    """Name of an FMU of this project, or path of a file or a class, that replaces the plant or the controller of runs.
+
+    A bare name means an FMU if no file has it; UnknownName, with the nearest of the stages of the runs, if there is no
+    such FMU.
+    """
+    if not isinstance(given, str | Path) or not str(given) == Path(given).name == Path(given).stem or (
+            Path(given).exists()):
+        return path_of(given)
+    if str(given) not in places():
+        suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
+        names = [name for name in places() if name.endswith(suffixes)] or places()
+        raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
+                          f"{nearest(str(given), names)}")
+    return str(given)
 
 
 def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
@@ -87,19 +109,27 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
 
 def start_values_said(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
                       put_in: Sequence[str]) -> Iterator[str]:
-    """Sentences about the start values that FMUs in the place of others get, and those that they do not get."""
-    lacking = [full for full, reason in left_out.items() if reason == LACKING]
-    if lacking:
-        yield f"the FMU that was put in has no {few(lacking)}: the plan's start values are left out"
+    """Sentences about the start values that FMUs in the place of others get, and those that they do not get.
+
+    Whoever writes a controller knows that it has its own: of a Python file that is said only of names that both have.
+    """
     for name, path in files.items():
+        lacking = [full for full, reason in left_out.items() if reason == LACKING and full.startswith(f"{name}.")]
+        if lacking and not is_written(path):
+            yield f"{has_no(name, path, lacking, few)}: the plan's start values are left out"
         own = [full for full, reason in left_out.items() if reason != LACKING and full.startswith(f"{name}.")]
         if own:
             yield (f"{name} ({path.name}) keeps its own {few(own)}: those of the plan are settings of"
                    f"{left_out[own[0]].removeprefix(SETTING)}"
                    + ("; --keep-settings gives them" if name in put_in else ""))
-        if name in put_in:
-            given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
+        given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
+        if name in put_in and (given or not is_written(path)):
             yield f"{name} ({path.name}) starts with {', '.join(given) or 'its own values'}"
+
+
+def has_no(name: str, path: Path, lacking: Sequence[str], shown: Callable[[list[str]], str] = ", ".join) -> str:
+    """Say what a participant of a run lacks, variables `fmu.variable`."""
+    return f"{name} ({path.name}) has no {shown([full.removeprefix(f'{name}.') for full in lacking])}"
 
 
 def few(names: Sequence[str]) -> str:
@@ -179,9 +209,12 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement], known: Mapping[str, 
                    and port.partition(".")[2] not in variables
                    and (what != "comparison" or port.partition(".")[2] in known[name])]
         if lacking:
-            plan = without(plan, lacking)
-            listed = ", ".join(dict.fromkeys(port for _, port in lacking))
-            notes.append(f"the FMU that was put in has no {listed}: metrics and claims that need them are left out")
+            says = partial(has_no, name, replacement.path)
+            plan = without(plan, lacking, says)
+            # What somebody writes without a flag for it does not trip.
+            told = dict.fromkeys(port for what, port in lacking if what != "trip" or not is_written(replacement.path))
+            if told:
+                notes.append(f"{says([*told])}: metrics and claims that need them are left out")
         notes += remarks(plan, name, replacement, description, known[name])
     return Fitted(plan, tuple(notes))
 
@@ -206,8 +239,8 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     return found
 
 
-def without(plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunPlan:
-    """Plan without ports, given with what each is for; claims that would need them are not testable."""
+def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[list[str]], str]) -> RunPlan:
+    """Plan without ports, given with what each is for; claims that would need them are not testable, as `says` says."""
     ports = {port for _, port in lacking}
     signals = [signal.model_copy(update={"rate_to": None}) if signal.rate_to in ports else signal
                for signal in plan.signals]
@@ -218,7 +251,7 @@ def without(plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunPlan:
         "check": plan.check.model_copy(update={"signals": compared}), "signals": signals, "motors": motors,
         "stop_flag": None if plan.stop_flag in ports else plan.stop_flag,
         "trip_flag": None if plan.trip_flag in ports else plan.trip_flag,
-        "claims": [judgeable(claim, plan, lacking) for claim in plan.claims]})
+        "claims": [judgeable(claim, plan, lacking, says) for claim in plan.claims]})
 
 
 def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
@@ -226,7 +259,8 @@ def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
     return [] if set(names) & set(lacking) else list(names)
 
 
-def judgeable(claim: RunClaim, plan: RunPlan, lacking: Sequence[tuple[str, str]]) -> RunClaim:
+def judgeable(claim: RunClaim, plan: RunPlan, lacking: Sequence[tuple[str, str]],
+              says: Callable[[list[str]], str]) -> RunClaim:
     """The claim, not testable if its metric needs what is lacking."""
     needed = claim.measured.recorded if claim.measured else ""
     names = {port for what, port in lacking if what == needed}
@@ -234,5 +268,5 @@ def judgeable(claim: RunClaim, plan: RunPlan, lacking: Sequence[tuple[str, str]]
         names &= {port for name in claim.motors or plan.motors for port in getattr(plan.motors[name], needed)}
     if not names:
         return claim
-    return claim.model_copy(update={"quantity": None, "than": None, "than_axis": None, "not_testable":
-                                    f"the FMU that was put in has no {', '.join(sorted(names))}"})
+    return claim.model_copy(update={"quantity": None, "than": None, "than_axis": None,
+                                    "not_testable": says(sorted(names))})

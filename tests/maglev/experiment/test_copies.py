@@ -14,7 +14,6 @@ from command_line import maglev as command
 
 import maglev
 from maglev.copies import original, place
-from maglev.cosim.step_loop import LIBRARY
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
@@ -130,12 +129,6 @@ def test_data_beside_the_file_are_found(fmus: Path, law: Path, scenario: Path, t
                    "GAIN = float((Path(__file__).parent / 'gain.txt').read_text()) * import_module('named').GAIN\n"
                    + LAW.replace("= CURRENT", "= GAIN"))
     assert set(maglev.run(scenario, controller=law, fmus=fmus)["controller.motor.i_a_cmd"][1:]) == {1.5}
-
-
-def test_the_loop_in_c_comes_with_a_native_fmu(native_fmus: Path) -> None:
-    experiment = prepare(load_plan("2dof-setpoints"), native_fmus, {}, {})
-    assert all((path.parent / LIBRARY).read_bytes() == (native_fmus / LIBRARY).read_bytes()
-               for path in experiment.files.values())
 
 
 def test_refusals_name_the_file_itself(fmus: Path, tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """Whose start values they are: conditions of an experiment are for every FMU, settings of a design for its model."""
 
+import hashlib
 import json
+import re
 import shutil
 import zipfile
 from pathlib import Path
@@ -8,8 +10,12 @@ from pathlib import Path
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from fmpy import read_model_description
 
 import maglev
+from fmi_export.parameter_set import Value, parameter_set, xml_file
+from maglev.api.options import FlightOptions, experiments_of
+from maglev.errors import MaglevError
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
@@ -171,3 +177,53 @@ def test_they_are_kept_for_those_who_are_put_in(fmus: Path, mine: Path, tmp_path
     with pytest.warns(UserWarning, match="keeps its own"):
         found = maglev.compare(path, ["Regulator3DOF", mine], fmus=fmus)
     assert [run.parameters["controller.y.k1"] for run in found.runs.values()] == [-1274.0, 8.0]
+
+
+def parameter_file(fmu: Path, folder: Path, **changed: tuple[float, str]) -> Path:
+    """Parameter set with every start value of an FMU, but for some, `y_mass=(7200.0, "g")`."""
+    values = {variable.name: Value(variable.name, variable.type, variable.start == "true" if variable.type == "Boolean"
+                                   else float(variable.start), variable.unit or "")
+              for variable in read_model_description(fmu).modelVariables
+              if variable.causality in ("input", "parameter")}
+    for name, (value, unit) in changed.items():
+        values[name.replace("_", ".")] = Value(name.replace("_", "."), "Real", value, unit)
+    path = folder / "plant.ssv"
+    path.write_bytes(xml_file(parameter_set("plant", values.values())))
+    return path
+
+
+def made_ready(options: FlightOptions) -> Experiment:
+    experiment, = experiments_of([load_plan(RUN)], options)
+    experiment.check()
+    return experiment
+
+
+def test_a_parameter_set_of_the_whole_fmu(fmus: Path, tmp_path: Path) -> None:
+    """What it sets is what `--set` sets; inputs that the controller feeds are left out, which is said."""
+    path = parameter_file(fmus / "Plant3DOF.fmu", tmp_path, y_mass=(7200.0, "g"), x_mass=(8.0, "kg"))
+    experiment = made_ready({"fmus": fmus, "parameters": {"plant": path}, "set": {"plant.x.mass": 9.0}})
+    found = experiment.provenance()
+    assert "plant.y.mass = 7200.0 g instead of 6.9" in found.changes
+    assert not any("C1" in change or "i_a_cmd" in change for change in found.changes)
+    assert found.parameter_sets == {str(path): hashlib.sha256(path.read_bytes()).hexdigest()}
+    assert experiment.notes[-1].endswith("plant.alpha.i_a_cmd, plant.alpha.i_b_cmd, plant.alpha.i_c_cmd and 3 others "
+                                         "of parameter sets are left out: the run feeds them")
+    values = made_ready({"fmus": fmus, "set": {"plant.y.mass": "7.2 kg", "plant.x.mass": 9.0}}).parameters()
+    same = experiment.parameters()
+    for axis, mass in (("y", 7.2), ("x", 9.0)):
+        assert same[f"plant.{axis}.mass"] == values[f"plant.{axis}.mass"] == mass
+
+
+@pytest.mark.parametrize(("name", "value", "unit", "says"), [
+    ("y.mass", 7.0, "m", "plant.ssv: parameter y.mass = 7.0 m: m given, expected a quantity in kg"),
+    ("y.mas", 7.0, "kg", "plant.ssv: parameter y.mas = 7.0 kg: missing port: plant has no parameter or input 'y.mas'"),
+    ("y.mass", 7.0, "stone", "plant.ssv: parameter y.mass = 7.0 stone: unknown unit 'stone', which plant does not")])
+def test_parameter_sets_that_do_not_fit(fmus: Path, tmp_path: Path, name: str, value: float, unit: str,
+                                        says: str) -> None:
+    path = tmp_path / "plant.ssv"
+    path.write_bytes(xml_file(parameter_set("plant", [Value(name, "Real", value, unit)])))
+    with pytest.raises(MaglevError, match=re.escape(says)):
+        made_ready({"fmus": fmus, "parameters": f"plant={path}"})
+    assert says in error_line(command("run", "3dof-pid-small-nonlinear", "--fmus", fmus, "--parameters",
+                                      f"plant={path}", "--out", tmp_path / "out"))
+    assert not [*(tmp_path / "out").glob("*.csv")]

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from described_stages import SMALL, written
 from interop.loops import foreign, ours_from_zero
 
 import maglev
@@ -16,7 +17,6 @@ from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.flyable import flyable
-from maglev.own_stage.new import new_stage
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -30,31 +30,6 @@ TWO = {**SINGLE, "mass = 6.9 ": "mass = 3.4 ", "pole_pitch = 0.05715": "pole_pit
 # A platform that tilts, with longer arms along z than along x, and a heavier one.
 TILTING = {"mass = 6.9 ": "mass = 7.5 ", "mass = 0.2 ": "mass = 0.22 ", "z = 0.2": "z = 0.25", "z = -0.2": "z = -0.25",
            "x = 0.2 ": "x = 0.18 ", "x = -0.2 ": "x = -0.18 ", "coulomb = 1.1": "coulomb = 0.8"}
-
-# A motor with a gap of 3 mm, as makers sell them, whose data sheet has rms values and no normal force by currents.
-SMALL = {"sample_time = 0.0005": "sample_time = 0.0001", "mass = 4.35 ": "mass = 12 ",
-         "start = 0.02 ": "start = 0.003 ",
-         "lower = 0.008, upper = 0.028": "lower = 0.0015, upper = 0.005", "resolution = 1e-05": "resolution = 1e-06",
-         "pole_pitch = 0.05715": "pole_pitch = 0.016", "slot_pitch = 0.01905": "slot_pitch = 0.005333",
-         "slot_width = 0.0127": "slot_width = 0.0025", "magnet_height = 0.005": "magnet_height = 0.004",
-         'currents = "peak"': 'currents = "rms"', "force_constant = 10.65": "force_constant = 30",
-         "at = 0.02 ": "at = 0.003 ",
-         "attraction = 38.95": "attraction = 110", "attraction_gap = 0.02 ": "attraction_gap = 0.003 ",
-         "peak = 9.0": "peak = 6.0", "continuous = 7.0": "continuous = 3.0", "direct_constant =": "# direct_constant =",
-         "iron_attraction =": "# iron_attraction =", "lower = 0.008\nupper = 0.04": "lower = 0.001\nupper = 0.006",
-         "gaps = [0.008": "B0 = 0.6\ndecay = 0.006\n# gaps = [0.008", "B = [": "# B = [",
-         "coulomb = 2.0": "coulomb = 0.5"}
-
-
-def written(path: Path, like: str, changes: dict[str, str]) -> Path:
-    """Description that begins like a rig's, with other texts in place of some."""
-    new_stage(path, like)
-    text = path.read_text(encoding="utf-8")
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, bool]:
@@ -157,12 +132,12 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     found = maglev.region("swan.toml", "h", "20 mm", fly=False)
     assert found.loop.name == "h of PlantSwan with RegulatorSwan at v = 20 mm"
     maglev.new_controller("lqi.py", stage="swan.toml")
-    files = maglev.build(rig="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], native=True,
+    files = maglev.build(rig="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], kind="native",
                          target="host")
     assert all(map(built_here, files))
     (tmp_path / "short.toml").write_text('extends = "swan-setpoints.toml"\nname = "short"\nstop_time = "1.2 s"\n',
                                          encoding="utf-8")
-    compared = maglev.compare("short.toml", ["RegulatorSwan", "lqi.py"], native=True)
+    compared = maglev.compare("short.toml", ["RegulatorSwan", "lqi.py"])
     assert not any(run["plant.at_stop"].any() for run in compared.runs.values())
     assert "(modified)" not in compared.runs["RegulatorSwan"].plan.title
     import gymnasium
@@ -208,8 +183,8 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "leaning.toml", "5dof", TILTING)
-    maglev.build(rig="leaning.toml", names=["StageLeaning", "PIDLeaning"], native=True, target="host")
-    run = maglev.run("leaning-setpoints.toml", native=True)
+    maglev.build(rig="leaning.toml", names=["StageLeaning"], kind="native", target="host")
+    run = maglev.run("leaning-setpoints.toml")
     assert not run["plant.at_stop"].any()
     assert run.plan.axes["roll"].rotation
     for axis in ("y", "x", "z", "roll", "pitch"):
@@ -217,7 +192,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert run["controller.roll.reference"].max() > 2e-3
     (tmp_path / "pid.toml").write_text('extends = "leaning-setpoints.toml"\nname = "pid"\n'
                                        'fmus.controller.model = "PIDLeaning"\n', encoding="utf-8")
-    assert not maglev.run("pid.toml", native=True)["plant.at_stop"].any()
+    assert not maglev.run("pid.toml")["plant.at_stop"].any()
     # The system of its plant and controller flies in another tool.
     plan = run.plan.model_copy(update={"stop_time": 1.2})
     rows = foreign("fmpy.ssp", plan, Path("fmus/native"), tmp_path, Path("fmus/native/StageLeaning.ssp"))
@@ -230,7 +205,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     maglev.new_controller("lqi.py", stage="leaning.toml")
     (tmp_path / "short.toml").write_text('extends = "leaning-setpoints.toml"\nname = "short"\nstop_time = "2.5 s"\n',
                                          encoding="utf-8")
-    short = maglev.run("short.toml", controller="lqi.py", native=True)
+    short = maglev.run("short.toml", controller="lqi.py")
     assert not short["plant.at_stop"].any()
     assert short["controller.roll.reference"][-1] > 2e-3
     assert max(short.metrics.end_errors.values()) < 50e-6

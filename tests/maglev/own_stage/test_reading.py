@@ -1,13 +1,19 @@
 """Descriptions of stages of one's own: data sheets, fields, poles, and how mistakes in them are refused."""
 
+import re
+import warnings
 from dataclasses import replace
+from functools import cache
 from math import exp, sqrt
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from maglev.errors import RigError
+from maglev.errors import MaglevError, RigError
 from maglev.linear.design import regulator_polynomial
 from maglev.own_stage.data_sheet import Field, Winding, field_geometry, formulas
 from maglev.own_stage.design import OMEGA0
@@ -48,8 +54,21 @@ def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> No
     assert own.motors == rig.motors
     for name in ("height", "motor_stop", "sample_time", "modulation", "resolution"):
         assert getattr(own, name) == getattr(rig, name)
-    for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple", "mode"):
+    for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple", "roughness", "mode"):
         assert [getattr(axis, name) for axis in own.axes] == [getattr(axis, name) for axis in rig.axes]
+
+
+def test_one_line_makes_the_guides_of_an_axis_rough(tmp_path: Path) -> None:
+    from maglev.own_fmus import definition
+    from maglev.own_stage.adoption import know_stage
+
+    stop = "stop = { lower = -0.07"   # in the table of h
+    end = f"correlation = 0.002 }}   # m/s², m; of the guides, random along the way\n{stop}"
+    know_stage(changed(tmp_path / "rough.toml", "2dof", (f"rms = 0.0, {end}", f"rms = 0.3 }}\n{stop}")))
+    stage = definition("PlantRough").new_block()
+    assert stage.start() == 0
+    assert (stage.v.roughness.rms, stage.h.roughness.rms, stage.h.roughness.correlation) == (0.0, 0.3, 2e-3)
+    assert stage.h.roughness.acceleration(0.01) != stage.h.roughness.acceleration(0.0)
 
 
 def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
@@ -188,3 +207,56 @@ def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, me
     with pytest.raises(RigError, match=message):
         new_stage(tmp_path / name, like)
     assert [path.name for path in tmp_path.iterdir()] == ["there.toml"]
+
+
+# Numbers of a description, and what no stage has in their place.
+NUMBER = re.compile(r"(?<=[ \[=])-?\d+\.?\d*(?:e-?\d+)?(?=[ ,\]}\n])")
+EXTREMES = ("1e-320", "5e-324", "1e-200", "1e200", "1.7e308", "0", "-0.0", "-1", "1e-12", "1e12", "nan", "inf", "-inf")
+FIELDS = ("gaps", "B0 = 0.4\ndecay = 0.013", "coefficients = [0.1, -0.08, 0.03, -0.008]")
+
+
+@cache
+def description(like: str, optional: bool, field: str) -> str:
+    """Text of a description, with its optional keys or without, and the field given in one of three ways."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "own.toml"
+        new_stage(path, like)
+        text = path.read_text(encoding="utf-8")
+    if optional:
+        text = re.sub(r"^# (?=\[?[a-z_.]+(?:\]| = ))", "", text, flags=re.MULTILINE)
+    if field != "gaps":
+        text = re.sub(r"(?<=\[field\]\n).*?(?=\n\n)", f"lower = 0.008\nupper = 0.04\n{field}", text, flags=re.DOTALL)
+    return re.sub("#.*", "", text)
+
+
+@settings(max_examples=300)
+@given(st.sampled_from([*RIGS]), st.booleans(), st.sampled_from(FIELDS), st.data())
+def test_no_number_is_too_odd_to_be_refused(like: str, optional: bool, field: str, data: st.DataObject) -> None:
+    """One number of a description is another one: it is a stage, or one line says why not, and nothing is printed."""
+    text = description(like, optional, field)
+    place = data.draw(st.sampled_from([*NUMBER.finditer(text)]))
+    text = f"{text[:place.start()]}{data.draw(st.sampled_from(EXTREMES))}{text[place.end():]}"
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        path = Path(folder) / "own.toml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            read_own(path)
+        except MaglevError as refusal:
+            assert str(refusal).startswith(f"{path}: ") and "\n" not in str(refusal)
+
+
+@pytest.mark.parametrize("like", RIGS)
+@pytest.mark.parametrize("optional", [False, True])
+@pytest.mark.parametrize("field", FIELDS)
+def test_the_descriptions_that_are_changed_are_stages(tmp_path: Path, like: str, optional: bool, field: str) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text(description(like, optional, field), encoding="utf-8")
+    assert read_own(path).axis_names == RIGS[like].axis_names
+
+
+def test_a_field_of_nothing_is_refused(tmp_path: Path) -> None:
+    text = description("3dof", False, "gaps").replace("B = [0.2", "B = [1e-320, 0.2")
+    (tmp_path / "own.toml").write_text(text.replace("gaps = [", "gaps = [0.007, "))
+    with pytest.raises(RigError, match=r"own\.toml: field\.B: 9\.99989e-321, expected 1e-09…10"):
+        read_own(tmp_path / "own.toml")

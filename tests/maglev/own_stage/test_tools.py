@@ -9,7 +9,7 @@ import maglev
 from maglev.own_stage.adoption import forget
 from maglev.own_stage.new import new_stage
 
-pytestmark = pytest.mark.usefixtures("one_cluster")
+pytestmark = pytest.mark.usefixtures("processes_kept")
 
 SHORT = """extends = "kite-setpoints.toml"
 name = "short"
@@ -47,13 +47,11 @@ samples = 2
 
 @pytest.fixture(scope="module")
 def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a user with a stage of a shorter pole pitch, built."""
+    """Folder of a user with a stage of a shorter pole pitch."""
     folder = tmp_path_factory.mktemp("kite")
     path, _ = new_stage(folder / "kite.toml", like="2dof")
     path.write_text(path.read_text(encoding="utf-8").replace("pole_pitch = 0.05715", "pole_pitch = 0.05"),
                     encoding="utf-8")
-    maglev.build(["PlantKite", "RegulatorKite", "EstimatorKite"], rig=path, fmus=folder / "fmus", native=True,
-                 target="host")
     for name, text in (("short", SHORT), ("payload", STUDY), ("quicker", TUNING)):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return folder
@@ -66,18 +64,18 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_study() -> None:
     """A sample is the run with its values."""
-    frame = maglev.study("payload.toml", native=True, jobs=1).to_pandas()
-    run = maglev.run("short.toml", native=True, set={"plant.v.mass": 4.55})
+    frame = maglev.study("payload.toml", jobs=1).to_pandas()
+    run = maglev.run("short.toml", set={"plant.v.mass": 4.55})
     assert frame["failed"].tolist() == [False, False]
     assert frame["overshoot of v"][1] == max(step.overshoot for step in run.metrics.steps if step.axis == "v")
     assert frame["overshoot of v"][0] != frame["overshoot of v"][1]
 
 
 def test_tune() -> None:
-    found = maglev.tune("quicker.toml", native=True, jobs=1)
+    found = maglev.tune("quicker.toml", jobs=1)
     tuned = 'extends = ["short.toml", "results/quicker.toml"]\nname = "tuned"\n'
     Path("tuned.toml").write_text(tuned, encoding="utf-8")
-    before, after = maglev.run("short.toml", native=True), maglev.run("tuned.toml", native=True)
+    before, after = maglev.run("short.toml"), maglev.run("tuned.toml")
     assert after.plan.fmus["controller"].start["h.k1"].value == found.parameters["controller.h.k1"]
     assert settling(after) < settling(before)
 
@@ -90,24 +88,25 @@ def settling(run: maglev.Run) -> float:
 
 def test_baselines() -> None:
     """What the stage does is kept, and another guide is noticed."""
-    maglev.update(["short.toml"], baselines="baselines", native=True)
-    same, = maglev.check(["short.toml"], baselines="baselines", native=True)
+    maglev.update(["short.toml"], baselines="baselines")
+    same, = maglev.check(["short.toml"], baselines="baselines")
     assert same.status == "passed"
-    other, = maglev.check(["short.toml"], baselines="baselines", native=True, set={"plant.h.friction.coulomb": 1.0})
+    other, = maglev.check(["short.toml"], baselines="baselines", set={"plant.h.friction.coulomb": 1.0})
     assert other.status == "deviated"
 
 
 def test_report() -> None:
-    assert command("report", "short.toml", "--native").exit_code == 0
+    assert command("report", "short.toml").exit_code == 0
     assert "stage kite" in Path("results/report.html").read_text(encoding="utf-8")
 
 
 def test_list() -> None:
-    """What is built of it, and what is not."""
+    """What is built of it in a folder, and what is not."""
+    maglev.build(["PlantKite", "RegulatorKite"], rig="kite.toml")
     said = command("list", "--rig", "kite.toml").output
     rows = [line.split("│") for line in said.splitlines() if line.startswith("│")]
     built = {row[1].strip(): row[2].strip() for row in rows}
-    assert built["PlantKite"] == built["RegulatorKite"] == "native"
+    assert built["PlantKite"] == built["RegulatorKite"] == "Python"
     assert built["PIDKite"] == built["StageKite"] == "no"
     assert not any("3DOF" in name for name in built)
 
@@ -125,7 +124,7 @@ def test_online_estimator() -> None:
     currents = "".join(f'"motor.i_{part}" = "plant.motor.i_{part}"\n' for part in "dq")
     text = 'extends = "short.toml"\nname = "estimated"\n[fmus.estimator]\nmodel = "EstimatorKite"\n'
     Path("estimated.toml").write_text(f"{text}[fmus.estimator.inputs]\n{axes}{currents}", encoding="utf-8")
-    run = maglev.run("estimated.toml", native=True)
+    run = maglev.run("estimated.toml")
     plant = maglev.know_stage("kite.toml").stage.attraction
     assert run["estimator.C2"][0] == pytest.approx(0.5 * plant)
     assert run["estimator.C2"][-1] == pytest.approx(plant, rel=0.1)

@@ -1,0 +1,141 @@
+"""Start values from parameter sets: SSV files of System Structure and Parameterization (SSP), 1.0 and 2.0."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isclose
+from pathlib import Path
+from typing import TypeAlias
+from xml.etree.ElementTree import Element, ParseError, fromstring
+
+from fmi_export.parameter_set import SSC, SSV
+from fmi_export.units import BASE_UNITS
+from maglev.csv_table import is_finite
+from maglev.errors import ScenarioError, nearest_file, shortened
+from maglev.schema.run_plan import RunPlan, StartValue
+from maglev.units import WHOLE_NUMBER, Unit, known_unit, scaled, unit_of_powers
+
+ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
+
+REALS = ("Real", "Float64", "Float32")
+INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
+BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
+
+SAME = 1e-9   # of two factors, relative
+
+
+def files_given(given: ParameterFiles) -> list[tuple[str, Path]]:
+    """Files with the names of the FMUs that each is for, empty where its names begin with one: of words "FMU=FILE"."""
+    if given is None:
+        return []
+    if isinstance(given, Mapping):
+        return [(name, Path(path)) for name, path in given.items()]
+    found = []
+    for word in [given] if isinstance(given, str | Path) else given:
+        name, equals, path = str(word).partition("=")
+        found.append((name, Path(path)) if equals and name.isidentifier() and not Path(word).exists() else
+                     ("", Path(word)))
+    return found
+
+
+def parameter_values(given: ParameterFiles, known: Sequence[str]) -> dict[str, StartValue]:
+    """Start values of files, of which later ones go before; parameters and errors as of `read_parameters`."""
+    return {full: value for fmu, path in files_given(given) for full, value in
+            read_parameters(path, fmu, dict.fromkeys(known)).items()}
+
+
+def without_fed(plan: RunPlan, settings: Mapping[str, StartValue]) -> tuple[dict[str, StartValue], list[str]]:
+    """Settings without those of parameter sets that a plan feeds anyway, and the names of these."""
+    fed = {target for _, target in plan.wires.values()} | {
+        port for signal in plan.signals for port in (signal.to, signal.rate_to)}
+    left_out = [full for full, value in settings.items() if value.file and full in fed]
+    return {full: value for full, value in settings.items() if full not in left_out}, left_out
+
+
+def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, StartValue]:
+    """Start values, by `fmu.variable`, of a parameter set in a file.
+
+    Parameters
+    ----------
+    path : Path
+    fmu : str
+        FMU whose variables the set names, by its name in the run; empty where the names begin with those of FMUs.
+    known : iterable of str
+        Names of the FMUs.
+
+    Raises
+    ------
+    ScenarioError
+        One line with file, parameter and value: of what is no parameter set, and of values and units that cannot be
+        read.
+    """
+    if not path.is_file():
+        raise ScenarioError(f"there is no file {path}{nearest_file(path)}, expected a parameter set (SSV)")
+    try:
+        root = fromstring(path.read_bytes())
+    except (ParseError, ValueError, LookupError) as error:
+        raise ScenarioError(f"{path}: {error}, expected a parameter set (SSV)") from None
+    if root.tag != f"{{{SSV}}}ParameterSet":
+        raise ScenarioError(f"{path}: the root element is {shortened(root.tag)}, expected ssv:ParameterSet")
+    units = {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")}
+    found: dict[str, StartValue] = {}
+    for parameter in root.iter(f"{{{SSV}}}Parameter"):
+        name = parameter.get("name", "")
+        full = f"{fmu}.{name}" if fmu else name
+        if not fmu and name.partition(".")[0] not in {*known}:
+            raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
+                                f"{' or '.join(f'{each}.…' for each in known)}, or of which FMU they are, such as "
+                                f"--parameters {next(iter(known), 'plant')}={path.name}")
+        if full in found:
+            raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
+        found[full] = value_of(parameter, f"{path}: parameter {name}", units)._replace(file=str(path))
+    if not found:
+        raise ScenarioError(f"{path}: has no parameters, expected some")
+    return found
+
+
+def value_of(parameter: Element, place: str, units: Mapping[str, Element]) -> StartValue:
+    """Value of a parameter, in SI; a unit that is unknown here and in the file may be one of the FMU."""
+    typed = next((child for child in parameter if child.get("value") is not None), None)
+    if typed is None:
+        raise ScenarioError(f"{place} has no value, expected one")
+    kind, text, unit = typed.tag.rpartition("}")[2], typed.get("value", "").strip(), typed.get("unit")
+    origin = f"{place} = {shortened(text)[1:-1]}{f' {unit}' if unit else ''}"
+    if kind == "Boolean" and text in BOOLEANS:
+        return StartValue(BOOLEANS[text], None, text, origin)
+    if kind in INTEGERS and WHOLE_NUMBER.fullmatch(text):
+        return StartValue(int(text), None, text, origin)
+    if kind not in REALS or not is_finite(text):
+        expected = {"Boolean": "true or false", **dict.fromkeys(INTEGERS, "a whole number"),
+                    **dict.fromkeys(REALS, "a finite number")}.get(kind, f"Real, Integer or Boolean, not {kind}")
+        raise ScenarioError(f"{origin}: expected {expected}")
+    if not unit:
+        return StartValue(float(text), None, text, origin)
+    known, offset = declared_unit(unit, units.get(unit), origin)
+    if known is None:
+        return StartValue(float(text), unit, f"{text} {unit}", origin)
+    return StartValue(scaled(float(text), known.factor) + offset, known.si, f"{text} {unit}", origin)
+
+
+def declared_unit(name: str, element: Element | None, place: str) -> tuple[Unit | None, float]:
+    """A unit as the file declares it, or as it is known here where that is the same; and its offset in SI."""
+    known = known_unit(name)
+    base = None if element is None else element.find(f"{{{SSC}}}BaseUnit")
+    if base is None:
+        return known, 0.0
+    texts = {key: base.get(key, default) for key, default in {**dict.fromkeys(BASE_UNITS, "0"), "factor": "1",
+                                                              "offset": "0"}.items()}
+    wrong = next((key for key, text in texts.items() if not is_finite(text)
+                  or (key in BASE_UNITS and not float(text).is_integer())), None)
+    if wrong is not None or float(texts["factor"]) == 0.0:
+        raise ScenarioError(f"{place}: the file declares the unit {name} with {wrong or 'factor'} = "
+                            f"{texts[wrong or 'factor']}, expected a number")
+    declared = unit_of_powers({key: int(float(texts[key])) for key in BASE_UNITS}, float(texts["factor"]))
+    offset = float(texts["offset"])
+    # Some leave out the radian, and all count cycles as 1/s.
+    same = known is not None and offset == 0.0 and isclose(known.factor, declared.factor, rel_tol=SAME) and (
+        without_angles(known) == without_angles(declared))
+    return (known if same else declared), offset
+
+
+def without_angles(unit: Unit) -> dict[str, int]:
+    """Exponents of the SI base units but for angles and cycles."""
+    return {base: power for base, power in unit.dimension if base not in ("rad", "cycle")}

@@ -1,0 +1,134 @@
+"""Columns and record of one run stay together: one writer at a time, and no reader takes those of two."""
+
+import json
+import shutil
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import error_line
+from command_line import maglev as command
+
+import maglev
+from maglev.api import running
+from maglev.errors import CsvError, MaglevError
+from maglev.experiment import execution
+from maglev.experiment.results import ResultFiles
+from maglev.schema.loading import load_plan
+from maglev_files.cache import digest_of
+from maglev_files.one_writer import only_writer
+
+EXCITED = """
+extends = ["loops/2dof.toml", "references/2dof-excitation.toml"]
+name = "excited"
+title = "An excited stage"
+stop_time = "1.2 s"
+"""
+
+FED = """
+extends = ["loops/2dof.toml", "gains/2dof.toml"]
+name = "fed"
+title = "What another run recorded"
+stop_time = "0.1 s"
+[[signals]]
+to = "controller.v.reference"
+kind = "csv"
+file = "results/excited.csv"
+column = "plant.v.position"
+"""
+
+
+@pytest.fixture
+def excited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A user's folder with a scenario."""
+    monkeypatch.chdir(tmp_path)
+    Path("excited.toml").write_text(EXCITED, encoding="utf-8")
+    Path("fed.toml").write_text(FED, encoding="utf-8")
+    return tmp_path
+
+
+def ran(fmus: Path, out: str, *more: str) -> dict[str, bytes]:
+    """Files of a run, by ending."""
+    assert command("run", "excited.toml", "--fmus", fmus, "--out", out, *more).exit_code == 0
+    return {path.suffix: path.read_bytes() for path in Path(out).glob("excited.*")}
+
+
+def test_readers_refuse_the_files_of_two_runs(fmus: Path, excited: Path) -> None:
+    """All ways in which columns and record of two runs can lie beside each other: only those of one are read."""
+    runs = {"light": ran(fmus, "results"), "heavy": ran(fmus, "heavy", "--set", "plant.v.mass=4.6")}
+    assert runs["light"][".csv"] != runs["heavy"][".csv"]
+    for columns, record in product(runs, runs):
+        Path("results/excited.csv").write_bytes(runs[columns][".csv"])
+        Path("results/excited.json").write_bytes(runs[record][".json"])
+        if columns == record:
+            assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
+            assert load_plan("fed.toml").signals
+            continue
+        message = "results/excited.csv: is not the file that excited.json beside it is of"
+        with pytest.raises(CsvError, match=message):
+            maglev.identify("results/excited.csv")
+        assert message in error_line(command("identify", "results/excited.csv"))
+        with pytest.raises(MaglevError, match="is not the file that excited.json beside it is of"):
+            load_plan("fed.toml")
+    Path("results/excited.json").unlink()   # columns alone are a recording as any
+    assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet"])
+def test_the_record_has_the_digest_of_its_columns(fmus: Path, excited: Path, form: str) -> None:
+    ran(fmus, "results", "--format", form)
+    record = json.loads(Path("results/excited.json").read_text(encoding="utf-8"))
+    assert record["files"] == {f"excited.{form}": digest_of(Path(f"results/excited.{form}"))}
+    compared = command("compare", "excited.toml", "--controller", "Regulator2DOF", "--fmus", fmus)
+    assert compared.exit_code == 0
+    label = "excited@Regulator2DOF"
+    record = json.loads(Path(f"results/{label}.json").read_text(encoding="utf-8"))
+    assert record["files"] == {f"{label}.csv": digest_of(Path(f"results/{label}.csv"))}
+
+
+@pytest.mark.parametrize("where", ["fly_all", "write_runs"])
+def test_a_second_run_into_the_folder_is_refused_before_it_flies(fmus: Path, excited: Path, where: str,
+                                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the first pauses, before its columns and after them; one that writes other files is not refused."""
+    Path("other.toml").write_text(EXCITED.replace('"excited"', '"other"'), encoding="utf-8")
+    plain = getattr(running, where)
+    seen: list[str] = []
+
+    def paused(*given: Any) -> Any:
+        monkeypatch.setattr(running, where, plain)
+        seen.extend(error_line(command(word, "excited.toml", "--fmus", fmus)) for word in ("run", "report"))
+        assert command("run", "other.toml", "--fmus", fmus).exit_code == 0
+        assert command("run", "excited.toml", "--fmus", fmus, "--out", "elsewhere").exit_code == 0
+        return plain(*given)
+
+    monkeypatch.setattr(running, where, paused)
+    ran(fmus, "results")
+    assert seen == ["maglev: results/excited: another process is writing the files of this run, expected one at a "
+                    "time: wait for it, or give another --out"] * 2
+    ran(fmus, "results")
+    assert not list(Path("results").glob(".*"))
+    assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
+
+
+def test_a_run_that_ends_between_its_files_leaves_no_record_of_another(fmus: Path, excited: Path,
+                                                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    ran(fmus, "results")
+
+    def ends(*_: object) -> None:
+        raise SystemExit(3)
+
+    with monkeypatch.context() as patch, pytest.raises(SystemExit):
+        patch.setattr(execution, "write_record", ends)
+        maglev.run_all(["excited.toml"], fmus=fmus, set={"plant.v.mass": 4.6}, jobs=1)
+    assert Path("results/excited.csv").is_file()
+    assert not Path("results/excited.json").exists()
+
+
+def test_comparisons_of_one_name_wait_for_each_other(fmus: Path, excited: Path) -> None:
+    comparison = maglev.compare("excited.toml", ["Regulator2DOF"], fmus=fmus)
+    shutil.rmtree("results", ignore_errors=True)
+    with only_writer(ResultFiles(Path("results"), "excited@Regulator2DOF").lock):   # that of a run is another one
+        files = comparison.write(picture=False, page=False)
+    assert all(path.is_file() for path in files)
+    assert not list(Path("results").glob(".*"))
