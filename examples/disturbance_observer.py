@@ -1,7 +1,7 @@
 """Disturbance observer against guide friction, on top of the thesis's regulator of the 3-DOF stage.
 
-    maglev run 3dof-setpoints-improved --controller examples/disturbance_observer.py --native
-    python examples/disturbance_observer.py --native      # beside the thesis's regulator: table and picture
+    maglev run 3dof-setpoints-improved --controller examples/disturbance_observer.py
+    python examples/disturbance_observer.py      # beside the thesis's regulator: table and picture
 
 The regulator is the thesis's, with its gains: its class is inherited. New are three observers. Each follows a measured
 position with the acceleration that the limited currents make, and takes what is left over for a disturbance: friction,

@@ -3,8 +3,7 @@
 The agent is linear: each current is a weighted sum of the errors, of what they add up to, of the velocities and of one.
 Its weights are found by the cross-entropy method: try many, keep the best, draw around these the next ones.
 
-    maglev build --native Plant2DOF Commutation2DOF --target host
-    python gym_levitate.py --fmus fmus
+    python gym_levitate.py
 """
 
 import argparse
@@ -18,7 +17,7 @@ import maglev.gym  # noqa: F401 - registers the environments
 
 SAMPLE_TIME = 2e-3     # s, four samples of the rig
 TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints", "error_weight": 10.0,
-            "v.position_start": ("15 mm", "22 mm"), "h.position_start": ("-5 mm", "5 mm")}
+            "parameters": {"v.position_start": ("15 mm", "22 mm"), "h.position_start": ("-5 mm", "5 mm")}}
 
 CANDIDATES = 64        # in a generation
 BEST = 10              # of them draw the next one
@@ -79,7 +78,7 @@ def train(env: Any, seed: int, generations: int) -> np.ndarray:
 def main() -> None:
     """Train, then fly episodes of 5 s with set-points that the agent has not seen."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fmus", default="fmus", help="folder with the folder native")
+    parser.add_argument("--fmus", help="folder with the folder native, in place of FMUs that are built")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--generations", type=int, default=20)
     asked = parser.parse_args()

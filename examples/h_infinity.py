@@ -1,7 +1,7 @@
 """H-infinity loop shaping (McFarlane and Glover) for the 3-DOF stage, on the feedback-linearised motors.
 
-    maglev run 3dof-setpoints-improved --controller examples/h_infinity.py --native
-    python examples/h_infinity.py --native      # beside the thesis's regulator: table and picture
+    maglev run 3dof-setpoints-improved --controller examples/h_infinity.py
+    python examples/h_infinity.py      # beside the thesis's regulator: table and picture
 
 With the motors feedback-linearised at the measured gap, each axis is a double integrator. A weight k (s + a)/s shapes
 its loop: crossover near √k, integral action up to a. Two Riccati equations give the controller that stays stable for

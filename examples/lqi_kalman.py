@@ -1,7 +1,7 @@
 """LQI with a Kalman filter for the 3-DOF stage: optimal gains on linear models, scheduled over the air gap.
 
-    maglev run 3dof-setpoints-improved --controller examples/lqi_kalman.py --native
-    python examples/lqi_kalman.py --native      # beside the thesis's regulator: table and picture
+    maglev run 3dof-setpoints-improved --controller examples/lqi_kalman.py
+    python examples/lqi_kalman.py      # beside the thesis's regulator: table and picture
 
 At gaps of 21…29 mm the stage is linearised about the currents that carry it, with the constants that the thesis's
 regulator knows. Two Riccati equations at each give the gains of the states and integrals (LQI), and those of the Kalman

@@ -1,8 +1,8 @@
 """Model-predictive control of the 3-DOF stage with OSQP, on the feedback-linearised motors.
 
     pip install 'maglev-fmus[examples]'
-    maglev run 3dof-setpoints-improved --controller examples/mpc_osqp.py --native
-    python examples/mpc_osqp.py --native      # beside the thesis's regulator: table, picture, what a sample costs
+    maglev run 3dof-setpoints-improved --controller examples/mpc_osqp.py
+    python examples/mpc_osqp.py      # beside the thesis's regulator: table, picture, what a sample costs
 
 With the motors feedback-linearised, each axis is a double integrator with a disturbance, which an observer estimates.
 Every sample a quadratic programme finds the accelerations of the next 0.25 s, of which the first is commanded: least

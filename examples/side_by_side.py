@@ -17,15 +17,14 @@ def fly(controller: type, file: str) -> None:
     """Fly the set-points with a controller and with the thesis's regulator; write a picture named after the file."""
     name = Path(file).stem
     parser = argparse.ArgumentParser(prog=Path(file).name, description=f"{name} beside the thesis's regulator")
-    parser.add_argument("--fmus", default="fmus", help="folder with the FMUs that `maglev build` makes")
-    parser.add_argument("--native", action="store_true", help="take those that `maglev build --native` makes: faster")
+    parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")
     chosen = parser.parse_args()
     with warnings.catch_warnings():
         # Which gains and flags of the thesis's regulator a controller does not have needs no saying here.
         warnings.simplefilter("ignore")
-        runs = {REGULATOR: maglev.run(SCENARIO, fmus=chosen.fmus, native=chosen.native),
-                name: maglev.run(SCENARIO, controller=controller, fmus=chosen.fmus, native=chosen.native)}
+        runs = {REGULATOR: maglev.run(SCENARIO, fmus=chosen.fmus),
+                name: maglev.run(SCENARIO, controller=controller, fmus=chosen.fmus)}
     comparison = maglev.compare(runs)
     print(f"{'':34}  {REGULATOR:>14}  {name:>20}")
     for row in summary(comparison.rows):

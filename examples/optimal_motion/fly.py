@@ -1,6 +1,6 @@
 """Fly the planned motions under the thesis's regulator, beside a step of the same distance: table and picture.
 
-    python examples/optimal_motion/fly.py --native
+    python examples/optimal_motion/fly.py
 """
 
 import argparse
@@ -92,11 +92,10 @@ def picture(runs: dict[str, maglev.Run], path: Path) -> None:
 def main() -> None:
     """Fly, print, draw."""
     parser = argparse.ArgumentParser(description="fly the planned motions beside a step")
-    parser.add_argument("--fmus", default="fmus", help="folder with the FMUs that `maglev build` makes")
-    parser.add_argument("--native", action="store_true", help="take those that `maglev build --native` makes: faster")
+    parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")
     asked = parser.parse_args()
-    runs = {name: maglev.run(HERE / f"{name}.toml", fmus=asked.fmus, native=asked.native) for name in COLOURS}
+    runs = {name: maglev.run(HERE / f"{name}.toml", fmus=asked.fmus) for name in COLOURS}
     print(table(runs))
     asked.out.mkdir(parents=True, exist_ok=True)
     picture(runs, asked.out / "optimal_motion.png")

@@ -1,8 +1,8 @@
 """Motions of the 3-DOF stage that are the fastest, or take the least energy, by CasADi from the plant as an FMU.
 
-    maglev build --native --target host Plant3DOF Regulator3DOF
+    maglev build --kind native --target host Plant3DOF
     python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv beside this file
-    python examples/optimal_motion/fly.py --native      # flies them under the thesis's regulator: table and picture
+    python examples/optimal_motion/fly.py               # flies them under the thesis's regulator: table and picture
 
 The mover goes from rest to rest over the first step of the set-points: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
 CasADi imports the FMU for model exchange; its derivatives are those of the FMU. Unknown are positions, velocities and

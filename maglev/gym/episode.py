@@ -1,7 +1,7 @@
 """What an episode begins with: parameters of the plant, fixed or drawn anew, and references, drawn or of the user's."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, pi
+from math import inf, isfinite, pi
 from numbers import Real
 from typing import Any
 
@@ -12,6 +12,7 @@ from fmpy.model_description import ScalarVariable
 from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
 from maglev.units import known_unit, parse_quantity
+from maglev.waves import sines_cosines
 
 Value = float | str | bool                # SI, or text with a unit such as "25 mm"
 Setting = Value | Sequence[Value]         # a pair: drawn between the two, in every episode
@@ -21,20 +22,21 @@ OMEGA0 = 1.5 * pi      # rad/s, the sinusoids of the thesis (section 5.6.4)
 SETPOINT_TIME = 1.0    # s from one set-point to the next
 
 
-class PlantParameters:
-    """Start values of a plant, which has `variables`, by their names, such as "y.friction.coulomb".
+class Parameters:
+    """Start values of the `plant`, or of another part, by their names, such as "y.friction.coulomb".
 
-    UnknownName if the plant has no such parameter, ScenarioError if a value cannot be used.
+    `known` are its variables that can be given. UnknownName for another one, ScenarioError if a value cannot be used.
     """
 
-    def __init__(self, variables: Mapping[str, ScalarVariable], settings: Mapping[str, Setting]):
-        self.known = {name: each for name, each in variables.items() if each.causality == "parameter"}
+    def __init__(self, part: str, known: Mapping[str, ScalarVariable], settings: Mapping[str, Setting]):
+        self.part = part
+        self.known = known
         self.ranges = {name: self.range_of(name, setting) for name, setting in settings.items()}
 
     def range_of(self, name: str, setting: Setting) -> tuple[float | bool, float | bool]:
         """Range in which a parameter is drawn; twice the same for a single value."""
         if name not in self.known:
-            raise UnknownName(f"{name}: the plant has no such parameter; nearest is {nearest(name, self.known)}")
+            raise UnknownName(f"{name}: the {self.part} has no such parameter; nearest is {nearest(name, self.known)}")
         pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
         if len(pair) != 2:
             raise ScenarioError(f"{name} = {setting!r}, expected a value or a pair of values, low and high")
@@ -58,18 +60,18 @@ class PlantParameters:
                                    unit if known_unit(unit) else None)
         except QuantityError as error:
             raise ScenarioError(f"{name} = {error}") from None
-        low, high = float(variable.min), float(variable.max)
+        low, high = (float(limit) if limit else end for limit, end in ((variable.min, -inf), (variable.max, inf)))
         if not (isfinite(found) and low <= found <= high):
             raise ScenarioError(f"{name} = {found!r} {unit}, expected a number from {low:g} to {high:g}")
         return found
 
     def extremes(self, name: str) -> tuple[float, float]:
-        """Smallest and largest value that a parameter can have; the plant's own if none is given."""
+        """Smallest and largest value that a parameter can have; the part's own if none is given."""
         low, high = self.ranges.get(name, (self.own(name), self.own(name)))
         return float(low), float(high)
 
     def own(self, name: str) -> float:
-        """Value that the plant has if none is given."""
+        """Value that the part has if none is given."""
         return float(self.known[name].start)
 
     def draw(self, random: np.random.Generator, settings: Mapping[str, Setting]) -> dict[str, float | bool]:
@@ -130,7 +132,7 @@ class References:
             if self.kind == "sinusoids":
                 room = np.minimum(found[0] - self.low, self.high - found[0])
                 amplitudes = random.uniform(0.0, np.minimum(room, 0.25 * (self.high - self.low)))
-                found += np.outer(np.sin(OMEGA0 * self.times), amplitudes)
+                found += np.outer(sines_cosines(OMEGA0 * self.times)[0], amplitudes)
         return found
 
 

@@ -1,19 +1,24 @@
 """A stage as a Gymnasium environment: to be levitated by an agent that commands currents."""
 
+import warnings
 import weakref
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from fmpy.model_description import ScalarVariable
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
-from maglev.errors import QuantityError, ScenarioError
-from maglev.gym.compiled_stage import CompiledStage
-from maglev.gym.episode import PlantParameters, References, Setting
-from maglev.linear.motors.places import MotorPlaces
+from maglev.catalogue.for_runs import fmus_for_runs
+from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
+from maglev.gym.compiled_stage import CompiledStage, Saved
+from maglev.gym.episode import Parameters, References, Setting
+from maglev.gym.picture import StagePicture
+from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.units import parse_quantity
 from pmlsm.rig import RigAxis
@@ -21,10 +26,21 @@ from pmlsm.rig import RigAxis
 HIGHEST_SPEED = 10.0   # m/s, more than twice what the amplifiers' peak current reaches between the stops
 
 ACTIONS = ("dq", "phases")
+MOST_SEEDS = 2**32     # of a measurement
+
+
+class State(NamedTuple):
+    """State of an environment between two samples."""
+
+    stage: Saved
+    episode: Array
+    sample: int
+    observers: tuple[tuple[float, float], ...]   # of each axis: position and velocity
+    random: Mapping[str, Any]
 
 
 class Stage(gymnasium.Env[Array, Array]):
-    """Stage of a rig, as the native FMU of its plant, sampled as the rig's controllers are.
+    """Stage of a rig, as the FMU of its plant, sampled as the rig's controllers are.
 
     An action is held for a sample: direct and quadrature current of each motor (A), which the rig's commutation turns
     into phase currents with the measured displacements, or the phase currents. They are limited to the peak current.
@@ -50,35 +66,54 @@ class Stage(gymnasium.Env[Array, Array]):
         Of the environment, s or with a unit: the rig's or a multiple, in which the commutation goes on with the rig's.
     error_weight, current_weight : float
         Of the reward.
-    fmus : path
-        Folder of FMUs; the native ones are in its folder `native`.
-    **parameters
-        Parameters of the plant by their names, such as "y.friction.coulomb": SI or text with a unit, or a pair between
-        which every episode draws one. `reset(options=…)` takes them for one episode.
-
+    parameters : mapping of str to float, bool, str or pair of these, optional
+        Parameters of the plant by their names, such as "y.friction.coulomb", and forces on it, such as "y.force", which
+        act through an episode: SI or text with a unit, or a pair between which every episode draws one. With
+        `reset(options={"parameters": …})` they are of one episode.
+    measurement : mapping, optional
+        Parameters of the block between encoders and controller, such as "delay" and "y.noise", given as those of the
+        plant; every episode draws a seed if none is given. If this is not given, there is no such block.
+    render_mode : "rgb_array", optional
+        What `render` gives: a picture of the stage, ndarray of uint8, shape (240, 480, 3). It needs the extra `report`.
+    fmus : path, optional
+        Folder of FMUs; the native ones are in its folder `native`. If not given, what is needed is built where it is
+        missing, and kept in the user's cache: native where there is a compiler.
     Raises
     ------
     MaglevError
-        If an option cannot be used, or there is no native FMU.
+        If an option cannot be used, or there is no FMU.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
     def __init__(self, rig: str, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
                  duration: float | str = 2.0, sample_time: float | str | None = None, error_weight: float = 1.0,
-                 current_weight: float = 0.1, fmus: str | Path = "fmus", **parameters: Setting):
+                 current_weight: float = 0.1, parameters: Mapping[str, Setting] | None = None,
+                 measurement: Mapping[str, Setting] | None = None, render_mode: str | None = None,
+                 fmus: str | Path | None = None, **former: Setting):
         if action not in ACTIONS:
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ScenarioError(f"render_mode = {render_mode!r}, expected None or 'rgb_array'")
+        if former:
+            warnings.warn(f"{', '.join(former)}: parameters={{…}} has these now", stacklevel=2)
         self.rig = rig_named(rig)
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
         self.last = round(seconds("duration", duration) / self.sample_time)
         if self.last < 1:
             raise ScenarioError(f"duration = {duration!r}, expected at least a sample of {self.sample_time} s")
-        self.stage = CompiledStage(self.rig, Path(fmus) / "native", action == "phases")
+        parts = {"Plant": True, "Commutation": action == "dq", "Measurement": measurement is not None}
+        flown = [f"{part}{self.rig.suffix}" for part, flies in parts.items() if flies]
+        folder = fmus_for_runs(flown, fmus, None if fmus is None else "native")
+        self.stage = CompiledStage(self.rig, folder, action == "phases", measurement is not None)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.stage.close)
-        self.parameters = PlantParameters(self.stage.plant.variables, parameters)
+        self.parameters = Parameters("plant", self.given_to_plant(), {**(parameters or {}), **former})
+        self.measurement = Parameters("measurement", self.given_to_measurement(), measurement or {})
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.sample_time)}
+        self.picture: StagePicture | None = None
 
         stops = [self.travel(axis) for axis in self.rig.axes]
         low, high = (np.array(ends) for ends in zip(*stops, strict=True))
@@ -106,45 +141,105 @@ class Stage(gymnasium.Env[Array, Array]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode; `info["parameters"]` has the plant's parameters that are not its own."""
         super().reset(seed=seed)
-        for name in options or {}:
+        given = settings_of(options or {})
+        for name in given["parameters"]:
             if ".stop." in name:
                 raise ScenarioError(f"{name} in the options of reset, expected where the environment is made: the "
                                     "observation space has the stops")
-        drawn = self.parameters.draw(self.np_random, options or {})
+        drawn = self.parameters.draw(self.np_random, given["parameters"])
         stage = self.stage
-        stage.start(drawn, self.peak)
+        behind: dict[str, float | bool] = {}   # of the measurement
+        if stage.measurement is not None:
+            behind = self.measurement.draw(self.np_random, given["measurement"])
+            behind = {"seed": float(self.np_random.integers(MOST_SEEDS)), **behind}
+        elif given["measurement"]:
+            raise ScenarioError("measurement in the options of reset, expected where the environment is made, too: "
+                                "without it there is no such block")
+        stage.start(drawn, self.peak, behind)
         self.episode = self.references.draw(self.np_random, stage.positions)
         stage.references[:] = self.episode[0]
         for observer, measured in zip(self.observers, self.measured(), strict=True):
             observer.seed(measured)
         self.sample = 0
-        return stage.observation.copy(), {"parameters": drawn}
+        return stage.observation.copy(), {"parameters": drawn, **({"measurement": behind} if behind else {})}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold the currents (A) of an action for a sample."""
         stage = self.stage
+        if np.shape(action) != stage.commands.shape:   # which numpy would broadcast
+            raise ScenarioError(f"action of shape {np.shape(action)}, expected {stage.commands.shape}: a current (A) "
+                                "for each of the action space")
         stage.commands[:] = action
         if not stage.advance(self.samples):
             return stage.observation.copy(), 0.0, True, False, {"refused": stage.said()}
         self.sample += 1
         references = self.episode[min(self.sample, self.last)]
         stage.references[:] = references
-        reward = 1.0
+        of_errors = of_currents = 0.0
         for weight, reference, position in zip(self.error_weights, references.tolist(), stage.positions.tolist(),
                                                strict=True):
-            reward -= weight * (reference - position) ** 2
+            of_errors -= weight * (reference - position) ** 2
         for current in stage.currents.tolist():
-            reward -= self.current_weight * current * current
+            of_currents -= self.current_weight * current * current
+        reward = 1.0 + of_errors + of_currents
+        info = {"reward_error": of_errors, "reward_current": of_currents}
         velocities = stage.velocities
         for i, measured in enumerate(self.measured()):
             observer = self.observers[i]
             observer.update(measured, self.observer_filter, self.sample_time)
             velocities[i] = observer.velocity
-        observation = stage.observation.copy()
-        if stage.at_stop():
-            # An encoder reads on beyond its stop.
-            return np.clip(observation, self.lowest, self.highest), reward, True, False, {}
-        return observation, reward, False, self.sample >= self.last, {}
+        observation, crashed = stage.observation.copy(), stage.at_stop()
+        if crashed or stage.measurement is not None:   # an encoder reads on beyond its stop, and noise has no end
+            observation = np.clip(observation, self.lowest, self.highest)
+        return observation, reward, crashed, not crashed and self.sample >= self.last, info
+
+    def push(self, **forces: float | str) -> None:
+        """Change inputs of the plant from the next sample on, until an episode begins: `push(y=5.0)` is 5 N along y.
+
+        Forces along the axes (N), torques about those that are tilts (N m), or text with a unit. ScenarioError for an
+        axis that there is not, or a force that cannot be used.
+        """
+        axes = {axis.name: axis.external for axis in self.rig.axes}
+        for name in forces:
+            if name not in axes:
+                raise UnknownName(f"{name}: the stage has no such axis; nearest is {nearest(name, axes)}")
+        self.stage.push({axes[name]: float(self.parameters.value_of(axes[name], value))
+                         for name, value in forces.items()})
+
+    def clone_state(self) -> State:
+        """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
+        observers = tuple((each.position, each.velocity) for each in self.observers)
+        return State(self.stage.save(), self.episode.copy(), self.sample, observers,
+                     self.np_random.bit_generator.state)
+
+    def restore_state(self, state: State) -> None:
+        """Go back to a state of this environment, or of one made with the same options that has been reset."""
+        self.stage.restore(state.stage)
+        self.episode, self.sample = state.episode.copy(), state.sample
+        for observer, (position, velocity) in zip(self.observers, state.observers, strict=True):
+            observer.position, observer.velocity = position, velocity
+        self.np_random.bit_generator.state = state.random
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Picture of the stage as it is now."""
+        if self.render_mode is None:
+            return None
+        if self.picture is None:
+            self.picture = StagePicture(self.rig, [self.travel(axis) for axis in self.rig.axes])
+        stage = self.stage
+        return self.picture.drawn(stage.positions, stage.references, self.sample * self.sample_time)
+
+    def given_to_plant(self) -> dict[str, ScalarVariable]:
+        """Variables of the plant that can be given: parameters, and what acts on it beside the motors."""
+        currents = {f"{current}_cmd" for current in self.rig.phase_names}
+        return {name: each for name, each in self.stage.plant.variables.items()
+                if each.causality == "parameter" or (each.causality == "input" and name not in currents)}
+
+    def given_to_measurement(self) -> dict[str, ScalarVariable]:
+        """Parameters of the measurement, if there is one; its sample time is that of the rig."""
+        block = self.stage.measurement
+        return {} if block is None else {name: each for name, each in block.variables.items()
+                                         if each.causality == "parameter" and name != "sample_time"}
 
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""
@@ -169,6 +264,13 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def close(self) -> None:
         self.freed()
+
+
+def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
+    """Settings of a reset by what they are of; parameters of the plant may also stand by themselves, as before."""
+    found: dict[str, dict[str, Setting]] = {part: {**options.get(part, {})} for part in ("parameters", "measurement")}
+    found["parameters"] |= {name: value for name, value in options.items() if name not in found}
+    return found
 
 
 def seconds(name: str, value: float | str) -> float:

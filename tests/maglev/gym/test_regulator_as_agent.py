@@ -60,16 +60,20 @@ output_interval = "{interval}"
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-@pytest.mark.parametrize("action", ["dq", "phases"])
-def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str) -> None:
-    """The regulator as an agent gives the positions of `maglev.run` bit for bit."""
+@pytest.mark.parametrize(("action", "measured"), [("dq", False), ("phases", False), ("dq", True), ("phases", True)])
+def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str,
+                                     measured: bool) -> None:
+    """The regulator as an agent gives the positions of `maglev.run` bit for bit; behind a measurement, too."""
     of = RIGS[rig]
     scenario = tmp_path / "setpoints.toml"
-    scenario.write_text(SETPOINTS.format(bases=BASES[rig], interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
+    bases = [*BASES[rig], *([f"loops/{rig}-measurement.toml"] if measured else [])]
+    scenario.write_text(SETPOINTS.format(bases=bases, interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
     changed = {f"plant.{of.horizontal[0].name}.friction.coulomb": 0.2}
-    run = maglev.run(scenario, fmus=folder, native=True, set=changed)
+    errors = {"seed": 7.0, "delay": 2.0 * of.sample_time, f"{of.horizontal[0].name}.noise": 2e-6} if measured else None
+    run = maglev.run(scenario, fmus=folder, kind="native",
+                     set={**changed, **{f"measurement.{name}": value for name, value in (errors or {}).items()}})
     references = np.column_stack([run[f"controller.{axis}.reference"] for axis in of.axis_names])
-    env = make(rig, action=action, reference=references, duration="1.5 s",
+    env = make(rig, action=action, reference=references, duration="1.5 s", measurement=errors,
                **{name.removeprefix("plant."): value for name, value in changed.items()})
     controller = Controller(of, f"Regulator{rig.upper()}", folder)
     observation, _ = env.reset()

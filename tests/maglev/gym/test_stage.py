@@ -1,5 +1,6 @@
 """The environments: Gymnasium's contract, the loop of `maglev.run` bit for bit, physics by hand, and refusals."""
 
+import pickle
 import zipfile
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +16,7 @@ from gymnasium.utils.env_checker import check_env
 import maglev
 import maglev.gym  # noqa: F401 - registers
 from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
+from maglev.gym.stage import Stage
 from pmlsm.rigs import RIGS
 
 Make = Callable[..., Any]
@@ -105,6 +107,20 @@ def test_ends_where_a_current_is_refused(make: Make, value: float) -> None:
     assert same_bits(flown(env, actions, seed=3), flown(make("3dof"), actions, seed=3))
 
 
+@pytest.mark.parametrize("action", [0.5, [0.5], np.zeros((1, 4)), np.zeros(3), np.zeros(5), [[0.0]] * 4, []],
+                         ids=lambda action: str(np.shape(action)))
+def test_an_action_of_another_shape_is_refused(make: Make, action: Any) -> None:
+    """And nothing is done: what numpy would broadcast is no action for each current."""
+    env = make("3dof")
+    env.reset(seed=1)
+    with pytest.raises(ScenarioError, match=r"^action of shape \(.*\), expected \(4,\): a current \(A\) for each"):
+        env.step(action)
+    first = env.step([0.1, 0.2, 0.3, 0.4])[0]
+    other = make("3dof")
+    other.reset(seed=1)
+    assert np.array_equal(first, other.step(np.array([0.1, 0.2, 0.3, 0.4]))[0])
+
+
 def test_truncated_at_the_end(make: Make) -> None:
     env = make("2dof", reference="hold", duration="5 ms")
     env.reset()
@@ -126,12 +142,14 @@ def test_reward_by_hand(make: Make) -> None:
     env = make("3dof", reference=[[26e-3, 0.0, 2e-3]], error_weight=3.0, current_weight=0.5)
     env.reset()
     for _ in range(10):
-        _, reward, *_ = env.step(np.array([1.0, 0.5, 0.0, -2.0]))
+        _, reward, *_, info = env.step(np.array([1.0, 0.5, 0.0, -2.0]))
     y, x, z = env.stage.positions
     errors = [(26e-3 - y) / 13.5e-3, x / 124e-3, (2e-3 - z) / 124e-3]
     currents = env.stage.currents / 5.0
     assert reward == pytest.approx(1.0 - 3.0 * np.mean(np.square(errors)) - 0.5 * np.mean(np.square(currents)), 1e-12)
     assert abs(currents[3]) > 0.3
+    assert info == {"reward_error": pytest.approx(-3.0 * np.mean(np.square(errors)), 1e-12),
+                    "reward_current": pytest.approx(-0.5 * np.mean(np.square(currents)), 1e-12)}
 
 
 def test_currents_are_limited_to_the_peak(make: Make) -> None:
@@ -273,11 +291,114 @@ def test_a_foreign_fmu_under_our_name(folder: Path, tmp_path: Path) -> None:
     environment("2dof", tmp_path).close()
     with zipfile.ZipFile(tmp_path / "native" / "Plant2DOF.fmu", "a") as archive:
         archive.writestr("resources/other.txt", "somebody's")
-    with pytest.raises(FmuError, match="is not what this installation builds as Plant2DOF, expected it built again"):
+    with pytest.raises(FmuError, match="is not the Plant2DOF that this installation builds now: .* --kind native"):
         environment("2dof", tmp_path)
 
 
 def test_missing_fmu(tmp_path: Path) -> None:
-    with pytest.raises(FmuError, match=r"maglev build --native") as raised:
+    with pytest.raises(FmuError, match=r"maglev build --kind native") as raised:
         environment("2dof", tmp_path)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_a_state_is_saved_and_gone_back_to(make: Make, rig: str) -> None:
+    """In the same environment and in another one, through a file, with the noise and what is drawn later."""
+    column = gap_column(rig)
+    options = {"measurement": {f"{RIGS[rig].horizontal[0].name}.noise": 1e-6}, "reference": "hold"}
+    env = make(rig, **options)
+    actions = 0.2 * np.random.default_rng(1).standard_normal((60, *env.action_space.shape))
+    env.reset(seed=3)
+    for action in actions[:20]:
+        env.step(action)
+    saved = pickle.dumps(env.clone_state())
+
+    def rest(of: Any) -> np.ndarray:
+        return np.array([of.step(action)[0] for action in actions[20:]] + [of.reset()[0]])
+
+    first = rest(env)
+    assert np.ptp(first[:, column]) > 1e-5, "something has to move for this to mean anything"
+    env.restore_state(pickle.loads(saved))
+    assert same_bits(rest(env), first)
+    other = make(rig, **options)
+    other.reset(seed=99)
+    other.restore_state(pickle.loads(saved))
+    assert same_bits(rest(other), first)
+
+
+def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
+    """Without motors and friction a force of 6.6 N makes as much of the mass as Newton says, along x alone."""
+    off = {constant.name: 0.0 for constant in RIGS["3dof"].constants}
+    off |= {f"x.{name}": 0.0 for name in ("friction.coulomb", "friction.viscous", "ripple.amplitude", "bias")}
+    off["x.mass"] = 6.6
+
+    def way(env: Any, force: float | None, **reset: Any) -> float:
+        env.reset(**reset)
+        if force is not None:
+            env.push(x=force)
+        for _ in range(50):
+            env.step(np.zeros(4))
+        return float(env.stage.positions[1])
+
+    env = make("3dof", reference="hold", **off)
+    expected = 0.5 * 0.01**2
+    assert way(env, None) == 0.0
+    assert way(env, 6.6) == pytest.approx(expected, rel=1e-9)
+    assert way(env, None) == 0.0, "a push ends with its episode"
+    assert way(env, None, options={"parameters": {"x.force": "6.6 N"}}) == pytest.approx(expected, rel=1e-9)
+    assert way(make("3dof", reference="hold", **off, **{"x.force": 6.6}), None) == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(UnknownName, match="w: the stage has no such axis; nearest is 'x'|'y'|'z'"):
+        env.push(w=1.0)
+    with pytest.raises(ScenarioError, match="x.force = nan is not a quantity"):
+        env.push(x=float("nan"))
+
+
+def test_a_measurement_is_seen_and_drawn(make: Make) -> None:
+    """Noise has the standard deviation that is asked for, other noise in each episode; without any nothing is done."""
+    still = {"y.locked": True, "x.locked": True, "z.locked": True, "encoder.resolution": 0.0, "reference": "hold"}
+    env = make("3dof", measurement={"x.noise": "5 um"}, duration="1 s", **still)
+    actions = np.zeros((2000, 4))
+    noisy, other = (flown(env, actions, seed=seed) for seed in (1, 2))
+    assert np.std(noisy[:, 1]) == pytest.approx(5e-6, rel=0.05)
+    assert abs(np.corrcoef(noisy[:, 1], other[:, 1])[0, 1]) < 0.1
+    assert (noisy[:, [0, 2]] == noisy[0, [0, 2]]).all()
+    assert same_bits(flown(env, actions, seed=1), noisy)
+    assert env.reset(options={"measurement": {"x.noise": 0.0}})[1]["measurement"]["x.noise"] == 0.0
+    moving = make("3dof", reference="hold", measurement={})
+    assert same_bits(flown(moving, actions[:200] + 1.0), flown(make("3dof", reference="hold"), actions[:200] + 1.0))
+    with pytest.raises(UnknownName, match="y.noize: the measurement has no such parameter; nearest is 'y.noise'"):
+        make("3dof", measurement={"y.noize": 1e-6})
+    with pytest.raises(ScenarioError, match="measurement in the options of reset"):
+        make("3dof").reset(options={"measurement": {"y.noise": 1e-6}})
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_pictures(make: Make, rig: str) -> None:
+    """What moves is seen to: the mover goes down in the picture, and its reference stays."""
+    pytest.importorskip("matplotlib")
+    env = make(rig, render_mode="rgb_array", reference="hold", sample_time="2 ms")
+    assert env.metadata["render_fps"] == 500
+    env.reset()
+    pictures = [env.render()]
+    for _ in range(15):
+        env.step(np.zeros(env.action_space.shape))
+    pictures.append(env.render())
+    assert {(picture.shape, picture.dtype.name) for picture in pictures} == {((240, 480, 3), "uint8")}
+    rows = [np.argwhere((picture == [31, 119, 180]).all(axis=2))[:, 0].mean() for picture in pictures]
+    assert abs(rows[1] - rows[0]) > 2.0
+    assert make(rig).render() is None
+    with pytest.raises(ScenarioError, match="render_mode = 'ansi', expected None or 'rgb_array'"):
+        Stage(rig, render_mode="ansi")
+
+
+def test_former_spellings_are_read(folder: Path) -> None:
+    """Parameters among the options, of an environment and of an episode; with a word of it."""
+    with pytest.warns(UserWarning, match=r"y.position_start: parameters=\{…\} has these now"):
+        former: dict[str, Any] = {"y.position_start": "24 mm"}
+        env = gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, **former)
+    stage: Any = env.unwrapped
+    assert env.reset() and stage.stage.positions[0] == 24e-3
+    assert env.reset(options={"y.position_start": "23 mm"}) and stage.stage.positions[0] == 23e-3
+    env.close()
+    with pytest.warns(UserWarning), pytest.raises(UnknownName, match="sampletime: the plant has no such parameter"):
+        gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, sampletime=1e-3)
