@@ -1,4 +1,4 @@
-"""Pictures as matplotlib draws them, an extra: that it is there, and a figure as a file."""
+"""Pictures as matplotlib draws them, an extra: that it is there, a figure to draw on, and one as a file."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,15 @@ FAINT: dict[str, Any] = {"color": "0.6", "linewidth": 0.8}   # of a line that ot
 
 def require_matplotlib() -> None:
     """Raise MaglevError if matplotlib, an extra of this project, is not installed."""
-    extra("matplotlib", "report", "--plot")
+    extra("matplotlib", "report", "a picture")
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """An empty figure, sides in inches, that notebooks show by themselves; MaglevError without matplotlib."""
+    require_matplotlib()
+    from maglev.shown_figure import ShownFigure
+
+    return ShownFigure(figsize=(width, height), layout="constrained")
 
 
 def write_figure(path: Path, figure: "Figure") -> None:

@@ -1,6 +1,7 @@
 """Files about runs beside each other: columns of each run, one JSON, one text, a picture and a page."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -9,21 +10,22 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
-from maglev.comparison.table import Row, legend, side_by_side, summary
-from maglev.experiment.execution import RunResult, json_text, run_data
+from maglev.comparison.costs import costs
+from maglev.comparison.table import Row, ending, larger, legend, side_by_side, summary, verdict
+from maglev.experiment.execution import RunResult, json_text, run_data, write_record
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
 from maglev.pages import shell
-from maglev.panels import PANELS
 from maglev.pictures import write_figure
 from maglev.report.findings import html_table
 from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
-from maglev.report.plots.data import figure_data, runs_data
-from maglev.report.plots.figures import EVERY, Figure, with_data
+from maglev.report.plots.data import figure_data, moving, runs_data
+from maglev.report.plots.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.report.plots.picture import overlay
-from maglev.report.plots.static import static_picture
-from maglev.report.status import events, run_status
-from maglev.report.text import as_text, heading, held, origin
+from maglev.report.plots.static import DASHES, static_picture
+from maglev.report.status import events
+from maglev.report.text import as_text, heading, origin
+from maglev_files.one_writer import NoLock, only_writer
 from maglev_files.whole_file import write_whole
 
 BEST = "*"   # behind the best value of a row, where there is no colour
@@ -31,12 +33,21 @@ BEST = "*"   # behind the best value of a row, where there is no colour
 Runs = Mapping[str, RunResult]   # by label, also those that failed
 
 PAGE = Path(__file__).parent / "comparison.html"
+NOTES = (("reference", "reference", DASHES[2]), ("bands of settling", "reference", DASHES[2]),
+         ("end stops", "limit", DASHES[3]))   # of the legend: names, colours, dashes
+SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this order
 
 
 def rows_of(runs: Runs) -> list[Row]:
-    """What was measured on the runs that were flown to their ends, side by side."""
-    return side_by_side({label: measures(run.plan, run.metrics) for label, run in runs.items()
+    """What was measured on the runs that were flown to their ends, side by side; and what their laws cost, if known."""
+    flown = {label: run for label, run in runs.items() if run.metrics is not None}
+    rows = side_by_side({label: measures(run.plan, run.metrics) for label, run in flown.items()
                          if run.metrics is not None})
+    instructions = {label: float(costs()[controller_of(run)].mean) for label, run in flown.items()
+                    if run.provenance is not None and controller_of(run) in costs()}
+    failed = frozenset(label for label, run in flown.items() if run.metrics is not None and run.metrics.failed)
+    cost = Row("instructions a sample", "Cortex-M7", None, "", instructions, failed)
+    return [*rows, *([cost] if instructions else [])]
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
@@ -44,7 +55,16 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
 
     `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
     `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.
+    Who else writes this comparison there is waited for.
     """
+    with ExitStack() as alone:
+        with suppress(NoLock):
+            alone.enter_context(only_writer(folder / f".{name}.compare.lock", wait=True))
+        return write_all(folder, name, title, runs, picture, page)
+
+
+def write_all(folder: Path, name: str, title: str, runs: Runs, picture: bool, page: bool) -> list[Path]:
+    """Write all that, whoever else does."""
     written = []
     for run in runs.values():
         files = ResultFiles(folder, run.plan.name)
@@ -54,14 +74,15 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
                 write_csv(files.partial, run.recording)
                 written.append(files.partial)
             continue
+        files.json.unlink(missing_ok=True)   # never beside the columns of another
         write_csv(files.columns("csv"), run.recording)
-        write_whole(files.json, json_text(run_data(run)))
+        write_record(files, "csv", run)
         files.forget_others("csv")
         written += [files.columns("csv"), files.json]
     about = {"json": json_text(comparison_data(name, title, runs)),
              "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
-    for ending, text in about.items():
-        written.append(folder / f"{name}.compare.{ending}")
+    for suffix, text in about.items():
+        written.append(folder / f"{name}.compare.{suffix}")
         write_whole(written[-1], text)
     if page:
         written.append(folder / f"{name}.compare.html")
@@ -75,7 +96,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
 
 def comparison_data(name: str, title: str, runs: Runs) -> dict[str, Any]:
     """A comparison as JSON has it, SI: each run, and the rows of the table; null for what never came to an end."""
-    return {"name": name, "title": title,
+    return {"name": name, "title": title, "verdict": verdict(runs, summary(rows_of(runs))),
             "runs": {label: run_data(run) for label, run in runs.items()},
             "rows": [{"quantity": row.quantity, "of": row.of, "time": row.time, "unit": row.unit,
                       "values": {label: value if value < float("inf") else None for label, value in row.values.items()},
@@ -85,67 +106,68 @@ def comparison_data(name: str, title: str, runs: Runs) -> dict[str, Any]:
 def show_comparison(console: Console, name: str, title: str, runs: Runs, every_step: bool = False) -> None:
     """Print how each run ended, and the table side by side: the worst of all steps, or every step."""
     console.print(heading(name, title))
+    rows = rows_of(runs)
+    console.print(Text(verdict(runs, summary(rows))))
     for label, run in runs.items():
         console.print(Text.assemble((label, "bold"), f": {ending(run)}"))
-    rows = rows_of(runs)
     if not rows:
         return
     table = Table(Column("quantity"), Column("of"), *(Column(label, justify="right") for label in runs),
-                  title=legend(runs.values(), BEST))
+                  Column("the next is", justify="right"), title=legend(runs.values(), BEST))
     for row in rows if every_step else summary(rows):
         table.add_row(row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best
-                                          else Text(row.text(label)) for label in runs))
+                                          else Text(row.text(label)) for label in runs), larger(row.lead))
     console.print(table)
-
-
-def ending(run: RunResult) -> str:
-    """How a run ended, in a line."""
-    if run.metrics is None:
-        return ", ".join(run_status(run))
-    disturbed = [f"{event.words} at {event.time:.3f} s" for event in events(run.metrics)]
-    return ", ".join([held(run.metrics), *disturbed])
 
 
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """Text of the page, which needs no network."""
+    colours, flown = run_colours(runs), {label: run for label, run in runs.items() if len(run.time)}
+    drawn = {run.plan.name: colours[label] for label, run in runs.items()}
     labels = {run.plan.name: label for label, run in runs.items()}
-    panels = [f"{kind} {EVERY}" for kind in PANELS]
-    figures = list(with_data([Figure(caption=title, runs=labels, panels=[panel]) for panel in panels],
-                             list(runs.values())))
+    figures = [shown._replace(colours=drawn) for shown in with_data(
+        [Figure(caption=title, runs=labels, panels=[f"{kind} {EVERY}"]) for kind in SHOWN], list(runs.values()))]
     data = {"runs": runs_data(list(runs.values()), figures),
-            "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)}}
+            "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
+            "moving": {run.plan.name: found for run in [*flown.values()][:1] if (found := moving(flown))}}
+    said = escape(verdict(runs, summary(rows)))
     return shell.page(
-        "compare", f"{escape(name)}: runs side by side", read("style.css"), PAGE.read_text(encoding="utf-8"),
-        name=escape(name), subject=escape(title),
-        endings="\n".join(f"<li><strong>{escape(label)}</strong>: "
-                          f"{escape(', '.join(run_status(run)) or 'the run of the package')}</li>"
-                          for label, run in runs.items()),
+        "compare", f"{escape(name)}: runs side by side", said, read("style.css"), PAGE.read_text(encoding="utf-8"),
+        name=escape(name), subject=escape(title), verdict=said,
         origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
                           for label, run in runs.items() if run.provenance is not None),
-        flown=escape(flown_with(runs.values())),
+        flown=" ".join(dict.fromkeys(f"Simulated by {escape(run.provenance.command)}, Python {run.provenance.python}."
+                                     for run in runs.values() if run.provenance is not None)),
         legend=escape(legend(runs.values(), "★")),
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
+        names="".join(f'<button type="button" data-name="{escape(label)}" aria-pressed="true">'
+                      f"{swatch(f'run-{colours[label]}', DASHES[k % len(DASHES)])}{escape(label)}</button>"
+                      for k, label in enumerate(flown)),
+        notes="".join(f'<span data-name="{escape(note)}">{swatch(colour, dash)}{escape(note)}</span>'
+                      for note, colour, dash in (*NOTES, *(
+                          (f"{label} {event.words} at {event.time:.3f} s", f"run-{colours[label]}", DASHES[1])
+                          for label, run in flown.items() for event in events(run.metrics)))),
         figures="\n".join(f"<figure><noscript>{static_picture(shown)}</noscript>"
                           f'<div class="plot" data-figure="figure-{number}" '
                           f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
-        scripts=shell.scripts(*map(read, PLOT_SCRIPTS)))
+        scripts=shell.scripts(shell.scene(), *map(read, (*PLOT_SCRIPTS, "player.js"))))
 
 
-def flown_with(runs: Iterable[RunResult]) -> str:
-    """Commands and machines that runs were flown with, each once."""
-    found = dict.fromkeys(f"Flown by {run.provenance.command}, Python {run.provenance.python}."
-                          for run in runs if run.provenance is not None)
-    return " ".join(found)
+def swatch(colour: str, dash: str) -> str:
+    """A sample of a line for the legend."""
+    return (f'<svg width="30" height="10" aria-hidden="true"><path d="M1 5h28" style="stroke:var(--{colour});'
+            f'stroke-width:2.5;stroke-dasharray:{dash}"/></svg>')
 
 
 def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     """Table of rows; the best value of a row is marked with a star and in bold."""
-    return html_table(("quantity", "of", *labels), (
-        (escape(row.name), escape(row.of), *(mark(escape(row.text(label)), label in row.best) for label in labels))
-        for row in rows)) if rows else "<p>Nothing was measured.</p>"
+    leads = ["the next is"] if any(row.best for row in rows) else []
+    return html_table(("quantity", "of", *labels, *leads), (
+        (escape(row.name), escape(row.of), *(mark(escape(row.text(label)), label in row.best) for label in labels),
+         *(larger(row.lead) for _ in leads)) for row in rows)) if rows else "<p>Nothing was measured.</p>"
 
 
 def mark(text: str, best: bool) -> str:

@@ -2,10 +2,16 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import exp, fsum, inf, log
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.measures import Measure
+from maglev.judging.verdicts import DIFFERENCE
 from maglev.quantities import metric_text
+from maglev.report.status import troubles
+from maglev.report.text import held
+
+TINY = 1e-15   # m, below which an error is none
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,12 @@ class Row:
         if self.steps:
             return f"{self.quantity}, worst of {self.steps}" if self.steps > 1 else self.quantity
         return self.quantity if self.time is None else f"{self.quantity} at {self.time:g} s"
+
+    @property
+    def lead(self) -> float:
+        """How many times the best value the next one of a run that held is; 1 where none is the best."""
+        held = sorted({value for label, value in self.values.items() if label not in self.failed})
+        return 1.0 if not self.best else held[1] / held[0] if held[0] else inf
 
     def text(self, label: str) -> str:
         """Value of a run with its unit."""
@@ -64,6 +76,50 @@ def summary(rows: Sequence[Row]) -> list[Row]:
         worst.append(Row(quantity, of, None, unit, largest, steps[0].failed, len(steps)))
     return [*(row for row in rows if row.time is None), *worst]
 
+
+def larger(times: float) -> str:
+    """How much larger one value is than another; a dash where it is not, or cannot be said."""
+    return ("–" if times in (1.0, inf) else f"{100.0 * (times - 1.0):.2g} % larger" if times < 2.0 else
+            f"{times:.2g} times as large" if times < 100.0 else
+            f"{times:.0f} times as large" if times < 1000.0 else "over 1000 times as large")
+
+
+def ending(run: RunResult) -> str:
+    """How a run ended, in a line."""
+    if run.metrics is None:
+        return ", ".join(troubles(run))
+    return ", ".join([held(run.metrics), *troubles(run)])
+
+
+def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
+    """One sentence: which run is the better one, by its rms errors, by how much, and in what another one is better.
+
+    Rows are those of the summary. Of runs that held; that others did not comes last, or decides.
+    """
+    ours = [label for label, run in runs.items() if run.metrics is not None and not run.metrics.failed]
+    others = [f"{label} {ending(run)}" for label, run in runs.items() if label not in ours]
+    if len(ours) < 2:
+        said = f"{'Only ' * bool(others)}{ours[0]} held" if ours else "None held"
+        return "; ".join([said, *others]) + "."
+    errors = [row for row in rows if row.quantity == "rms error" and set(ours) <= row.values.keys()]
+    mean = {label: fsum(log(max(row.values[label], TINY)) for row in errors) / max(len(errors), 1) for label in ours}
+    best, second = sorted(ours, key=mean.__getitem__)[:2]
+    times = exp(mean[second] - mean[best])
+    if times < DIFFERENCE:
+        said = (f"{best} and {second} are alike: their rms errors differ by less than 5 %" if errors else
+                f"{' and '.join(ours)} held")
+    else:
+        most = max(errors, key=lambda row: row.values[second] / max(row.values[best], TINY))
+        said = (f"{best} is {'better' if len(ours) == 2 else 'best'}: the rms errors of {second} are on average "
+                f"{larger(times)} (most on {most.of}, {most.text(best)} against {most.text(second)})")
+    parts = [said]
+    for label in ours if times < DIFFERENCE else [label for label in ours if label != best]:
+        won = [row for row in rows if label in row.best and row.lead >= DIFFERENCE]
+        if won:
+            top, rival = max(won, key=lambda row: row.lead), best if label != best else second
+            parts.append(f"{label} is better in {len(won)} of {len(rows)} rows (most in {top.quantity} of {top.of}, "
+                         f"{top.text(label)} against {top.text(rival)})")
+    return "; ".join([*parts, *others]) + "."
 
 
 def legend(runs: Iterable[RunResult], sign: str) -> str:

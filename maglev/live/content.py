@@ -7,12 +7,11 @@ from typing import Any
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.model_description import model_description
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
 from maglev.linear.parameters import KINDS
 from maglev.live.javascript import law_text, parts_text
-from maglev.own_fmus import definition
+from maglev.own_fmus import stale
 from maglev.own_stage.adoption import know_stage
 from maglev.panels import PANELS
 from maglev.rig.modules import definitions
@@ -26,6 +25,7 @@ from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
+LAW_COLOURS = {"nonlinear": 0, "PID": 4, "linear": 2, "scheduled": 3}   # numbers of lines of runs; another law has 1
 SIGNALS = ("constant", "steps", "sinusoids")
 
 ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no description says so
@@ -85,6 +85,16 @@ def why_not_live(plan: RunPlan) -> str:
                                      "references, to the plant or to measurements")
 
 
+def require_live(plan: RunPlan) -> Rig:
+    """Rig of a run that a page can fly, whose stage this process knows from then on; FmuError of another run."""
+    why = why_not_live(plan)
+    if plan.rig is None or why:
+        raise FmuError(f"{plan.name} cannot fly in the live page: {why}")
+    if plan.rig_file is not None:
+        know_stage(plan.rig_file)
+    return plan.rig
+
+
 def live_runs() -> list[RunPlan]:
     """Packaged runs that the page can fly."""
     return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
@@ -95,15 +105,13 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
 
     FmuError if a run cannot fly in a page, or a module is missing or of another description.
     """
-    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "rigs": {}}
+    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "rigs": {}}
     flown: list[Rig] = []
     for plan in plans:
-        rig, why = plan.rig, why_not_live(plan)
-        if rig is None or why:
-            raise FmuError(f"{plan.name} cannot fly in the live page: {why}")
+        rig = require_live(plan)
         if rig.name not in data["rigs"]:
-            own = f"--rig {plan.rig_file} " if plan.rig_file is not None and know_stage(plan.rig_file) else ""
-            again = f"maglev build {own}--native --target wasm"
+            own = f"--rig {plan.rig_file} " if plan.rig_file is not None else ""
+            again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
             flown.append(rig)
             data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in modules_of(rig)}
@@ -112,19 +120,14 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
 
 
 def described(fmus: Path, name: str, again: str) -> ModelDescription:
-    """Description of a module in a folder, which must be of the FMU as it is now: its variables, its code."""
+    """Description of a module in a folder, which must be of the FMU as it is now."""
     path = fmus / f"{name}.xml"
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():
             raise FmuError(f"{file}: there is no such file, expected the modules for the live page: {again}")
-    if variables_in(path.read_bytes()) != variables_in(model_description(definition(name), "", "", 0)):
-        raise FmuError(f"{path}: its variables are not those that {name} has now, expected it built again: {again}")
+    if old := stale(name, path.with_suffix(".wasm")):
+        raise FmuError(old)
     return read_description(name, path)
-
-
-def variables_in(description: bytes) -> bytes:
-    """What a model description says of the variables, as it stands there."""
-    return description.partition(b"<ModelVariables>")[2]
 
 
 def description_data(description: ModelDescription) -> dict[str, Any]:
@@ -177,9 +180,9 @@ def rig_data(rig: Rig) -> dict[str, Any]:
     assert gap is not None   # on the axis or at the motors
     along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
     return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
-            "room": {"along": along, "gap": gap.upper}, "mass": {axis.name: axis.mass for axis in rig.axes},
-            "sharing": rig.sharing, "vertical": rig.constants_of(rig.vertical.name), "tilts": tilts(rig),
-            "places": places(rig),
+            "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": rig.sharing, "places": places(rig),
+            "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": tilts(rig),
+            "vertical": rig.constants_of(rig.vertical.name),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal},
             "shown": {axis.name: {"name": place.words(axis.name, axis is rig.vertical),
                                   **place.reading(axis.unit("m"))} for axis in rig.axes},

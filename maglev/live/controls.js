@@ -93,25 +93,12 @@ function slider(parent, { id, label, unit, low, high, step, zero, hides }, act) 
   return show;
 }
 
-/** Radio buttons; `act` gets the chosen value. Returns a function that replaces the choices and shows one. */
-function choices(parent, name, legend, act) {
-  const group = html("fieldset", { class: "choices", id: name }, parent);
-  html("legend", {}, group, legend);
-  const place = html("div", {}, group);
-  return (options, chosen) => {
-    const key = JSON.stringify(options);
-    if (place.dataset.key !== key) {
-      place.dataset.key = key;
-      place.replaceChildren();
-      for (const [value, text] of options) {
-        const label = html("label", {}, place);
-        const input = html("input", { type: "radio", name, value }, label);
-        html("span", {}, label, text);
-        input.addEventListener("change", () => { if (input.checked) act(value); });
-      }
-    }
-    for (const input of place.querySelectorAll("input")) input.checked = input.value === chosen;
-  };
+/** Show the choices of a list, and which is chosen. */
+function choose(id, options, chosen) {
+  const list = at(id), key = JSON.stringify(options);
+  if (list.dataset.key !== key) list.replaceChildren(...options.map(([value, text]) => html("option", { value }, null, text)));
+  list.dataset.key = key;
+  list.value = chosen;
 }
 
 /** Any parameter by its name: a list to choose from, its value, and what it is. */
@@ -160,7 +147,7 @@ function settingsList(parent, act) {
     list.replaceChildren();
     for (const [full, value] of Object.entries(settings)) {
       const item = html("li", {}, list, `${full} = ${value} `);
-      html("button", { type: "button", "aria-label": `Take back ${full}` }, item, "×")
+      html("button", { type: "button", "aria-label": `Take back ${full}` }, item, "undo")
         .addEventListener("click", () => act(full));
     }
   };

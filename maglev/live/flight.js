@@ -25,12 +25,13 @@ class Flight {
    * @param {object} run the plan
    * @param {string} model the controller
    * @param {object} settings values by `fmu.variable`, over the plan's
+   * @param {number} k communication point at which it begins
    */
-  constructor(library, run, model, settings) {
+  constructor(library, run, model, settings, k = 0) {
     this.library = library;
     this.run = run;
     this.settings = settings;
-    this.k = 0;
+    this.k = k;
     this.kicks = [];
     this.held = new Map();        // place (m) to which the hand pulls an axis
     this.chosen = new Map();      // reference (m, rad) of an axis in place of the plan's
@@ -127,6 +128,17 @@ class Flight {
     return other;
   }
 
+  /** A flight that goes on from now, at rest where its references are. */
+  lifted(settings) {
+    const starts = this.run.axes.map((axis, i) => [`plant.${axis}.position_start`, this.reference(i, this.time)]);
+    const known = Object.fromEntries(starts.filter(([name]) => this.plant.has(name.slice(6))));
+    const other = new Flight(this.library, this.run, this.model, { ...settings, ...known }, this.k);
+    other.settings = settings;
+    other.shaken = this.shaken;
+    other.chosen = this.chosen;
+    return other;
+  }
+
   /** Let another flight have the same hands on it. */
   follow(other) {
     other.chosen = this.chosen;
@@ -191,6 +203,13 @@ class Flight {
     plant.step(t, run.step);
     this.readOutputs();
     this.k++;
+  }
+
+  /** What is done at a time: parameters that are set, a reference that is chosen, or no more. */
+  act({ type, values, axis, value }) {
+    if (type === "tune") for (const [name, each] of Object.entries(values)) { this.settings[name] = each; this.tune(name, each); }
+    else if (value === null) this.chosen.delete(axis);
+    else this.chosen.set(axis, value);
   }
 
   /** Set a parameter that can change in flight, where there is one of that name. */

@@ -11,34 +11,24 @@ const NEAR = 14;   // px beside the mover in which a finger still takes it
  *  the outline of its reference, is there. */
 function pointed(event) {
   const box = at("stage").getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
-  const view = page.views.find((each) => x >= each.left && x < each.left + each.width
-    && y >= each.top && y < each.top + each.height);
-  const row = page.history?.last();
-  if (!view || !row) return null;
-  if (view.kind === "space") {
-    const taken = ["position", "reference"].some((what) => inside(hull(platformCorners(view, row, what)), [x, y], NEAR));
-    const moved = view.camera.moved(x, y), [first, second] = drivenAxes(page.run);
-    return { view, taken, places: { [first]: 1e-3 * moved.x, ...(second && { [second]: 1e-3 * moved.z }),
-      [vertical()]: 1e-3 * moved.y } };
+  const row = page.history?.last(), { space, gap } = page.views;
+  if (!space || !row) return null;
+  if (x > gap.left && y > gap.top) {
+    const [face] = faceOf(page.run, row), top = gap.y(face);
+    return { view: gap, taken: y > top - NEAR && y < top + BLOCK + NEAR, places: { [vertical()]: 1e-3 * y / gap.scale } };
   }
-  const taken = ["position", "reference"].some((what) => {
-    const [left, top, width, height] = boxIn(view, page.run, row, what);
-    return x > left - NEAR && x < left + width + NEAR && y > top - NEAR && y < top + height + NEAR;
-  });
-  const across = 1e-3 * (x - view.middle) / view.scale;
-  if (view.kind === "side") {
-    return { view, taken, places: { [view.axis]: across, [vertical()]: 1e-3 * (y - view.stator) / view.scale } };
-  }
-  const [first, second] = drivenAxes(page.run);
-  return { view, taken, places: { [first]: across, [second]: -1e-3 * (y - view.centre) / view.scale } };
+  const taken = ["position", "reference"].some((what) => inside(hull(platformCorners(space, row, what)), [x, y], NEAR));
+  const moved = space.camera.moved(x, y), [first, second] = drivenAxes(page.run);
+  return { view: space, taken, places: { [first]: 1e-3 * moved.x, ...(second && { [second]: 1e-3 * moved.z }),
+    ...(moved.y !== null && { [vertical()]: 1e-3 * moved.y }) } };
 }
 
-const dragsMover = () => document.querySelector("input[name=drag]:checked")?.value === "mover";
+const dragsMover = () => at("drag-mover").checked;
 
 function grab(event) {
   const found = pointed(event), row = page.history?.last();
   if (!found?.taken) {
-    if (found?.view.kind === "space") {
+    if (found && found.view !== page.views.gap) {
       page.turning = { x: event.clientX, y: event.clientY, ...page.orbit };
       at("stage").setPointerCapture(event.pointerId);
     }
@@ -46,7 +36,7 @@ function grab(event) {
   }
   page.dragged = true;
   const what = dragsMover() ? "position" : "reference";
-  page.drag = { mover: dragsMover(), view: found.view, offsets: Object.fromEntries(Object.entries(found.places)
+  page.drag = { mover: dragsMover(), kind: found.view.kind, offsets: Object.fromEntries(Object.entries(found.places)
     .map(([axis, place]) => [axis, row.axes[axis][what] - place])) };
   at("stage").setPointerCapture(event.pointerId);
   at("stage").focus({ preventScroll: true });
@@ -57,8 +47,8 @@ const DEGREES = 0.35;   // that a px turns the view by
 
 /** Turn the view in space by degrees. */
 function turnView(yaw, pitch, from = page.orbit) {
-  if (page.state.view !== "space") return;
-  page.orbit = { yaw: from.yaw + yaw, pitch: Math.min(HIGHEST, Math.max(LOWEST, from.pitch + pitch)) };
+  page.shot = null;
+  page.orbit = { ...page.orbit, yaw: from.yaw + yaw, pitch: Math.min(HIGHEST, Math.max(LOWEST, from.pitch + pitch)) };
   page.dirty = true;
 }
 
@@ -69,10 +59,10 @@ function move(event) {
   }
   const found = pointed(event);
   if (!page.drag) {
-    at("stage").style.cursor = found?.taken ? "grab" : found?.view.kind === "space" ? "move" : "";
+    at("stage").style.cursor = found?.taken ? "grab" : found && found.view !== page.views.gap ? "move" : "";
     return;
   }
-  if (!found || found.view.kind !== page.drag.view.kind || found.view.axis !== page.drag.view.axis) return;
+  if (!found || found.view.kind !== page.drag.kind) return;
   for (const [axis, place] of Object.entries(found.places)) {
     const value = place + page.drag.offsets[axis];
     if (page.drag.mover) post({ type: "hold", axis, value }); else refer(axis, value);
@@ -175,14 +165,14 @@ function showPanel() {
   if (shownRun !== run.plant) {
     shownRun = run.plant;
     rigPanel();
+    showTask();
   }
   at("run").value = state.run;
   at("about").textContent = run.title;
   at("speed").value = String(state.speed);
   at("view").value = state.view;
-  at("view").querySelector("[value=above]").hidden = drivenAxes(run).length < 2;
-  panel.controller(models.map((model, i) => [model, `${i + 1} ${lawOf(run, model)}`]), state.controller);
-  panel.ghost([["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
+  choose("controller", models.map((model) => [model, lawOf(run, model)]), state.controller);
+  choose("ghost", [["", "none"], ...models.map((model) => [model, lawOf(run, model)])], state.ghost);
   for (const each of SWITCHES) {
     const names = switchNames(each, run, state.controller), input = at(`switch-${each.id}`);
     input.parentElement.hidden = !names.length;
@@ -231,8 +221,6 @@ function buildPanel() {
   buildSwitches();
   for (const speed of SPEEDS) html("option", { value: speed }, at("speed"), `${speed}×`);
   page.panel = {
-    controller: choices(at("controllers"), "controller", "Controller", swap),
-    ghost: choices(at("controllers"), "ghost", "Flies along, transparent", setGhost),
     knobs: Object.fromEntries(KNOBS.map((knob) => [knob.id, slider(at(knob.group ?? "knobs"), knob,
       (value) => change(knobSettings(knob, page.run, page.state.controller, value)))])),
     shake: slider(at("faults"), { id: "shake", label: "the floor shakes", zero: "no", unit: "m/s²", low: 0, high: 3, step: 0.1 },
@@ -242,8 +230,8 @@ function buildPanel() {
       ?? plannedValue(page.run, page.run.fmus.controller.model, full) })),
     references: {},
   };
-  choices(at("dragging"), "drag", "Dragging moves", () => {})([["reference", "the reference"], ["mover", "the mover"]],
-    "reference");
+  at("controller").addEventListener("change", () => swap(at("controller").value));
+  at("ghost").addEventListener("change", () => setGhost(at("ghost").value));
   at("run").addEventListener("change", () => {
     begin({ ...readFragment(`#run=${at("run").value}&speed=${page.state.speed}`).state, view: page.state.view });
     play(true);
@@ -266,8 +254,8 @@ function buildPanel() {
   }
   at("view").addEventListener("change", () => {
     page.state.view = at("view").value;
+    page.shot = { ...SHOTS[page.state.view], zoom: 1 };
     stateChanged();
-    layout();
   });
   at("copy-link").addEventListener("click", () => copy(location.href, "link"));
   at("copy-command").addEventListener("click", () => copy(commandOf(page.state), "command"));
@@ -280,9 +268,10 @@ function buildPanel() {
   stage.addEventListener("keydown", pressed);
   addEventListener("resize", () => page.run && layout());
   addEventListener("hashchange", () => {
+    if (!page.state) return;   // it is read once the controllers are there
     const { state, problems } = readFragment(location.hash);
     openState(state);
-    if (state.law) showSharedLaw(state.law);
+    if (state.law) showSharedLaw(state.law, state.result);
     say(problems.join("; "), problems.length > 0);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);

@@ -15,11 +15,13 @@ from pmlsm.rig import Rig
 WIDTH = 118       # of a line
 INDENT = "  "
 MATH = {"sin", "cos", "tan", "atan", "sqrt", "exp", "expm1", "log", "sinh", "cosh", "tanh", "floor"}
-CONSTANTS = {"pi": "Math.PI"}
+CONSTANTS = {"pi": "Math.PI", "inf": "Infinity", "nan": "NaN"}
 # Operators, and how closely they bind: what binds less is put into parentheses.
-BINARY = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6)}
+BINARY = {ast.BitAnd: ("&", 3), ast.LShift: ("<<", 4), ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6),
+          ast.Div: ("/", 6)}
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "===", ast.NotEq: "!=="}
 COMPARISON, UNARY, ATOM = 4, 7, 9
+NAMED = {"isfinite": "Number.isFinite", "int": "Math.trunc", "float": "Number"}
 
 
 def law_text(rig: Rig) -> str:
@@ -36,6 +38,13 @@ def parts_text(rigs: Iterable[Rig]) -> str:
     found: dict[str, str] = {}
     for rig in rigs:
         collect(python_law(rig), found)
+    return "\n".join(found.values())
+
+
+def waves_text() -> str:
+    """Sine and cosine as blocks compute them, for the reference signals."""
+    found: dict[str, str] = {}
+    collect("from pmlsm.elementary.sine_cosine import sine_cosine", found)
     return "\n".join(found.values())
 
 
@@ -137,6 +146,8 @@ class Writer:
                 name = expression(node.target)
                 head = f"for (let {name} = 0; {name} < {expression(count)}; {name}++)"
                 yield from self.block(head, node.body, node.lineno)
+            case ast.While():
+                yield from self.block(f"while ({expression(node.test)})", node.body, node.lineno)
             case ast.Return(value=None):
                 yield "return;"
             case ast.Return(value=value) if value is not None:
@@ -254,8 +265,7 @@ def written(node: ast.expr) -> tuple[str, int]:
         case ast.IfExp():
             return f"{expression(node.test, 1)} ? {expression(node.body, 1)} : {expression(node.orelse)}", 0
         case ast.Call(func=ast.Name(id=name), keywords=[]):
-            called = (f"Math.{name}" if name in MATH else "Number.isFinite" if name == "isfinite" else
-                      f"new {name}" if name[0].isupper() else name)
+            called = (f"Math.{name}" if name in MATH else f"new {name}" if name[0].isupper() else NAMED.get(name, name))
             return f"{called}({', '.join(map(expression, node.args))})", ATOM
         case ast.Call(func=ast.Attribute() as method, keywords=[]):
             return f"{expression(method, ATOM)}({', '.join(map(expression, node.args))})", ATOM

@@ -4,9 +4,10 @@
 let worker = null;
 const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
-// The orbit is from where the picture in space is seen, in degrees.
+// The orbit is from where the picture in space is seen; the shot is the one that it goes to.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { yaw: -30, pitch: 20 }, story: null, fell: null, lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
+  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
+  story: null, fell: null, hits: [], lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -27,7 +28,8 @@ const valueOf = (full) => {
 /** What stands in the address, and all that shows the settings. */
 function stateChanged() {
   known.clear();
-  page.strips = new Strips(stripsOf(page.run, valueOf), windowFor(page.state.speed));
+  const { controller, ghost, speed } = page.state, names = ghost && [lawOf(page.run, controller), lawOf(page.run, ghost)];
+  page.strips = new Strips(stripsOf(page.run, valueOf, names), windowFor(speed));
   const fragment = fragmentOf(page.state);
   if (location.hash !== fragment) history.replaceState(null, "", fragment);
   showPanel();
@@ -40,6 +42,7 @@ function begin(state, planned = []) {
   page.run = live.runs[state.run];
   page.story = null;
   page.ended = false;
+  page.hits = [];
   page.lit = {};
   page.panel.shake(0);
   if (!planned.length) state.story = "";
@@ -49,14 +52,10 @@ function begin(state, planned = []) {
   post({ type: "speed", value: state.speed });
   at("released").hidden = true;
   at("moment").textContent = "";
-  // What moves along one axis alone is not seen from above.
-  if (state.view === "above" && drivenAxes(page.run).length < 2) state.view = "space";
   stateChanged();
   layout();
   showStory();
 }
-
-const SEEN = { space: "in space; a, d, w, s turn the view", sides: "from the sides", above: "from above" };
 
 /** From the start again, an experiment with all that is done in it. */
 function restart() {
@@ -65,9 +64,13 @@ function restart() {
   say("Started anew.");
 }
 
-/** From the start again, without what has brought it down. */
+/** Back into the air at its references, without what has brought it down; the flight and its experiment go on. */
 function liftOff() {
-  begin({ ...page.state, settings: page.state.story ? {} : page.state.settings });
+  if (page.ended) { restart(); return; }
+  if (page.story) page.state.settings = {}; else release();   // where it was dragged to it may not hold
+  page.hits = [];
+  post({ type: "lift", settings: { ...page.state.settings } });
+  stateChanged();
   play(true);
   say("");
 }
@@ -97,7 +100,7 @@ function swap(controller) {
   page.state.controller = controller;
   post({ type: "swap", controller });
   stateChanged();
-  say(`${lawOf(page.run, controller)} controller flies, from where the stage is.`);
+  say(`${isOwn(controller) ? "Your" : `The ${lawOf(page.run, controller)}`} controller takes over, from where the stage is.`);
 }
 
 function setGhost(other) {
@@ -105,7 +108,7 @@ function setGhost(other) {
   page.ghost = other ? new FlightHistory(page.run, page.width) : null;
   post({ type: "ghost", other });
   stateChanged();
-  say(other ? `A transparent stage flies along with the ${lawOf(page.run, other)} controller.` : "No stage flies along.");
+  say(other ? `A transparent stage flies along with ${isOwn(other) ? "your" : `the ${lawOf(page.run, other)}`} controller.` : "No stage flies along.");
 }
 
 function play(on) {
@@ -116,9 +119,10 @@ function play(on) {
 
 /** Begin what an address asks for. */
 function openState(state) {
-  const { story } = state;
+  const { story } = state, waits = story === "beat" && state.law && !live.runs[state.run].laws[LAW];   // for its reader
   begin(state);
-  if (story) tellStory(story);
+  if (story && !waits) tellStory(story);
+  if (waits) { page.state.story = story; stateChanged(); }
 }
 
 const vertical = () => page.run.vertical;
@@ -157,19 +161,6 @@ const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tr
   infeasible: "no current makes what is demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
 
 const LIT = 400;   // ms
-const GHOST_DOWN = "The stage that flies along touches an end stop.";
-
-/** What a stop that is touched means: why the mover does not leave it, in currents. */
-function touched(time) {
-  const { run } = page, row = page.history.last(), ends = endsOf(run, vertical(), valueOf);
-  // A platform that tilts meets its stops at one motor first.
-  const end = ends.findIndex((each) => run.motors.some((motor) => Math.abs(each - gapOf(run, row, motor, valueOf)) < 0.5e-3));
-  const needed = Math.abs(carryingCurrent(run, end < 0 ? row : atGap(run, row, ends[end]), valueOf));
-  const most = Math.min(valueOf("controller.current_limit") || Infinity, valueOf(`plant.${run.motors[0]}.amplifier.peak`));
-  if (end < 0 || !(needed > most)) return `At ${time.toFixed(2)} s an end stop is touched.`;
-  const where = `At ${time.toFixed(2)} s the mover ${end ? "fell onto" : "is drawn to"} its stop at ${(1e3 * ends[end]).toFixed(1)} mm`;
-  return `${where}: ${most.toPrecision(2)} A cannot ${end ? "lift it from" : "let go of it"} there, ${needed.toPrecision(2)} A would.`;
-}
 
 function frame(message) {
   if (!page.history) return;   // it is of the flight before
@@ -186,11 +177,13 @@ function frame(message) {
     at("flags").dataset.now = now.join();
     at("flags").replaceChildren(...now.map((name) => html("span", { class: `flag ${name}` }, null, EVENTS[name])));
     at("lift").hidden = !now.includes("stop");
-    if (now.includes("stop") && !before.includes("stop")) say(page.fell = touched(message.time), true);
+    if (now.includes("stop") && !before.includes("stop")) {
+      const end = hit(page.history.last(), message.time, lawOf(page.run, page.state.controller));
+      if (!page.story) say(page.fell = touched(message.time, end), true);   // which tells it by itself
+    }
     if (!now.includes("stop") && at("status").textContent === page.fell) say("");
   }
-  if (message.ghostFlags?.stop && !page.ghostDown && !page.story) say(GHOST_DOWN, true);
-  if (!message.ghostFlags?.stop && page.ghostDown && at("status").textContent === GHOST_DOWN) say("");
+  if (message.ghostFlags?.stop && !page.ghostDown && page.ghost.count) hit(page.ghost.last(), message.time, lawOf(page.run, page.state.ghost));
   page.ghostDown = message.ghostFlags?.stop;
 }
 
@@ -207,7 +200,7 @@ const RECEIVED = {
     const { state, problems } = readFragment(location.hash);
     openState(state);
     play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
-    if (state.law) showSharedLaw(state.law);
+    if (state.law) showSharedLaw(state.law, state.result);
     say(problems.length ? problems.join("; ") : page.playing ? "" : "Paused, for your system asks for little motion.",
       problems.length > 0);
   },
@@ -219,6 +212,7 @@ const RECEIVED = {
   "own refused": ownRefused,
   alive: () => { own.heard = performance.now(); },
   "not done": ({ text }) => say(text, true),
+  scored,
   flown: (message) => { page.flown[message.run] = message; },
 };
 
@@ -231,52 +225,3 @@ function startWorker() {
 }
 
 const loadWorker = () => post({ type: "load", about: live.fmus, plans: live.runs, binaries: live.binaries, law: live.parts });
-
-/** Fill in what changes with every frame, four times a second. */
-let lastReadings = 0;
-function readings(now) {
-  if (now - lastReadings < 250 || !page.frame) return;
-  lastReadings = now;
-  const row = page.history.last();
-  at("time").textContent = `${row.time.toFixed(2)} s`;
-  at("pace").textContent = page.playing ? `${page.frame.pace.toFixed(page.frame.pace < 1 ? 2 : 1)}× real time` : "paused";
-  for (const axis of page.run.axes) {
-    const shown = page.run.rig.shown[axis];
-    page.panel.references[axis]?.(shown.scale * row.axes[axis].reference);
-    at(`reading-${axis}`).textContent = reading(shown, row.axes[axis].position);
-  }
-}
-
-function draw(now) {
-  requestAnimationFrame(draw);
-  if (!page.dirty || !page.history?.count) return;
-  page.dirty = false;
-  page.frames++;
-  const row = page.history.last(), ghost = page.ghost?.last() ?? null;
-  page.views = drawStage(at("stage"), page.run, row, ghost, valueOf, page.colours, { seen: page.state.view, orbit: page.orbit });
-  page.strips.draw(at("strips"), page.history, page.ghost, page.colours, !page.playing);
-  if (!page.dragged) drawHint(at("stage"), page.views[0], page.run, row, page.colours);
-  drawPlane(at("plane"), page.run, page.history, page.ghost, valueOf, page.colours);
-  readings(now);
-  post({ type: "drawn" });
-}
-
-/** Colours of the style sheet by the names of what they stand for; those of the axes are the run's. */
-function readColours() {
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  page.colours = Object.fromEntries(["paper", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad"]
-    .map((name) => [name, colour(name)]));
-  page.run?.axes.forEach((axis, i) => { page.colours[axis] = colour(`axis-${i}`); });
-  page.dirty = true;
-}
-
-function layout() {
-  const stage = at("stage");
-  const height = Math.round(stageHeight(page.run, stage.parentElement.clientWidth, page.state.view));
-  stage.style.height = `${height}px`;
-  const least = 75 * page.strips.strips.length;
-  at("strips").style.height = `${Math.max(least, Math.min(520, innerHeight - height - 215))}px`;   // all on one screen
-  stage.setAttribute("aria-label", `The stage, ${SEEN[page.state.view]}. Arrow keys move the references by 1 mm, page up and down that of the gap; space pauses, 1 to 4 swap the controller, k and j kick.`);
-  readColours();
-}

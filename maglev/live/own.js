@@ -9,11 +9,12 @@ const LONGEST_LINK = 12000;    // characters of a law in an address
 const LONGEST_LAW = 100000;    // characters of its text
 const SILENT = 4000;           // ms without an answer, after which a worker is ended
 
-const own = { packed: "", asked: null, heard: 0, template: "", present: false };
+const own = { packed: "", asked: null, heard: 0, present: false };
 
 const lawSaid = (text, bad = false) => {
   at("law-said").textContent = text;
   at("law-said").classList.toggle("bad", bad);
+  markLine(Number(/line (\d+): /.exec(text)?.[1] ?? 0));
 };
 
 /** Bytes as text for an address, and back. */
@@ -36,23 +37,16 @@ async function unpackedLaw(packed) {
   return text;
 }
 
-/** Show a law that came with an address: it is not run. */
-async function showSharedLaw(packed) {
+/** Show a law that came with an address, and its result: it is not run. */
+async function showSharedLaw(packed, result) {
   try {
-    at("law").value = await unpackedLaw(packed);
-    at("own").open = true;
-    lawSaid("This link brought a law: code that somebody wrote. Read it; it runs when you press the button, in this page alone.");
-    say("This link brought a law; it waits below to be read and flown.");
+    setLawText(await unpackedLaw(packed));
+    Object.assign(beat, { yours: result, sent: Boolean(result) });
+    showResult();
+    lawSaid("This link brought a law: code that somebody wrote. It runs when you press “Run it”, in this page alone.");
   } catch (error) {
     say(`The law of this link cannot be read: ${error.message}`, true);
   }
-}
-
-/** The law that a user begins with, of the stage that flies; what was written stays. */
-function showTemplate(anew = false) {
-  const { law } = page.run.rig;
-  if (anew || at("law").value.trim() === "" || at("law").value === own.template) at("law").value = law;
-  own.template = law;
 }
 
 /** Have the worker try a controller on the run that flies; from now on it has to answer. */
@@ -64,8 +58,9 @@ function tryOwn(brought) {
   own.waiting = true;
 }
 
-async function flyLaw() {
-  const text = at("law").value;
+/** Try the law that is written, and give it the task. */
+async function runLaw() {
+  const text = lawText();
   if (text.length > LONGEST_LAW) { lawSaid(`The law has ${text.length} characters, expected at most ${LONGEST_LAW}.`, true); return; }
   own.asked = { packed: await packedLaw(text), script: true, label: "yours", name: "law" };
   lawSaid("");
@@ -95,7 +90,7 @@ async function takeFiles(files) {
     const [module, description] = [".wasm", ".xml"].map((ending) => [...files].find(({ name }) => name.endsWith(ending)));
     if (!module || !description) {
       throw new Error(`${[...files].map(({ name }) => name).join(", ")}: expected the pair NAME.wasm and NAME.xml that maglev build `
-        + "FILE.py --native --target wasm writes");
+        + "FILE.py --kind native --target wasm writes");
     }
     const about = described(await description.text());
     if (about.variables.some(({ name, causality }) => causality === "output" && name.endsWith(".encoder"))) {
@@ -105,20 +100,22 @@ async function takeFiles(files) {
     tryOwn({ model: `own:${about.name}`, bytes: new Uint8Array(await module.arrayBuffer()), about });
   } catch (error) {
     at("own").open = true;
-    lawSaid(error.message, true);
     say(error.message, true);
   }
 }
 
-/** It fits the stage that flies: one of its controllers from now on, and the one that flies. */
+/** It fits the stage that flies: one of its controllers from now on, and the one that flies; a law has the task. */
 function owned({ model, about }) {
   own.waiting = false;
   live.fmus[model] = about;
   for (const run of Object.values(live.runs)) if (run.plant === page.run.plant) run.laws[model] = own.asked.label;
-  if (own.asked.script) own.packed = own.asked.packed;
-  lawSaid(`It flies, from where the stage is${own.asked.script && own.packed.length > LONGEST_LINK
-    ? `; it is too long for a link: ${own.packed.length} characters packed, at most ${LONGEST_LINK}` : ""}.`);
   say("");
+  if (own.asked.script) {
+    own.packed = own.asked.packed;
+    if (own.packed.length > LONGEST_LINK) lawSaid(`It is too long for a link: ${own.packed.length} characters packed, at most ${LONGEST_LINK}.`);
+    tellStory("beat");
+    return;
+  }
   if (page.frame?.flags.stop || page.ended) begin({ ...page.state, controller: model });
   else swap(model);
   play(true);
@@ -126,8 +123,7 @@ function owned({ model, about }) {
 
 function ownRefused({ text }) {
   own.waiting = false;
-  at("own").open = true;
-  lawSaid(text, true);
+  if (own.asked.script) lawSaid(text, true); else at("own").open = true;
   say(text, true);
 }
 
@@ -152,23 +148,7 @@ function watchOwn() {
 }
 
 function buildOwn() {
-  at("own").addEventListener("toggle", () => { if (at("own").open) showTemplate(); });
-  at("write-own").addEventListener("click", () => {
-    at("own").open = true;
-    at("own").scrollIntoView({ block: "start" });
-    at("law").focus({ preventScroll: true });
-  });
-  at("fly-law").addEventListener("click", flyLaw);
-  at("template").addEventListener("click", () => { showTemplate(true); lawSaid(""); });
-  at("share-law").addEventListener("click", () => {
-    if (own.packed && own.packed.length <= LONGEST_LINK) copy(location.href, "link with the law");
-    else lawSaid(own.packed ? `Too long for a link: ${own.packed.length} characters packed, at most ${LONGEST_LINK}.`
-      : "Fly it first: the link brings what flies.", true);
-  });
   at("own-files").addEventListener("change", () => { takeFiles(at("own-files").files); at("own-files").value = ""; });
-  at("law").addEventListener("keydown", (event) => {
-    if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) { event.preventDefault(); flyLaw(); }
-  });
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
     event.preventDefault();

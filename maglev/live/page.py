@@ -6,24 +6,31 @@ from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
-from maglev.live.content import live_runs, not_live, page_data
+from maglev.catalogue import WASM
+from maglev.catalogue.for_runs import built
+from maglev.live.content import live_runs, modules_of, not_live, page_data, require_live
+from maglev.live.javascript import waves_text
 from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
 from maglev.pages import shell
+from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml
 
 FOLDER = Path(__file__).parent
+EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
-SCRIPTS = ("state.js", "history.js", "traces.js", "pen.js", "plots.js", "forces.js", "stage.js", "camera.js",
-           "space.js", "controls.js", "stories.js", "own.js", "messages.js", "main.js", "hands.js", "start.js")
+SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
+           "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
+ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
           "img-src data:")
 
 
-def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path = "fmus") -> Path:
+def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path | None = None,
+               say: Say = warn, watch: Watch = unwatched) -> Path:
     """Write one page that flies stages in a browser, from disk and without network.
 
     Parameters
@@ -32,8 +39,11 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
         Folder for the page, made if it is not there.
     files : iterable of path
         What flies there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
-    fmus : path
-        Folder of the FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions.
+    fmus : path, optional
+        Folder of FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions. If not given, these are
+        built where they are missing, which needs the extra `native`, and kept in the user's cache.
+    say, watch : callable
+        Told what is built, and how much of it.
 
     Returns
     -------
@@ -43,13 +53,20 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     Raises
     ------
     MaglevError
-        If a module is missing or was built of other variables: `build(native=True, target="wasm")` makes them; or if a
-        run cannot fly there.
+        If a module is missing or was built of other variables, which `build(kind="native", target="wasm")` makes; or
+        if a run cannot fly there.
     """
     named = [*map(Path, files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
     path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
-    shell.publish(path, live_page(Path(fmus) / "wasm", plans, {} if named else not_live()))
+    if fmus is None:
+        for plan in plans:
+            require_live(plan)
+        names = dict.fromkeys(name for plan in plans if plan.rig is not None for name in modules_of(plan.rig))
+        folder = built(names, WASM, say, watch)
+    else:
+        folder = Path(fmus) / "wasm"
+    shell.publish(path, live_page(folder, plans, {} if named else not_live()))
     return path
 
 
@@ -67,14 +84,15 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
     data = page_data(fmus, plans)
     modules = {name: shell.packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return shell.page(
-        "live", "Maglev stage, live", read("style.css"), read("page.html"), POLICY,
+        "live", "Maglev stage, live", ABOUT, read("style.css"), read("page.html"), POLICY,
         version=version("maglev-fmus"),
         elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
         data=shell.packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
-        worker="\n".join(read(name) for name in WORKER),
-        scripts=shell.scripts(*map(read, SCRIPTS)))
+        editor=shell.packed(b"/*\n%s*/\n%s" % (EDITOR.with_name("LICENSE").read_bytes(), EDITOR.read_bytes())),
+        worker="\n".join((waves_text(), *map(read, WORKER))),
+        scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 
 
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:

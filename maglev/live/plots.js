@@ -1,28 +1,25 @@
 "use strict";
-// Plots that roll beside the stage: gap, displacements, errors (logarithmic), currents with limits, and the i_d–i_q plane.
+// Plots that roll beside the stage: gap, displacements, errors (logarithmic), currents with limits.
 
 const LEFT = 54, RIGHT = 10, TOP = 17, BOTTOM = 4;   // px around a strip
 const LARGEST_ERROR = 0.1;                           // m, rad
 
-/** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
-function sized(canvas, clear = true) {
-  const ratio = Math.min(2, devicePixelRatio || 1);
-  const { clientWidth: width, clientHeight: height } = canvas;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  if (clear) context.clearRect(0, 0, width, height);
-  return { context, width, height, ratio };
-}
-
 const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s shown
 
-/** What a strip of the rig shows beside its panel: lines with a colour and a function of a row, range, levels that are marked. */
-function stripsOf(run, values) {
-  return run.rig.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
+/** What a strip of the rig shows beside its panel: lines with a colour and a function of a row, range, levels that are marked.
+ *
+ * Of one controller lines have the colours of the axes, of two, by their names, those of the controllers: there errors of the gap
+ * are apart, and no currents. */
+function stripsOf(run, values, names = null) {
+  if (!names) return run.rig.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
+  const kinds = [[run.vertical], run.axes.filter((axis) => axis !== run.vertical)];
+  const panels = run.rig.strips.filter(({ kind }) => kind !== "currents").flatMap((panel) => (panel.kind !== "error" ? [panel]
+    : kinds.map((axes) => ({ ...panel, axes, title: panel.title.replace("axes", axes.join(", ")) }))));
+  return panels.map((panel, i) => {
+    const { lines, ...strip } = { ...panel, ...STRIPS[panel.kind](run, panel, values) };
+    return { ...strip, names: i ? [] : [[names[0], "ours"], [names[1], "other"]],
+      lines: lines.map((line) => ({ ...line, colour: line.thin ? "reference" : "ours" })) };
+  });
 }
 
 const STRIPS = {
@@ -42,7 +39,7 @@ const STRIPS = {
       const i = run.axes.indexOf(axis);
       return { colour: axis, value: (h, r) => Math.max(floor, scale * Math.abs(h.at(r, columnOf.position(i)) - h.at(r, columnOf.reference(i)))) };
     });
-    return { lines, title: run.rotations.length ? `${title}, of tilts in mrad` : title, low: floor, high: scale * LARGEST_ERROR,
+    return { lines, title: axes.some((axis) => isTilt(run, axis)) ? `${title}, of tilts in mrad` : title, low: floor, high: scale * LARGEST_ERROR,
       logarithmic: unit, marks: run.bands.map((band) => scale * band) };
   },
   currents(run, { title }, values) {
@@ -72,12 +69,13 @@ function drawFrame(context, strip, box, colours) {
     write(context, text, box.left - 5, at, colours.faint, { align: "right" });
   }
   for (const mark of strip.marks) line(context, across(y(mark)), colours.faint, 1, DASHED);
-  write(context, strip.title, box.left, box.top - 8, colours.text);
   let end = right;
-  for (const { name, colour } of strip.lines.filter((each) => each.name).reverse()) {
+  for (const [name, colour] of (strip.names ?? strip.lines.filter((each) => each.name).map((each) => [each.name, each.colour])).reverse()) {
     write(context, `— ${name}`, end, box.top - 8, colours[colour], { align: "right" });
     end -= context.measureText(`— ${name}`).width + 12;
   }
+  const room = context.measureText(strip.title).width < end - box.left;
+  write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
 }
 
 /** Plots of a flight and of the one that flies along. Lines stay where they are drawn and are moved: only new ones cost. */
@@ -103,6 +101,7 @@ class Strips {
   draw(canvas, rows, ghost, colours, now) {
     const { context, width, height, ratio } = sized(canvas, false);
     this.columns = Math.round((width - LEFT - RIGHT) * ratio);
+    if (this.columns < 1) return;   // there is no room for a line
     this.bucket = this.span / this.columns;
     const latest = Math.floor(rows.last().time / this.bucket);
     if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
@@ -147,9 +146,9 @@ class Strips {
       context.rect(0, ratio * (top - 1), columns, ratio * (high + 2));
       context.clip();
       for (const [line, trace, other] of flown) {
-        context.fillStyle = colours[line.colour];
-        context.globalAlpha = 0.4;
+        context.fillStyle = colours.other;
         if (other) other.draw(context, begin, begin - first, y, 1.5 * ratio, false);
+        context.fillStyle = colours[line.colour];
         context.globalAlpha = line.thin ? 0.8 : 1;
         trace.draw(context, begin, begin - first, y, (line.thin ? 1 : 1.7) * ratio, line.thin);
       }
@@ -173,42 +172,4 @@ function ranged(strip, flown) {
   const largest = Math.max(strip.tens, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
   const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));
   return { ...strip, low: -most, high: most };
-}
-
-/** The plane of the direct and the quadrature current: where each motor is and has been for a moment, and its limits. */
-function drawPlane(canvas, run, history, ghost, values, colours) {
-  const { context, width, height } = sized(canvas);
-  const limit = values("controller.current_limit"), peak = values(`plant.${run.motors[0]}.amplifier.peak`);
-  const most = 1.25 * Math.max(limit, limit ? 0 : peak, 1), size = Math.min(width - 50, height - 42);
-  const left = (width - size) / 2 + 8, top = 18;
-  const x = (amperes) => left + (amperes / most + 1) / 2 * size, y = (amperes) => top + (1 - amperes / most) / 2 * size;
-  const form = { align: "center", base: "alphabetic" };
-  boxed(context, [left, top, size, size], colours.line);
-  line(context, [[x(0), y(-most)], [x(0), y(most)]], colours.line);
-  line(context, [[x(-most), y(0)], [x(most), y(0)]], colours.line);
-  write(context, "i_q over i_d, A; limit dashed", left + size / 2, top - 6, colours.text, form);
-  for (const tick of [-1, 1]) {
-    const value = limit || peak || 1, text = `${tick < 0 ? "−" : ""}${value}`;
-    write(context, text, x(tick * value), top + size + 14, colours.faint, form);
-    write(context, text, left - 14, y(tick * value) + 4, colours.faint, form);
-  }
-  if (limit) boxed(context, [x(-limit), y(limit), x(limit) - x(-limit), y(-limit) - y(limit)], colours.faint, 1, DASHED);
-  run.motors.forEach((motor, m) => {
-    for (const [flown, alpha] of [[ghost, 0.4], [history, 1]]) {
-      if (!flown?.count) continue;
-      context.strokeStyle = context.fillStyle = colours[run.drives[motor]];
-      context.globalAlpha = 0.5 * alpha;
-      context.beginPath();
-      for (let row = Math.max(flown.first, flown.count - 250); row < flown.count; row += 2) {
-        context.lineTo(x(flown.at(row, columnOf.direct(run.axes, m))), y(flown.at(row, columnOf.quadrature(run.axes, m))));
-      }
-      context.stroke();
-      context.globalAlpha = alpha;
-      context.beginPath();
-      const last = flown.last().motors[motor];
-      context.arc(x(last.d), y(last.q), 5, 0, 2 * Math.PI);
-      context.fill();
-      context.globalAlpha = 1;
-    }
-  });
 }

@@ -1,25 +1,25 @@
 "use strict";
-// Reference signals of a run over time, in SI, as maglev.schema.signals has them.
+// Reference signals of a run over time, in SI, as maglev.schema.signals has them: the same bits.
 
 const TIME_TOLERANCE = 1e-9;   // s; a step at a multiple of the communication step must not be missed by rounding
 
 function envelope(signal, t) {
   if (t >= signal.ramp) return 1;
   const s = Math.max(t, 0) / signal.ramp;
-  return 3 * s ** 2 - 2 * s ** 3;
+  return s * s * (3 - 2 * s);
 }
 
 function envelopeRate(signal, t) {
   if (t >= signal.ramp) return 0;
   const s = Math.max(t, 0) / signal.ramp;
-  return (6 * s - 6 * s ** 2) / signal.ramp;
+  return 6 * s * (1 - s) / signal.ramp;
 }
 
 const oscillation = (signal, t) => signal.terms
-  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * Math.sin(omega * t + phase), 0);
+  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * sine_cosine(omega * t + phase)[0], 0);
 
 const slope = (signal, t) => signal.terms
-  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * omega * Math.cos(omega * t + phase), 0);
+  .reduce((sum, { amplitude, omega, phase }) => sum + amplitude * omega * sine_cosine(omega * t + phase)[1], 0);
 
 /** Value of a signal at a time (s). */
 function signalValue(signal, t) {

@@ -52,12 +52,14 @@ async function startPage() {
   listRuns();
   buildPanel();
   buildOwn();
+  buildBeat();
   requestAnimationFrame(draw);
   startWorker();
   loadWorker();
+  if (at("text").open) buildEditor().catch((error) => page.problems.push(String(error)));
 }
 
-if (parent !== window) document.querySelector(".shell")?.remove();   // in a frame of the site, which has its own way
+if (parent !== window) document.documentElement.classList.add("framed");   // on a page that has its own heading and ways: the stage alone
 startPage().catch((error) => {
   page.problems.push(String(error));
   say(`This page cannot start: ${error.message}. It needs WebAssembly and DecompressionStream, as browsers of 2023 have.`,

@@ -13,24 +13,8 @@ const isOwn = (model) => model.startsWith("own:");
 const lawOf = (run, model) => run.laws[model];
 const controllersOf = (run) => Object.keys(run.laws);
 
-/** Horizontal axes, in the order of the motors that drive them. */
-const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
-const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
-
-const isTilt = (run, axis) => run.rotations.includes(axis);
-
-/** Where an axis ends (m, rad): at its stops; where they are at the motors, the gap at those, and a tilt where, from the
- * middle, the farthest motor meets one. */
-function endsOf(run, axis, values) {
-  const ends = (of) => ["lower", "upper"].map((end) => values(`plant.${of}.stop.${end}`));
-  const tilt = Object.values(run.rig.tilts).find((each) => each.axis === axis);
-  if (!tilt) return ends(ends(axis)[0] === undefined ? run.motors[0] : axis);
-  const most = Math.min(...run.motors.map((motor) => {
-    const [low, high] = ends(motor);
-    return (high - low) / 2 / Math.abs(values(`plant.${motor}.${tilt.place}`));
-  }));
-  return [-most, most];
-}
+/** Colour of a controller in the style sheet, the same everywhere. */
+const colourOf = (run, model) => `run-${live.colours[lawOf(run, model)] ?? 1}`;
 
 /** The variable `fmu.variable` of a run with a controller; undefined if there is none. */
 function variableOf(run, controller, full) {
@@ -66,7 +50,12 @@ function readFragment(fragment) {
   const name = [asked, FIRST_RUN, Object.keys(live.runs)[0]].find((each) => Object.hasOwn(live.runs, each));
   const run = live.runs[name], known = controllersOf(run);
   const state = { run: name, controller: run.fmus.controller.model, ghost: "", speed: 1, settings: {}, view: "space", story: "",
-    law: entries.get("law") ?? "" };
+    law: entries.get("law") ?? "", result: null };
+  try {
+    if (entries.has("result")) state.result = readResult(entries.get("result"));
+  } catch (error) {
+    problems.push(error.message);
+  }
   for (const key of ["controller", "ghost"]) {
     const model = entries.get(key);
     if (known.includes(model)) state[key] = model;
@@ -76,12 +65,12 @@ function readFragment(fragment) {
     if (SPEEDS.includes(Number(entries.get("speed")))) state.speed = Number(entries.get("speed"));
     else problems.push(`speed = ${entries.get("speed")}, expected one of ${SPEEDS.join(", ")}`);
   }
-  for (const [key, known] of [["view", ["space", "sides", "above"]], ["story", STORIES.map(({ id }) => id)]]) {
+  for (const [key, known] of [["view", Object.keys(SHOTS)], ["story", STORIES.map(({ id }) => id)]]) {
     if (known.includes(entries.get(key))) state[key] = entries.get(key);
     else if (entries.has(key)) problems.push(`${key} = ${entries.get(key)}, expected one of ${known.join(", ")}`);
   }
   for (const [full, text] of entries) {
-    if (["run", "controller", "ghost", "speed", "view", "story", "law"].includes(full)) continue;
+    if (["run", "controller", "ghost", "speed", "view", "story", "law", "result"].includes(full)) continue;
     const variable = variableOf(run, state.controller, full) ?? variableOf(run, run.fmus.controller.model, full);
     try {
       if (!variable) throw new Error(`${full}: there is no such parameter of ${name}`);
@@ -97,10 +86,11 @@ function readFragment(fragment) {
 function fragmentOf({ run, controller, ghost, speed, settings, view, story, law }) {
   const entries = [["run", run]];
   if (view !== "space") entries.push(["view", view]);
-  if (story) return `#${[...entries, ["story", story]].map((entry) => entry.join("=")).join("&")}`;
+  const packed = controller === LAW ? own.packed : law;   // a law that a link brought stays in it until another one runs
+  if (story) entries.push(["story", story]);
+  if (story === "beat" && packed && packed.length <= LONGEST_LINK) entries.push(["law", packed], ...(beat.yours ? [["result", resultText(beat.yours)]] : []));
+  if (story) return `#${entries.map((entry) => entry.join("=")).join("&")}`;
   if (controller !== live.runs[run].fmus.controller.model && !isOwn(controller)) entries.push(["controller", controller]);
-  // A law that a link brought stays in it until another one flies.
-  const packed = controller === LAW ? own.packed : law;
   if (packed && packed.length <= LONGEST_LINK) entries.push(["law", packed]);
   if (ghost && !isOwn(ghost)) entries.push(["ghost", ghost]);
   if (speed !== 1) entries.push(["speed", speed]);
@@ -112,5 +102,5 @@ function commandOf({ run: name, controller, settings }) {
   const run = live.runs[name];
   const other = controller === run.fmus.controller.model ? "" : ` --controller fmus/native/${controller}.fmu`;
   const known = Object.entries(settings).filter(([full]) => variableOf(run, controller, full));
-  return `maglev run ${run.command} --native${other}${known.map(([full, value]) => ` --set ${full}=${value}`).join("")}`;
+  return `maglev run ${run.command}${other}${known.map(([full, value]) => ` --set ${full}=${value}`).join("")}`;
 }

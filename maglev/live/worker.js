@@ -156,37 +156,75 @@ function flown({ run, until, model = runs[run].fmus.controller.model, settings =
   postMessage({ type: "flown", run, model, positions, took: performance.now() - begin });
 }
 
+const WITHIN = 1e-4;   // m, in which a task counts as done
+
+/** What a controller makes of a task, on a flight of its own: of what is put on and of a step the largest error of the gap,
+ * the time to the last error beyond WITHIN, and the overshoot; the ripple of a current at rest; SI. Of one that is lost when. */
+function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
+  const tried = new Flight(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
+  const [gap, moved] = [vertical, axis].map((name) => axes.indexOf(name));
+  const place = (i) => tried.motion.values[2 * i], error = (i) => Math.abs(place(i) - tried.reference(i, tried.time));
+  const values = [0, 0, 0, 0, 0, 0], ripple = { sum: 0, squares: 0, count: 0 };
+  let lost = null;
+  while (tried.time < until && lost === null) {
+    while (due.length && tried.time >= due[0].at - TIME_TOLERANCE) tried.act(due.shift());
+    try {
+      tried.step();
+    } catch {   // of the flight that is seen it is said what
+      lost = tried.time;
+      break;
+    }
+    const { time } = tried;
+    if (time > on / 2 && time <= on) {
+      const current = tried.plant.get(tried.seen)[3];   // the direct one of the first motor
+      ripple.sum += current;
+      ripple.squares += current ** 2;
+      ripple.count++;
+    }
+    if (tried.plant.flag("at_stop")) lost = time;
+    if (time > on && time <= step) {
+      values[0] = Math.max(values[0], error(gap));
+      if (error(gap) > WITHIN) values[1] = time - on;
+    } else if (time > step) {
+      if (error(moved) > WITHIN) values[2] = time - step;
+      values[3] = Math.max(values[3], place(moved) - tried.reference(moved, time));
+      values[4] = Math.max(values[4], error(gap));
+    }
+  }
+  values[5] = Math.sqrt(Math.max(0, ripple.squares / ripple.count - (ripple.sum / ripple.count) ** 2));
+  postMessage({ type: "scored", number, values: lost === null ? values : [], lost: lost ?? 0 });
+}
+
 const HANDLERS = {
   load,
   start,
   flown,
+  scored,
   own,
   alive: () => postMessage({ type: "alive" }),
   play: (message) => { playing = message.on; if (flight) resume(); },
   speed: (message) => { speed = message.value; if (flight) resume(); },
   drawn: () => { waiting = false; },
-  tune: ({ values }) => {
-    for (const [name, value] of Object.entries(values)) {
-      flight.settings[name] = value;
-      flight.tune(name, value);
-      ghost?.tune(name, value);
-    }
-  },
+  tune: (act) => { flight.act(act); ghost?.act(act); },
   swap: ({ controller }) => flight.swap(controller),
+  lift: ({ settings }) => {
+    const others = ghost;
+    flight = flight.lifted(settings);
+    ghost = others?.lifted(settings) ?? null;
+    if (ghost) flight.follow(ghost);
+  },
   ghost: ({ other }) => {
     ghost = seen(other) ? flight.twin(other) : null;
     ghostRows = [];
     rows = [];
     record();
   },
-  reference: ({ axis, value }) => {
-    if (value === null) flight.chosen.delete(axis); else flight.chosen.set(axis, value);
-  },
+  reference: (act) => flight.act(act),
   hold: ({ axis, value }) => { if (value === null) flight.held.delete(axis); else flight.held.set(axis, value); },
   shake: ({ value }) => { flight.shaken = value; if (ghost) ghost.shaken = value; },
   /** Set values for a time (s). */
   blink: ({ values, back, time }) => {
-    HANDLERS.tune({ values });
+    HANDLERS.tune({ type: "tune", values });
     acts.push({ at: flight.time + time, type: "tune", values: back });
     acts.sort((one, other) => one.at - other.at);
   },

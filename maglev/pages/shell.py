@@ -19,6 +19,7 @@ from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 INDEX = "index.html"
+SCENE = ("pen.js", "camera.js", "scene.js", "space.js", "gap.js")
 PLACE = "<!--shell-->"
 HEAD = 4000   # bytes of a page in which its head stands
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
@@ -49,18 +50,26 @@ def tokens() -> str:
     return read("tokens.css")
 
 
-def page(kind: str, title: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
+def page(kind: str, title: str, about: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
     """Text of a page: its head, with a style sheet over `tokens`, and a body, which is a template for parts.
 
-    The title and the parts are HTML. The policy says what the page may have beside its text: nothing of a network.
+    The title, what the page is about and the parts are HTML. The policy says what the page may have beside its text:
+    nothing of a network.
     """
-    return Template(read("page.html")).substitute(kind=kind, title=title, style=tokens() + style, policy=policy,
-                                                  body=Template(body).substitute(parts).rstrip("\n"))
+    said = " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split())
+    return Template(read("page.html")).substitute(
+        kind=kind, title=title, about=said, icon=quote(read("icon.svg").strip()), style=tokens() + style, policy=policy,
+        body=Template(body).substitute(parts).rstrip("\n"))
 
 
 def scripts(*texts: str) -> str:
     """Elements with the scales of all plots, and with scripts."""
     return "\n".join(f"<script>\n{text}</script>" for text in (read("scale.js"), *texts))
+
+
+def scene() -> str:
+    """Script that draws a stage on a canvas: in space, and beside it its air gap."""
+    return "\n".join(map(read, SCENE))
 
 
 def packed(data: bytes) -> str:
@@ -127,5 +136,6 @@ def write_index(folder: Path) -> None:
         if found:
             sections.append(f'<section id="{kind}"><h2>{one if len(found) == 1 else several}</h2>\n<ul>'
                             + "\n".join(found) + "</ul></section>")
-    write_whole(folder / INDEX, page("index", "Maglev stages: results", read("index.css"), read("index.html"),
-                                     "style-src 'unsafe-inline'", sections="\n".join(sections)))
+    write_whole(folder / INDEX, page("index", "Maglev stages: results", "Every page of results in this folder.",
+                                     read("index.css"), read("index.html"),
+                                     "style-src 'unsafe-inline'; img-src data:", sections="\n".join(sections)))

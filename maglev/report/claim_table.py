@@ -14,7 +14,9 @@ from maglev.judging.verdicts import (
     Verdict,
     blames,
     bounds_in_words,
+    by_kind,
     count_verdicts,
+    kinds_in_words,
     met_of,
     sentences,
     specification,
@@ -26,6 +28,9 @@ from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
 from maglev.report.status import Part, apart, is_listed, modification, run_status
+from maglev.report.text import counted, sentence
+
+MOST_TOLD = 4   # runs that have a sentence in the head of a report
 
 
 class Look(NamedTuple):
@@ -38,6 +43,7 @@ class Look(NamedTuple):
 LOOKS: dict[Verdict, Look] = {
     "reproduced": Look("good", "✓"),
     "within 10 %": Look("close", "≈"),
+    "no difference": Look("bad", "="),
     "not reproduced": Look("bad", "✗"),
     "not testable": Look("open", "?"),
     "not run": Look("none", "–"),
@@ -47,7 +53,6 @@ LOOKS: dict[Verdict, Look] = {
 }
 
 
-
 def badge(verdict: Verdict) -> str:
     """Verdict in its colour, with its sign."""
     css, sign = LOOKS[verdict]
@@ -55,38 +60,68 @@ def badge(verdict: Verdict) -> str:
 
 
 def message(judgements: Judgements) -> str:
-    """What came out, in a sentence or two; of what did not, how much has to do with assumed friction."""
+    """What came out, in a sentence or two, printed numbers first; of what did not, how much has to do with friction."""
     claims = sentences(those_that_count(result for of_one in judgements.values() for result in of_one))
     counts = count_verdicts(claims)
     if not counts["reproduced"] + counts["not reproduced"]:
         return ""
-    missed = [each for each in claims if each.verdict == "not reproduced"]
+    first, _, others = kinds_in_words(claims).removesuffix(" reproduce").partition(", ")
+    missed = [each for each in claims if each.verdict in ("no difference", "not reproduced")]
     friction = len(blames(missed, "friction"))
-    return (f'<p class="message"><strong>{counts["reproduced"]} of {len(claims)} claims reproduce</strong>, '
-            f'{counts["within 10 %"]} more come within 10 %.'
-            + (f" Of the {len(missed)} that do not, {friction} have guide friction among their reasons, which the "
-               "thesis does not state and which is assumed here." if friction else "") + "</p>")
+    return (f'<p class="message"><strong>{first} reproduce</strong>{f", and {others}" if others else ""}.'
+            + (f" Of the {len(missed)} claims that do not, {friction} have guide friction among their reasons, which "
+               "the thesis does not state and which is assumed here." if friction else "") + "</p>")
+
+
+def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
+    """What came of each run, in a sentence, where a report has few of them."""
+    told = [result for result in results if result.metrics is not None and is_listed(result, judgements)]
+    return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
+                   f"{escape(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
+                   for result in told) if len(told) <= MOST_TOLD else ""
 
 
 def verdict_options(judgements: Judgements) -> str:
-    counts = count_verdicts(result for claims in judgements.values() for result in claims)
-    return '<option value="">all</option>' + "".join(f"<option>{verdict}</option>" for verdict in VERDICTS
-                                                     if counts[verdict])
+    """Choices of a verdict, with how many claims have it, and how many more of other readings of an experiment."""
+    claims = [result for of_one in judgements.values() for result in of_one]
+    counts, every = count_verdicts(those_that_count(claims)), count_verdicts(claims)
+
+    def option(value: str, words: str, counted: int, shown: int) -> str:
+        more = f" + {shown - counted} of other readings" if shown > counted else ""
+        return f'<option value="{value}">{words} ({counted}{more})</option>'
+
+    return option("", "all", sum(counts.values()), sum(every.values())) + "".join(
+        option(each, f"{LOOKS[each].sign} {each}", counts[each], every[each]) for each in VERDICTS if every[each])
 
 
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
-    """Numbers of claims by verdict, of figure bounds, and of runs."""
+    """Numbers of claims by what they state and by verdict, of figure bounds, and of runs."""
     everything = those_that_count(result for claims in judgements.values() for result in claims)
-    counts = count_verdicts(sentences(everything))
-    cards = "".join(f'<li class="{LOOKS[verdict].css}"><strong>{counts[verdict]}</strong> '
-                    f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict}</li>' for verdict in VERDICTS
-                    if verdict not in MET_OR_NOT and (counts[verdict] or verdict != "modified run"))
     of_axes, met = bounds_in_words(everything), met_of(specification(everything))
     failed = sum(result.failure is not None for result in results)
     return ((f"<p><strong>{met}</strong> of your claims are met.</p>\n" if met else "")
-            + f'<ul class="cards">{cards}</ul>\n' + (f"<p>{of_axes}.</p>\n" if of_axes else "") +
-            f'<p><strong>{len(results) - failed}</strong> runs completed, <strong>{failed}</strong> failed.</p>'
+            + kind_table(everything) + (f"<p>{of_axes}.</p>\n" if of_axes else "")
+            + (f"<p><strong>{failed}</strong> of {counted(results, 'run')} did not complete.</p>" if failed else "")
             + notice_of_modified(results))
+
+
+def kind_table(claims: Sequence[ClaimResult]) -> str:
+    """Table of the thesis's sentences by verdict and by what they state, with the sums; empty if there are none."""
+    kinds = by_kind(claims)
+    columns = kinds if len(kinds) == 1 else {**kinds, "all": sentences(claims)}
+    counts = [count_verdicts(of_kind) for of_kind in columns.values()]
+    shown = [verdict for verdict in VERDICTS if counts[-1][verdict] and verdict not in MET_OR_NOT]
+    if len(columns) * len(shown) < 2:   # the sentence above it says this
+        return ""
+    heads = "".join(f'<th scope="col">{name}</th>' for name in columns)
+    body = "\n".join(
+        f'<tr><th scope="row" class="{LOOKS[verdict].css}"><span aria-hidden="true">{LOOKS[verdict].sign}</span> '
+        f"{verdict}</th>" + "".join(f"<td>{each[verdict] or '–'}</td>" for each in counts) + "</tr>"
+        for verdict in shown)
+    sums = "".join(f"<td>{len(of_kind)}</td>" for of_kind in columns.values())
+    total = f'\n<tr><th scope="row">all</th>{sums}</tr>' if len(shown) > 1 else ""
+    return (f'<div class="wide"><table class="kinds"><thead><tr><th scope="col">claims</th>{heads}</tr></thead>\n'
+            f'<tbody>{body}{total}</tbody></table></div>\n')
 
 
 def notice_of_modified(results: Sequence[RunResult]) -> str:
@@ -95,22 +130,6 @@ def notice_of_modified(results: Sequence[RunResult]) -> str:
                 if result.modified]
     heading = '\n<p class="status">Modified runs, whose claims have no verdict on the thesis:</p>'
     return f'{heading}<ul>{"".join(modified)}</ul>' if modified else ""
-
-
-def filter_buttons(judgements: Judgements) -> str:
-    """Buttons that show the claims of one verdict."""
-    claims = [result for of_one in judgements.values() for result in of_one]
-    counts, every = count_verdicts(those_that_count(claims)), count_verdicts(claims)
-
-    def numbers(counted: int, shown: int) -> str:
-        return f"({counted})" if shown == counted else f"({counted} + {shown - counted} of other readings)"
-
-    buttons = ['<button type="button" data-verdict="" aria-pressed="true">all '
-               f"{numbers(sum(counts.values()), sum(every.values()))}</button>"]
-    buttons += [f'<button type="button" data-verdict="{verdict}" aria-pressed="false">'
-                f'<span aria-hidden="true">{LOOKS[verdict].sign}</span> {verdict} '
-                f"{numbers(counts[verdict], every[verdict])}</button>" for verdict in VERDICTS if every[verdict]]
-    return f'<div class="filter" role="group" aria-label="Show claims by verdict">{"".join(buttons)}</div>'
 
 
 def run_anchor(name: str) -> str:
@@ -149,6 +168,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     """Body of the table with the claims about one run."""
     name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
+    status += "".join(f"<p>{escape(said)}</p>" for said in [sentence(result, claims)] if said)
     figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
     return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
@@ -196,15 +216,20 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
     Bounds of figures leave out their text, which is the same of all.
     """
     claim = result.claim
-    reason = f'<p class="reason">{escape(result.note)}</p>' if result.note else ""
-    reason += what_if(result, own)
-    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.source, shown)),
+    reason = why(result) + what_if(result, own)
+    cells = (("claim", escape(claim.text)), ("source", linked_source(claim.cited, shown)),
              ("criterion", escape(unbroken(claim.criterion))),
              ("measured", escape(unbroken(result.measured_text))),
              ("verdict", f"{badge(result.verdict)}{reason}"))
     return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells
                       if label != "claim" or claim.figure is None) + "</tr>")
+
+
+def why(result: ClaimResult) -> str:
+    """Why a claim has its verdict, to unfold; empty if nothing is known or needed."""
+    return (f'<details class="why"><summary>why</summary><p class="reason">{escape(result.note)}</p></details>'
+            if result.note else "")
 
 
 def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str:
@@ -259,10 +284,9 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
     for name in names:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
-                reason = f': <span class="reason">{escape(result.note)}</span>' if result.note else ""
                 measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
                 wanted = f" ({escape(unbroken(result.claim.criterion))})" if result.claim.figure is None else ""
                 items.append(f'<li data-verdict="{result.verdict}"><a href="#{claim_anchor(name, k)}">'
-                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured}{reason}"
+                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured} {why(result)}"
                              f"{what_if(result)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -1,7 +1,6 @@
 "use strict";
 // The index that stays in view: search, stage and verdict choose which claims, figures and tables are shown.
 {
-  const buttons = [...document.querySelectorAll(".filter button")];
   const search = document.getElementById("index-search");
   const rig = document.getElementById("index-rig");
   const verdict = document.getElementById("index-verdict");
@@ -59,16 +58,9 @@
   function update() {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const [claims, figures] = [showClaims(words), showFigures(words)];
-    for (const button of buttons) button.setAttribute("aria-pressed", String(button.dataset.verdict === verdict.value));
     result.textContent = words.length || rig.value || verdict.value ? `${claims} claims, ${figures} figures` : "";
   }
 
-  for (const button of buttons) {
-    button.addEventListener("click", () => {
-      verdict.value = button.dataset.verdict;
-      update();
-    });
-  }
   let waiting = 0;
   search.addEventListener("input", () => {
     clearTimeout(waiting);
@@ -118,7 +110,7 @@
   // On paper nothing is folded.
   let unfolded = [];
   window.addEventListener("beforeprint", () => {
-    unfolded = [...document.querySelectorAll(".bounds details:not([open]), details.reading:not([open])")];
+    unfolded = [...document.querySelectorAll(".bounds details:not([open]), details.reading:not([open]), details.why:not([open])")];
     for (const details of unfolded) details.open = true;
   });
   window.addEventListener("afterprint", () => {

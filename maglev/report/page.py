@@ -16,26 +16,27 @@ from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
-from maglev.report.plots.data import NOTHING, Frictionless, figure_data, readings, runs_data
+from maglev.report.plots.data import NOTHING, Frictionless, figure_data, moving, runs_data
 from maglev.report.plots.figures import (
     MOVING,
     Shown,
-    error_of,
+    law_of,
     read_figures,
-    recorded_columns,
     rig_name,
     shown_figures,
 )
 from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
+from maglev.report.text import sentence
 from maglev.schema.layers import packaged_runs
+from maglev_files.environment import DATE, number_in
 from pmlsm.rigs import RIGS
 
 FOLDER = Path(__file__).parent
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
-SCRIPTS = (*PLOT_SCRIPTS, "stage.js", "player.js", "index.js")
+SCRIPTS = (*PLOT_SCRIPTS, "player.js", "index.js")
 
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
@@ -57,16 +58,18 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     maps = {kind: outcome_maps.section(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": {name: readings(run.plan) for name in MOVING for run in results if has_motion(run, name)}}
+            "moving": {name: found for name in MOVING for run in results if run.plan.name == name
+                       if (found := moving({law_of(run): run}))}}
+    message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
-        "report", "Maglev stages: the experiments of the thesis, simulated", read("style.css"), read("page.html"),
+        "report", "Maglev stages: the experiments of the thesis, simulated", message, read("style.css"),
+        read("page.html"),
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
-        message=claim_table.message(judgements),
+        message=message,
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
         origin=escape(origin(results)),
         summary=claim_table.summary(results, judgements),
-        filter=claim_table.filter_buttons(judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
@@ -77,7 +80,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),
-        scripts=shell.scripts(*map(read, SCRIPTS)))
+        scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 
 
 def origin(results: Sequence[RunResult]) -> str:
@@ -86,7 +89,7 @@ def origin(results: Sequence[RunResult]) -> str:
     here = sum(result.plan.name in packaged and not result.plan.own for result in results)
     flown = dict.fromkeys((each.version, each.commit, each.python) for each in (result.provenance for result in results)
                           if each is not None)
-    day = datetime.fromtimestamp(float(os.environ.get("SOURCE_DATE_EPOCH") or time()), UTC).date()
+    day = datetime.fromtimestamp(number_in(DATE) if os.environ.get(DATE) else time(), UTC).date()
     return "; ".join([f"{here} of the {len(packaged)} runs of the package, {day.isoformat()}",
                       *(f"Maglev FMUs {version}{f' ({commit})' if commit else ''}, Python {python}"
                         for version, commit, python in flown)])
@@ -101,13 +104,6 @@ def json_in_html(data: object) -> str:
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def has_motion(result: RunResult, name: str) -> bool:
-    """Whether this is the run of that name, and has what the moving picture needs."""
-    axes = result.plan.axes.values()
-    return (result.plan.name == name and len(result.time) > 1 and any(axis.vertical for axis in axes)
-            and all(error_of(axis) in recorded_columns(result) for axis in axes))
-
-
 def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool, frictionless: bool) -> str:
     """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it."""
     switch = (f'<p><button type="button" class="what-if" data-switch="{shown.id}" aria-pressed="false" hidden>'
@@ -119,9 +115,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
     else:
         caption = shown.figure.caption
         rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
-        about = "".join(f"<li>{run_link(run, judgements)}{live_link(run) if live else ''}"
-                        + "".join(f'; <span class="status">⚠ {escape(text)}</span>'
-                                  for text in run_status(run)) + "</li>" for run in shown.runs)
+        about = "".join(f"<li>{run_about(run, judgements, live)}</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f"<noscript>{static_picture(shown)}</noscript>\n"
@@ -142,6 +136,13 @@ def index_entry(shown: Shown | ShownChart) -> str:
     """Entry of the index: number or name of a figure, and what it is about."""
     caption = shown.chart.caption if isinstance(shown, ShownChart) else shown.figure.caption
     return f'<li><a href="#{shown.id}"><b>{escape(shown.title)}</b> <span>{escape(caption)}</span></a></li>'
+
+
+def run_about(run: RunResult, judgements: Judgements, live: bool) -> str:
+    """Name of a run with its links, what came of it, and what went wrong."""
+    status = [f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run)]
+    said = escape(sentence(run, judgements.get(run.plan.name, ())))
+    return "; ".join([run_link(run, judgements) + (live_link(run) if live else ""), *([said] if said else []), *status])
 
 
 def run_link(run: RunResult, judgements: Judgements) -> str:

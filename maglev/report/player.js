@@ -1,84 +1,59 @@
 "use strict";
-// Moving picture of the main runs: choice of run, play and pause, place in time, speed.
+// Moving picture of the main runs, or of runs beside each other: choice of run, play and pause, place in time, speed.
 {
   const player = document.getElementById("player");
-  const ABOUT = "The mover hangs below the stator and rises when the gap shrinks. Coils are coloured by phase, the stronger " +
-    "the more current they carry; a dot is current towards you, a cross away from you. The dashed outline is the " +
-    "reference. Widths are to scale, gaps and tilts are drawn 3.6 times larger.";
+  const ABOUT = "As on the live page: the stage in space, of one run with coils orange by their current, and beside it the air gap, larger, with its "
+    + "stops, each platform in the colour of its controller. The dashed outline is the reference; tilts are drawn five times as large.";
 
   function labelled(text, name, attributes, parent) {
     const label = html("label", attributes.class ? { class: attributes.class } : {}, parent, `${text} `);
     return html(name, { ...attributes, class: "" }, label);
   }
 
-  /** Views, readings and a function that shows a time (s) of a decoded run. */
-  function show(name, views, list) {
-    const run = report.runs[name];
-    const signals = ready[name];
-    const vertical = Object.keys(run.axes).find((axis) => run.axes[axis].vertical);
-    const motors = Object.values(run.motors);
-    // The first motor of those that drive an axis, of a stage of one's own in the order of the axes.
-    const horizontal = Object.keys(run.axes).filter((axis) => axis !== vertical && !run.axes[axis].rotation);
-    const driving = (axis) => Object.keys(run.motors).filter((name) => run.drives[name] === axis);
-    const motorOf = (axis, k) => run.motors[driving(axis)[0]] ?? motors[k];
-    const at = (signal, time) => (signals[signal] ? valueAt(signals[signal], time) : 0);
-    const peak = Math.max(0, ...motors.flatMap((motor) => motor.currents)
-      .map((signal) => (signals[signal]?.values ?? []).reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
-    views.replaceChildren();
-    list.replaceChildren();
-    const others = (axis) => horizontal.filter((other) => other !== axis).join(", ");
-    const draw = horizontal.map((axis) => stageView(views,
-      `${axis}–${vertical} plane${others(axis) ? `, seen along ${others(axis)}` : ", seen from the side"}${driving(axis).length > 1
-        ? `, coils of ${driving(axis)[0]}` : ""}`, run.sheet));
-    const printed = (label) => {
-      const row = html("div", {}, list);
-      html("dt", {}, row, label);
-      return html("dd", {}, row);
-    };
-    const clock = printed("time");
-    const values = report.moving[name].map((shown) => ({ shown, place: printed(shown.name) }));
+  const mapped = (of, make) => Object.fromEntries(Object.entries(of).map(([name, each]) => [name, make(each)]));
+
+  /** A function that shows a time (s) of decoded runs. */
+  function show({ stage, flights }, canvas) {
+    const at = (run, signal, time) => (ready[run][signal] ? valueAt(ready[run][signal], time) : 0);
+    const rowAt = ({ axes, motors }, run, time) => ({
+      axes: mapped(axes, ({ position, reference }) => ({ position: at(run, position, time), reference: at(run, reference, time) })),
+      motors: mapped(motors, ({ currents }) => ({ phases: [0, 1, 2].map((k) => at(run, currents[k], time)) })) });
+    const [{ run: first }] = flights, { motors } = report.runs[first];
+    const peak = Object.values(motors).flatMap(({ currents }) => currents).flatMap((signal) => ready[first][signal]?.values ?? [])
+      .reduce((most, value) => Math.max(most, Math.abs(value)), 0.1);
     return (time) => {
-      const mm = (axis, what) => 1e3 * at(run.axes[axis][what], time);
-      const placed = (axis, what) => ({ along: mm(axis, what), gap: mm(vertical, what),
-        tilt: run.tilts[axis] ? run.tilts[axis].sign * mm(run.tilts[axis].axis, what) : 0 });
-      horizontal.forEach((axis, k) => draw[k]({ position: placed(axis, "position"), reference: placed(axis, "reference"),
-        currents: (motorOf(axis, k)?.currents ?? []).map((signal) => at(signal, time)), peak,
-      }));
-      clock.textContent = `${time.toFixed(2)} s`;
-      for (const { shown, place } of values) place.textContent = reading(shown, at(shown.signal, time));
+      const colours = sceneColours(stage.axes);
+      const drawn = flights.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
+      window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.rig.room.ends, peak }, colours), drawn };
     };
   }
 
   function build() {
-    const views = html("div", { class: "views", id: "player-views" }, player);
+    const canvas = html("canvas", { id: "player-stage", role: "img", "aria-label": "The stage, and its air gap" }, player);
     const controls = html("div", { class: "controls" }, player);
     const choice = labelled("Run", "select", { id: "player-run" }, controls);
     for (const name of Object.keys(report.moving)) html("option", { value: name }, choice, `${name}: ${report.runs[name].title}`);
+    controls.hidden = choice.options.length < 2;
     const transport = html("div", { class: "controls" }, player);
     const button = html("button", { type: "button", id: "player-play" }, transport, "Play");
-    const slider = labelled("Time", "input",
-      { type: "range", id: "player-time", min: "0", step: "0.01", class: "scrub" }, transport);
+    const slider = labelled("Time", "input", { type: "range", id: "player-time", min: "0", step: "0.01", class: "scrub" }, transport);
+    const clock = html("span", { id: "player-clock" }, transport);
     const speed = labelled("Speed", "select", { id: "player-speed" }, transport);
     for (const factor of ["0.25", "1", "4"]) html("option", { value: factor }, speed, `${factor}×`);
     speed.value = "1";
     const event = html("p", { class: "status", role: "status" }, player);
     const details = html("details", {}, player);
-    html("summary", {}, details, "What is drawn, and the values");
-    html("p", {}, details, ABOUT);
-    const readings = html("dl", { class: "readings" }, details);
-    let display = () => {};
-    let time = 0;
-    let end = 0;
-    let playing = false;
-    let before = 0;
+    details.append(html("summary", {}, null, "What is drawn"), html("p", {}, null, ABOUT));
+    let display = () => {}, time = 0, end = 0, playing = false, before = 0;
 
     function showTime(next) {
       time = Math.min(Math.max(next, 0), end);
-      slider.value = String(time);
+      [slider.value, clock.textContent] = [String(time), `${time.toFixed(2)} s`];
       slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
-      const passed = report.runs[choice.value].events.filter((each) => each.time <= time);
-      const text = passed.map((each) => `⚠ ${each.text} at ${each.time.toFixed(3)} s`).join("; ");
-      if (event.textContent !== text) event.textContent = text;
+      const { flights } = report.moving[choice.value];
+      const passed = flights.flatMap(({ run, label }) => report.runs[run].events.filter((each) => each.time <= time)
+        .map((each) => `⚠ ${flights.length > 1 ? `${label} ` : ""}${each.text} at ${each.time.toFixed(3)} s`)).join("; ");
+      if (event.textContent !== passed) event.textContent = passed;
       display(time);
     }
 
@@ -101,14 +76,14 @@
 
     async function load() {
       play(false);
-      const name = choice.value;
+      const name = choice.value, { flights } = report.moving[name];
       inUse.clear();
-      inUse.add(name);
-      const signals = await decodeRun(name);
+      for (const { run } of flights) inUse.add(run);
+      const decoded = await Promise.all(flights.map(({ run }) => decodeRun(run)));
       if (name !== choice.value) return;   // another was chosen meanwhile
-      end = Math.max(...Object.values(signals).map(({ times }) => times.at(-1)));
+      end = Math.max(...decoded.flatMap((signals) => Object.values(signals).map(({ times }) => times.at(-1))));
       slider.max = String(end);
-      display = show(name, views, readings);
+      display = show(report.moving[name], canvas);
       showTime(0);
     }
 
@@ -119,12 +94,11 @@
       // It moves from the start, unless the reader wants no motion; what cannot be seen need not move.
       if (time === 0 && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
     }).catch(fail);
-    new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(views);
+    new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(canvas);
+    new ResizeObserver(() => display(time)).observe(canvas);
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => display(time));
   }
 
-  if (Object.keys(report.moving).length) {
-    build();
-  } else {
-    html("p", {}, player, "None of the main runs was recorded.");
-  }
+  if (Object.keys(report.moving).length) build();
+  else player.parentElement.hidden = true;
 }

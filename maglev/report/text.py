@@ -17,7 +17,6 @@ from maglev.experiment.provenance import Provenance
 from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import (
-    MET_OR_NOT,
     VERDICTS,
     ClaimResult,
     Judgements,
@@ -25,6 +24,8 @@ from maglev.judging.verdicts import (
     bounds,
     bounds_in_words,
     bounds_met,
+    by_kind,
+    chosen_by,
     count_verdicts,
     met_of,
     sentences,
@@ -35,17 +36,19 @@ from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import plain_console
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
+from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
 
 REPORT_WIDTH = 120   # characters
+PREFORMATTED = '<pre style="line-height: 1.2">{code}</pre>'
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")   # where Markdown begins to take text for HTML
 
 Starts = Mapping[tuple[str, float | None], Sequence[str]]   # first cells of a row, by axis or motor and time
 
-COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "not reproduced": "red",
-                               "not testable": "dim", "not run": "magenta",
+COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "no difference": "red",
+                               "not reproduced": "red", "not testable": "dim", "not run": "magenta",
                                "modified run": "cyan", "met": "green", "not met": "red"}
 
 CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
@@ -53,6 +56,11 @@ CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
     """Print what was measured on a run, and the claims with their verdicts."""
+    show_measured(console, result, claim_tables(verdicts))
+
+
+def show_measured(console: Console, result: RunResult, below: Iterable[Table | str] = ()) -> None:
+    """Print what was measured on a run, what comes below it, and the outcome."""
     plan = result.plan
     console.print(heading(plan.name, plan.title))
     if result.metrics is None:
@@ -60,10 +68,8 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -
         return
     if result.provenance is not None:
         console.print(Text(origin(result.provenance), style="dim"))
-    for table in metric_tables(plan, result.metrics):
+    for table in (*metric_tables(plan, result.metrics), *below):
         console.print(table)
-    for of_claims in claim_tables(verdicts):
-        console.print(of_claims)
     console.print(outcome(result, result.metrics))
 
 
@@ -77,6 +83,13 @@ def as_text(show: Callable[[Console], None]) -> str:
     text = StringIO()
     show(plain_console(file=text, width=REPORT_WIDTH))
     return text.getvalue()
+
+
+def as_html(show: Callable[[Console], None]) -> str:
+    """The same as an element of HTML."""
+    console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
+    show(console)
+    return console.export_html(inline_styles=True, code_format=PREFORMATTED)
 
 
 def origin(provenance: Provenance) -> str:
@@ -129,13 +142,18 @@ def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure], st
 
 
 def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
-    """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures; words where none is."""
+    """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures; words where none is.
+
+    What the thesis says is left out where this is no run of its own: with a user's controller, stage or values.
+    """
     tables: list[Table | str] = []
+    modified = any(each.verdict == "modified run" for each in results)
+    results = specification(results) if modified else results
     for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
                           ("Bounds by the axes of figures", bounds(results))):
         met = f": {met_of(claims)} met" if met_of(claims) else ""
         tables += [claim_table(f"{title}{met}", claims)] if claims else []
-    return tables or ["no claims"]
+    return tables or ([] if modified else ["no claims"])
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
@@ -146,7 +164,7 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
     for result in results:
         claim = result.claim
         note = f": {result.note}" if result.note else ""
-        table.add_row(*map(Text, (claim.text, claim.source, claim.criterion, result.measured_text)),
+        table.add_row(*map(Text, (claim.text, claim.cited, claim.criterion, result.measured_text)),
                       Text.assemble((result.verdict, COLOURS[result.verdict]), note))
     return table
 
@@ -174,10 +192,9 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
     claims = those_that_count(judged for _, judged in in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))
-    shown = [verdict for verdict in VERDICTS if verdict not in MET_OR_NOT and (totals[verdict] or
-                                                                              verdict != "modified run")]
+    shown = [verdict for verdict in VERDICTS if totals[verdict]]
     table = Table(Column("run", no_wrap=True), "outcome",
-                  *(Column(verdict.replace(" reproduced", "\nreproduced"), justify="right") for verdict in shown),
+                  *(Column(verdict.replace(" ", "\n", 1), justify="right") for verdict in shown),
                   Column("bounds\nmet", justify="right"), title="Verdicts on the claims")
     for result in results:
         if is_listed(result, verdicts):
@@ -187,6 +204,9 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     for found in outcomes:
         table.add_row(escape(found.settings.name), counted(found.values, "value"),
                       *counted_cells(verdicts[found.settings.name], shown))
+    table.add_section()
+    for name, of_kind in by_kind(claims).items():
+        table.add_row(name, counted(of_kind, "claim"), *counted_cells(of_kind, shown))
     table.add_section()
     procedures = counted(outcomes, "procedure") if outcomes else ""
     table.add_row(f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims))
@@ -228,20 +248,39 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
         return TAG.sub("&lt;", visible(text))
     claims = in_order(packaged.results, verdicts, packaged.outcomes)
     counting = those_that_count(judged for _, judged in claims)
-    words = sentences(counting)
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(words).items() if count)
-    subjects = f"{len(packaged.results)} runs" + (
+    subjects = counted(packaged.results, "run") + (
         f" and {counted(packaged.outcomes, 'procedure')}" if packaged.outcomes else "")
     modified = [f"- `{result.plan.name}` is a {modification(result)}\n" for result in packaged.results
                 if result.modified]
     notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
     of_axes = bounds_in_words(counting)
     text += ("\n# The thesis\n\n" if own else "") + (
-        f"{len(words)} claims on {subjects}: {counts}." + (f" {of_axes}." if of_axes else "")
-        + f"\n\n{notice}{markdown_table('claim', [row for row in claims if row[1].claim.figure is None])}")
+        f"{counted(sentences(counting), 'claim')} on {subjects}.\n\n{kinds_markdown(counting)}\n"
+        + (f"{of_axes}.\n\n" if of_axes else "") + notice)
+    for kind, name in CLAIM_KINDS.items():
+        rows = [row for row in claims if row[1].claim.figure is None and row[1].claim.kind == kind]
+        text += f"## {name.capitalize()}\n\n{markdown_table('claim', rows)}\n" if rows else ""
     of_figures = [row for row in claims if row[1].claim.figure is not None]
-    text += f"\n## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else ""
+    text += f"## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else ""
     return TAG.sub("&lt;", visible(text))
+
+
+def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
+    """Numbers of the thesis's sentences by what they state and by verdict, as a table in Markdown.
+
+    Of those that reproduce, if there are any, it says how many are no independent evidence.
+    """
+    totals = count_verdicts(sentences(claims))
+    shown = [verdict for verdict in VERDICTS if totals[verdict]]
+    chosen = ["reproduced, not independent"] if totals["reproduced"] else []
+    lines = [f"| {' | '.join(['what is claimed', 'claims', *shown, *chosen])} |",
+             "|---" * (len(shown) + len(chosen) + 2) + "|"]
+    for name, of_kind in [*by_kind(claims).items(), ("all", sentences(claims))]:
+        counts = count_verdicts(of_kind)
+        cells = (name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
+                 *(chosen_by(of_kind) or "–" for _ in chosen))
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    return "\n".join(lines) + "\n"
 
 
 def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
@@ -250,15 +289,29 @@ def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expecte
     for name, judged in claims:
         claim = judged.claim
         verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
-        cells = (f"`{name}`", claim.text, claim.source, claim.criterion, judged.measured_text, verdict)
+        cells = (f"`{name}`", claim.text, claim.cited, claim.criterion, judged.measured_text, verdict)
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines) + "\n"
 
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run held, with everything that disturbed it and its error at the end."""
-    words = [*troubles(result), *(f"largest end error {error}" for error in end_error(result.plan, metrics))]
+    words = [*troubles(result), *(f"largest end error {error}" for error in worst_of(result.plan, metrics.end_errors))]
     return held(metrics) + (": " if words else "") + ", ".join(words)
+
+
+def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
+    """How long a run was simulated, its worst error, and how many of its claims hold; empty if it did not complete."""
+    if result.metrics is None:
+        return ""
+    tracking = {each.axis: each.peak_tracking_error for each in result.metrics.tracking}
+    errors = worst_of(result.plan, tracking or result.metrics.end_errors)
+    judged = [claim.verdict for claim in [*specification(claims), *sentences(claims)]
+              if claim.verdict not in ("not testable", "not run", "modified run")]
+    good = sum(verdict in ("reproduced", "met") for verdict in judged)
+    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {held(result.metrics)}", *(
+        f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
+        *([f"{good} of {counted(judged, 'claim')} hold"] if judged else [])])
 
 
 def short_outcome(result: RunResult) -> str:
@@ -266,7 +319,7 @@ def short_outcome(result: RunResult) -> str:
     if result.metrics is None:
         return ", ".join(troubles(result))
     first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
-    return ", ".join([held(result.metrics), *(first or end_error(result.plan, result.metrics))])
+    return ", ".join([held(result.metrics), *(first or worst_of(result.plan, result.metrics.end_errors))])
 
 
 def held(metrics: Metrics) -> str:
@@ -274,10 +327,10 @@ def held(metrics: Metrics) -> str:
     return "failed" if metrics.failed else "held"
 
 
-def end_error(plan: RunPlan, metrics: Metrics) -> list[str]:
-    """The largest end error with its axis, if there are axes, and the largest one of the rotations."""
+def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:
+    """The largest of errors by axis, with its axis, if there are axes, and the largest one of the rotations."""
     worst: dict[str, tuple[float, str]] = {}
-    for axis, error in metrics.end_errors.items():
+    for axis, error in errors.items():
         unit = plan.axes[axis].unit
         worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda found: found[0])
     return [f"{printed(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]

@@ -2,11 +2,10 @@
 
     python tools/pages/live_check.py [--fmus fmus] [--pictures FOLDER]
 
-It needs a Chromium, Playwright, and the FMUs of `maglev build --native --target host` and `--target wasm`.
+It needs a Chromium, Playwright, and the FMUs of `maglev build --kind native --target host` and `--target wasm`.
 """
 
 import argparse
-import json
 import shutil
 import sys
 import tempfile
@@ -24,10 +23,10 @@ from maglev.experiment.preparation import prepare
 from maglev.live.content import live_runs
 from maglev.live.page import write_live
 from maglev.schema.run_plan import RunPlan
-from maglev.schema.settings import start_values
 
 SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 POSITION = "maglevLive.history.last().axes"
+UNFOLD = "for (const details of document.querySelectorAll('.panel details')) details.open = true"
 
 
 class Problem(Exception):
@@ -71,19 +70,15 @@ class Tab:
 
 
 def compare_runs(browser: Browser, url: str, fmus: Path) -> None:
-    """Every run of the page against the native FMUs under the master.
-
-    Where something happens the encoders measure exactly: what is lost goes where a count of them has it go.
-    """
+    """Every run of the page against the native FMUs under the master: the same bits."""
     tab = Tab(browser, url)
     tab.page.click("#play")   # the flight that is shown rests meanwhile
     took = steps = seconds = 0.0
     rows = []
     for plan in live_runs():
-        settings = {"plant.encoder.resolution": 0.0} if plan.events else {}
-        there = native(plan, fmus, settings)
+        there = native(plan, fmus)
         tab.page.evaluate(f"post({{ type: 'flown', run: '{plan.name}', until: {plan.stop_time}, "
-                          f"settings: {json.dumps(settings)} }})")
+                          "settings: {} })")
         wait_until(tab.page, f"maglevLive.flown['{plan.name}'] !== undefined", 60.0)
         flown = tab.page.evaluate(f"(({{ positions, took }}) => [Array.from(positions), took])"
                                   f"(maglevLive.flown['{plan.name}'])")
@@ -97,20 +92,15 @@ def compare_runs(browser: Browser, url: str, fmus: Path) -> None:
     for name, most, first in sorted(rows, key=lambda row: row[1], reverse=True):
         print(f"  {name:45} {most:8.1e} m, first at step {first}")
     equal = sum(most == 0.0 for _, most, _ in rows)
-    close = sum(most < 1e-12 for _, most, _ in rows)
-    print(f"{len(rows)} runs, {seconds:.0f} s: {equal} equal, {close} within 1e-12 m, largest "
-          f"{max(most for _, most, _ in rows):.1e} m; {1e3 * took / steps:.1f} µs a step of plant and controller, "
-          f"{seconds / (1e-3 * took):.0f} times real time")
-    events = {plan.name for plan in live_runs() if plan.events}
-    require(max(most for name, most, _ in rows if name in events) < 1e-9, "a run in which something happens differs")
-    smooth = [most for name, most, _ in rows if "smooth" in name]
-    require(bool(smooth) and max(smooth) < 1e-15, f"runs without encoder differ by {max(smooth)} m")
-    require(max(most for _, most, _ in rows) < 100e-6, "a run differs by more than the check of the runs allows")
+    print(f"{len(rows)} runs, {seconds:.0f} s: {equal} equal, largest difference "
+          f"{max(most for _, most, _ in rows):.1e} m; "
+          f"{1e3 * took / steps:.1f} µs a step of plant and controller, {seconds / (1e-3 * took):.0f} times real time")
+    require(equal == len(rows), "a run has other bits than the FMUs")
 
 
-def native(plan: RunPlan, fmus: Path, settings: dict[str, float]) -> np.ndarray:
+def native(plan: RunPlan, fmus: Path) -> np.ndarray:
     """Positions, shape (points, axes), in the order of the page."""
-    columns = prepare(plan, fmus / "native", {}, start_values(settings)).run(None).columns
+    columns = prepare(plan, fmus / "native", {}, {}).run(None).columns
     assert plan.rig is not None
     return np.stack([columns[f"plant.{axis}.position"] for axis in plan.rig.axis_names], axis=1)
 
@@ -124,7 +114,7 @@ def hands(browser: Browser, url: str) -> None:
     # The stage is to stay where it is, also when the run's next step is due.
     page.evaluate("for (const axis of maglevLive.run.axes) nudge(axis, 0)")
 
-    def excursion(act: Callable[[], None], seconds: float = 0.8) -> float:
+    def excursion(act: Callable[[], object], seconds: float = 0.8) -> float:
         """Largest error of the gap (m) in the seconds after something is done."""
         before = page.evaluate("maglevLive.history.count")
         act()
@@ -134,10 +124,10 @@ def hands(browser: Browser, url: str) -> None:
                 rows.at(row, columnOf.position(0)) - rows.at(row, columnOf.reference(0)))); return most; }})()"""))
 
     for model in ("ScheduledRegulator3DOF", "PID3DOF", "LinearRegulator3DOF", "Regulator3DOF"):
-        most = excursion(partial(page.check, f"input[name=controller][value={model}]", force=True))
+        most = excursion(partial(page.select_option, "#controller", model))
         print(f"  swap to {model}: gap within {1e6 * most:.0f} µm")
         require(most < 1.5e-3 and not page.evaluate("maglevLive.frame.flags.stop"), f"{model} loses the stage")
-    page.check("input[name=ghost][value=PID3DOF]", force=True)
+    page.select_option("#ghost", "PID3DOF")
     wait_until(page, "maglevLive.ghost?.count > 50")
     page.focus("#stage")
     kicked = excursion(lambda: page.keyboard.press("j"))
@@ -152,7 +142,9 @@ def hands(browser: Browser, url: str) -> None:
     drag(page, 40.0)
     after = page.evaluate(f"{POSITION}.x.reference")
     require(abs(after - before) > 8e-3, f"dragging the reference moves it from {before} to {after} m")
-    page.check("input[name=drag][value=mover]", force=True)
+    page.evaluate(UNFOLD)
+    page.check("#drag-mover")
+    page.evaluate("window.scrollTo(0, 0)")
     page.mouse.move(*middle(page))
     page.mouse.down()
     page.mouse.move(middle(page)[0] + 60, middle(page)[1])
@@ -184,6 +176,7 @@ def tilting_hands(browser: Browser, url: str) -> None:
     """On a stage that tilts: references of the tilts, kicks in them, a payload that is not in the middle."""
     tab = Tab(browser, url + "#run=5dof-setpoints")
     page = tab.page
+    page.evaluate(UNFOLD)
     for axis in ("roll", "pitch"):
         before = page.evaluate(f"{POSITION}.{axis}.position")
         page.evaluate(f"refer('{axis}', 5e-3)")
@@ -216,9 +209,10 @@ def fingers(browser: Browser, url: str) -> None:
     wait_until(page, "maglevLive.frame.flags.stop")
     said = page.inner_text("#status")
     print(f"  {said}")
-    require("4.0 A cannot lift it from there" in said, said)
+    require("there are 4.0 A" in said, said)
+    fell = page.evaluate("maglevLive.frame.time")
     page.tap("#lift")
-    wait_until(page, "maglevLive.frame.time > 0.5 && !maglevLive.frame.flags.stop")
+    wait_until(page, f"maglevLive.frame.time > {fell + 0.5} && !maglevLive.frame.flags.stop")
     require(not page.locator("#lift").is_visible(), "what flies is offered to lift off")
     tab.close()
 
@@ -227,6 +221,7 @@ def faults(browser: Browser, url: str) -> None:
     """What goes wrong, by hand: each shows in the flight, and is gone when it is taken back."""
     tab = Tab(browser, url + "#run=5dof-setpoints")
     page = tab.page
+    page.evaluate(UNFOLD)
     page.evaluate("for (const axis of maglevLive.run.axes) nudge(axis, 0)")
 
     def error(act: Callable[[], None], seconds: float = 1.0) -> float:
@@ -268,13 +263,13 @@ def own_controllers(browser: Browser, url: str, folder: Path) -> None:
     for rig in ("2dof", "3dof", "5dof"):
         run = next(plan.name for plan in live_runs() if plan.name.startswith(f"{rig}-setpoints"))
         file = new_controller(folder / f"mine{rig}.py", stage=rig)
-        module = build([file], fmus=folder, native=True, target="wasm")[0]
+        module = build([file], fmus=folder, kind="native", target="wasm")[0]
         tab = Tab(browser, f"{url}#run={run}")
         page = tab.page
         page.set_input_files("#own-files", [module, module.with_suffix(".xml")])
         wait_until(page, f"maglevLive.state.controller === 'own:{module.stem}'")
-        page.click("#write-own")
-        page.click("#fly-law")
+        page.select_option("#starter", "feedback")
+        page.click("#run-law")
         wait_until(page, "maglevLive.state.controller === 'own:law'")
         flown = []
         for model in ("own:law", f"own:{module.stem}"):
@@ -285,21 +280,21 @@ def own_controllers(browser: Browser, url: str, folder: Path) -> None:
         most = np.abs(flown[0] - flown[1]).max()
         print(f"  {run}: law in JavaScript and in C differ by at most {most:.1e} m in 3 s")
         require(most < 1e-12 and np.ptp(flown[0]) > 1e-3, f"{run}: {most} m")
-        law, link = page.input_value("#law"), page.evaluate("location.href")
+        law, link = page.evaluate("lawText()"), page.evaluate("location.href")
         for wrong, right, said in (("this.started = true;", "this.started = = true;", "line .*SyntaxError"),
                                    ("step(t) {", "step(t) {\nnothing();", "line .*nothing is not"),
                                    ('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
                                    ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "is|expected"),
                                    ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
-            page.fill("#law", law.replace(wrong, right, 1))
-            page.click("#fly-law")
+            page.evaluate("(text) => setLawText(text)", law.replace(wrong, right, 1))
+            page.click("#run-law")
             wait_until(page, f"/{said}/.test(document.getElementById('law-said').textContent)")
             print(f"    {page.inner_text('#law-said')}")
         tab.close()
         shared = Tab(browser, link)
-        require(shared.page.input_value("#law") == law, "the law does not come with its link")
+        require(shared.page.evaluate("lawText()") == law, "the law does not come with its link")
         require(shared.page.evaluate("maglevLive.state.controller") != "own:law", "the law of a link runs by itself")
-        shared.page.click("#fly-law")
+        shared.page.click("#run-law")
         wait_until(shared.page, "maglevLive.state.controller === 'own:law'")
         shared.close()
 
@@ -313,22 +308,25 @@ def stories(browser: Browser, url: str) -> None:
         place = "JSON.stringify(document.getElementById('stage').getBoundingClientRect())"
         before = page.evaluate(place)
         wait_until(page, "document.getElementById('moment').textContent !== ''", 60.0)
-        said, fell = page.inner_text("#moment"), page.evaluate("maglevLive.frame.flags.stop")
+        said, falls = page.inner_text("#moment"), id in ("off", "weak")
         print(f"  {run} {id}: {said}")
-        require(fell == (id in ("off", "weak")), f"{run} {id}: {'it fell' if fell else 'it did not fall'}")
-        require(("The PID met" in said and "the nonlinear law got there" in said) == (id == "pid"), said)
+        if falls:   # a platform that bounces is off its stop for some frames
+            wait_until(page, "maglevLive.frame.flags.stop")
+        require(falls or not page.evaluate("maglevLive.frame.flags.stop"), f"{run} {id}: it fell")
+        require(("The PID hit" in said and "the nonlinear law got there" in said) == (id == "pid"), said)
         require(page.evaluate(place) == before, f"{run} {id}: the picture jumps")
-        if fell:
+        if falls:
+            fallen = page.evaluate("maglevLive.frame.time")
             page.click("#lift")
-            wait_until(page, "maglevLive.frame.time > 1.3 && !maglevLive.frame.flags.stop")
+            wait_until(page, f"maglevLive.frame.time > {fallen + 0.5} && !maglevLive.frame.flags.stop")
+            require(page.inner_text("#moment") == said, "lifting off drops the experiment")
         tab.close()
 
 
 def middle(page: Page) -> tuple[float, float]:
     """Where the first view's mover is on the screen."""
     return tuple(page.evaluate("""(() => { const box = document.getElementById("stage").getBoundingClientRect();
-        const view = maglevLive.views[0];
-        const [left, top, width, height] = boxIn(view, maglevLive.run, maglevLive.history.last(), "position");
+        const [left, top, width, height] = boxIn(maglevLive.views.space, maglevLive.history.last(), "position");
         return [box.left + left + width / 2, box.top + top + height / 2]; })()"""))
 
 

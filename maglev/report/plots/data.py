@@ -1,11 +1,11 @@
 """What the page's scripts know about runs and figures, as JSON has it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
-from maglev.live.content import tilts
+from maglev.live import content
 from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
@@ -16,14 +16,13 @@ from maglev.report.plots.figures import (
     error_of,
     needed_tolerances,
     recorded_columns,
+    run_colours,
     shown_commands,
     speed_of,
 )
 from maglev.report.plots.marks import figure_bounds, figure_marks, limits
 from maglev.report.plots.series import pack
 from maglev.report.status import events
-from maglev.schema.run_plan import RunPlan
-from pmlsm.motor_geometry import MotorGeometry
 
 MOST_ROWS = 16000            # of a signal
 FEWEST_ROWS = 1000           # of a signal, however large the page
@@ -69,7 +68,6 @@ def again_name(result: RunResult) -> str:
 def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str]) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
     plan = result.plan
-    motor = plan.rig.motor() if plan.rig else MotorGeometry()
     packed = pack(result.time, recorded_columns(result), plan.output_interval,
                   needed_tolerances(result, shown, kinds), most)
     return {
@@ -77,9 +75,6 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
                         "error": error_of(axis), "vertical": axis.vertical, "rotation": axis.rotation,
                         "bands": plan.metrics.bands_of(axis)} for name, axis in plan.axes.items()},
-        "sheet": {name: 1e3 * getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch")},   # mm
-        "drives": {motor.name: motor.drives for motor in plan.rig.motors} if plan.rig else {},
-        "tilts": tilts(plan.rig) if plan.rig else {},
         "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
                    for name, motor in plan.motors.items()},
         "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
@@ -89,15 +84,18 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
     }
 
 
-def readings(plan: RunPlan) -> list[dict[str, Any]]:
-    """What the moving picture of a run prints below it: signals with their names, units and digits."""
-    place = PANELS["position"]
-    return [*({"signal": axis.position, "name": place.words(name, axis.vertical), **place.reading(axis.unit)}
-              for name, axis in plan.axes.items()),
-            *({"signal": signal, "name": " ".join(signal.split(".")[-2:]).replace("_cmd", ""), **PANELS[kind].reading()}
-              for motor in plan.motors.values()
-              for kind, signals in (("commands", shown_commands(motor)), ("currents", motor.currents))
-              for signal in signals)]
+def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
+    """What the moving picture knows of runs, by label: their stage and colours; empty if one lacks what it needs."""
+    first, colours = next(iter(runs.values())).plan, run_colours(runs)
+    errors = {error_of(axis) for axis in first.axes.values()}
+    if first.rig is None or tuple(first.axes) != first.rig.axis_names or not all(
+            len(run.time) > 1 and recorded_columns(run).keys() >= errors for run in runs.values()):
+        return {}
+    run, rig = content.run_data(first, first.rig), content.rig_data(first.rig)
+    return {"stage": {**{key: run[key] for key in ("axes", "motors", "vertical", "drives", "rotations")},
+                      "rig": {key: rig[key] for key in ("sheet", "room", "places", "tilts")}},
+            "flights": [{"run": run.plan.name, "label": label, "css": f"run-{colours[label]}"}
+                        for label, run in runs.items()]}
 
 
 def figure_data(shown: Shown | ShownChart, judgements: Judgements,
@@ -106,12 +104,14 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
     if isinstance(shown, ShownChart):
         same = [each for each in shown_charts(frictionless.outcomes) if each.id == shown.id]
         return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}
-    labels = {run.plan.name: shown.figure.runs[run.plan.name] + (" (modified)" if run.modified else "")
-              for run in shown.recorded}
+    labels = {run.plan.name: shown.figure.runs[run.plan.name]
+              + (" (modified)" if run.modified and shown.colours is None else "") for run in shown.recorded}
     again = [{"name": again_name(run), "label": "without friction" if len(labels) == 1 else
               f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
              if run.plan.name in labels and len(run.time)]
-    return {"runs": [{"name": name, "label": label} for name, label in labels.items()],
+    return {"runs": [{"name": name, "label": label,
+                      **({} if shown.colours is None else {"css": f"run-{shown.colours[name]}"})}
+                     for name, label in labels.items()],
             "panels": [{"kind": panel.kind, **PANELS[panel.kind].data(panel.of, *axis_of(shown, panel))}
                        for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),

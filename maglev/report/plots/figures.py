@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
+from maglev.live.content import LAW_COLOURS, LAWS
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.panels import PANELS, kinds_of
 from maglev.report.status import shown_until
@@ -20,6 +21,7 @@ from maglev.schema.toml_table import Seconds, Table
 from pmlsm.rigs import RIGS
 
 EVERY = "*"
+COLOURS = 5   # of runs
 
 # The main runs, those that are also shown as a moving picture.
 MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",
@@ -72,6 +74,7 @@ class Shown(NamedTuple):
     figure: Figure
     runs: list[RunResult]
     panels: list[Panel]
+    colours: Mapping[str, int] | None = None   # by name of the run, where a legend of all plots names the runs
 
     @property
     def id(self) -> str:
@@ -153,6 +156,30 @@ def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]
     driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
     return [name for name, values in columns.items()
             if name.partition(".")[2] not in known_variables() and name not in driven and values.dtype == np.float64]
+
+
+def controller_of(run: RunResult) -> str:
+    """FMU of this project that controlled a run; empty of another controller."""
+    if run.provenance is not None:
+        return next((fmu.model for fmu in run.provenance.fmus if fmu.name == "controller" and fmu.built_here), "")
+    return (run.plan.fmus["controller"].model or "") if "controller" in run.plan.fmus else ""
+
+
+def law_of(run: RunResult) -> str:
+    """Law of the controller of this project that controlled a run, such as "linear"; empty of another controller."""
+    return LAWS.get(controller_of(run).removesuffix(run.plan.rig.suffix if run.plan.rig else ""), "")
+
+
+def run_colours(runs: Mapping[str, RunResult]) -> dict[str, int]:
+    """Number of each run's colour, by label: that of its controller in every page, of others the next that is free."""
+    found: dict[str, int] = {}
+    for label, run in runs.items():
+        number = LAW_COLOURS.get(law_of(run), 1)
+        if number not in found.values():
+            found[label] = number
+    free = [k for k in range(COLOURS) if k not in found.values()] or [0]
+    others = [label for label in runs if label not in found]
+    return found | {label: free[k % len(free)] for k, label in enumerate(others)}
 
 
 def rig_name(name: str, plan: RunPlan | None = None) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import ClaimResult, Judgements, bounds, sentences
 from maglev.report.plots.figures import Panel, Shown, needed_columns
-from maglev.schema.claims import RunClaim
+from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import RunPlan
 
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
@@ -32,20 +32,18 @@ def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
 
     What is stated about other figures is left out.
     """
-    found: dict[tuple[int, Mark, str, str], None] = {}
+    found: dict[tuple[int, Mark, str], None] = {}
     for run in shown.recorded:
         for result in sentences(judgements.get(run.plan.name, ())):
             claim = result.claim
             cited = cited_figures(claim.source)
             if isinstance(claim, RunClaim) and isinstance(claim.target, float) and (not cited or shown.number in cited):
-                words = {"all": claim.criterion, "any": f"{claim.criterion}, of one of them",
-                         "mean": f"mean {claim.criterion}"}[claim.over]
-                short = f"{claim.relation} {claim.printed(claim.target)}"
-                found |= dict.fromkeys((k, mark, words, short) for mark in marks(claim, claim.target, run, shown)
+                words = f"{claim.criterion}, of one of them" if claim.over == "any" else claim.criterion
+                found |= dict.fromkeys((k, mark, words) for mark in marks(claim, claim.target, run, shown)
                                        for k, panel in enumerate(shown.panels) if tuple(panel) == (mark.kind, mark.of))
-    return [{"panel": k, "text": f"thesis: {text}", "short": f"thesis {short}",
+    return [{"panel": k, "text": f"thesis: {text}",
              **{key: value for key, value in mark._asdict().items() if key not in ("kind", "of")}}
-            for k, mark, text, short in found]
+            for k, mark, text in found]
 
 
 def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Iterator[Mark]:

@@ -1,6 +1,6 @@
 """Picture of a run: positions with their references, absolute errors, commands and phase currents."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +10,10 @@ from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.pages.shell import colour
 from maglev.panels import PANELS
-from maglev.pictures import FAINT
-from maglev.report.plots.figures import own_outputs, shown_commands
+from maglev.pictures import FAINT, new_figure
+from maglev.report.plots.figures import own_outputs, run_colours, shown_commands
 from maglev.report.plots.marks import limits
-from maglev.report.plots.static import COLOURS, current_colour
+from maglev.report.plots.static import current_colour
 from maglev.report.status import events, shown_until
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
+STYLES = ("-", "--", ":", "-.")   # of runs
 
 
 def figure_of(run: RunResult) -> "Figure":
@@ -36,16 +37,14 @@ def before(run: RunResult, until: float) -> RunResult:
 
 
 def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
-    """Draw runs with the same axes over each other, by label; of a motor each run in a colour of its own.
+    """Draw runs with the same axes over each other, by label, each in the colour of its controller and its own dash.
 
     A run alone has a colour for each of its currents, and no label. End stops and limits of currents are marked, and
     when a stop was touched or the controller tripped.
     """
-    from matplotlib.figure import Figure  # an extra: only who plots needs it
-
     first = next(iter(runs.values())).plan
     rows = len(first.axes) + len(first.motors)
-    figure = Figure(figsize=(12, 2.3 * max(rows, 1)), layout="constrained")
+    figure = new_figure(12, 2.3 * max(rows, 1))
     figure.suptitle(title)
     until = shown_until((run.metrics, float(run.time[-1])) for run in runs.values())
     if until is not None:
@@ -71,15 +70,28 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
     mark_limits(figure, [*first.axes, *first.motors], runs.values())
     mark_windows(figure, runs.values())
     mark_events(figure, runs)
+    legends(figure.axes, len(runs) > 1)
     for axis, row in zip(first.axes.values(), panels, strict=False):
         if axis.vertical and PANELS["position"].place:
             row[0].invert_yaxis()   # an air gap grows downwards
     return figure
 
 
-def run_colour(number: int) -> str:
-    """Colour of a run's lines, as in the pages."""
-    return colour(f"run-{number % COLOURS}")
+def looks(runs: Mapping[str, RunResult]) -> Iterator[tuple[str, RunResult, dict[str, Any]]]:
+    """Runs with their labels, and how their lines are drawn, as in the pages."""
+    for k, (label, number) in enumerate((label, run_colours(runs)[label]) for label in runs):
+        yield label, runs[label], {"color": colour(f"run-{number}"), "linestyle": STYLES[k % len(STYLES)]}
+
+
+def legends(panels: Iterable["Axes"], once: bool) -> None:
+    """Put a legend beside each panel; with `once`, what is named beside one is not named again."""
+    told: set[str] = set()
+    for panel in panels:
+        named = [line for line in panel.lines if not str(line.get_label()).startswith("_")
+                 and not (once and line.get_label() in told)]
+        told |= {str(line.get_label()) for line in named}
+        if named:
+            panel.legend(handles=named, **BESIDE)
 
 
 def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]) -> None:
@@ -97,7 +109,6 @@ def mark_limits(figure: "Figure", rows: Sequence[str], runs: Iterable[RunResult]
                 marked.add(place)
                 panel.axhline(value, color="0.3", linewidth=0.8, linestyle="-.", label=label)
                 label = "_"   # in the legend once
-        panel.legend(**BESIDE)
 
 
 def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
@@ -114,12 +125,12 @@ def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
 
 def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> None:
     """Mark when a stop was touched or the controller tripped; of several runs in their colours."""
-    for number, (label, run) in enumerate(runs.items()):
+    for label, run, look in looks(runs):
         for event in events(run.metrics):
             who = f"{label} " if label else ""
             figure.suptitle(f"{figure.get_suptitle()}\n{who}{event.words} at {event.time:.3f} s (dashed)")
             for panel in figure.axes:
-                panel.axvline(event.time, color=run_colour(number) if label else colour("bad"), linewidth=1.0,
+                panel.axvline(event.time, color=look["color"] if label else colour("bad"), linewidth=1.0,
                               linestyle="--")
 
 
@@ -127,18 +138,17 @@ def draw_axis(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -
     """Positions of an axis with the reference on the left, absolute errors on the right."""
     left, right = row
     places, errors = PANELS["position"], PANELS["error"]
-    for number, (label, run) in enumerate(runs.items()):
+    for number, (label, run, look) in enumerate(looks(runs)):
         axis = run.plan.axes[name]
         position, reference = (places.scale * run.columns[column] for column in (axis.position, axis.reference))
         if number == 0:
             left.plot(run.time, reference, **FAINT, label="reference")
             for band in run.plan.metrics.bands_of(axis):
                 right.axhline(errors.scale * band, **FAINT, linestyle="--")
-        left.plot(run.time, position, linewidth=1.0, label=label or "position", color=run_colour(number))
+        left.plot(run.time, position, linewidth=1.0, label=label or "position", **look)
         right.semilogy(run.time, np.maximum(np.abs(position - reference), errors.drawn_floor or 0.0), linewidth=0.8,
-                       color=run_colour(number))
+                       **look)
     left.set_ylabel(places.title(name, axis.unit, axis.vertical))
-    left.legend(**BESIDE)
     right.set_ylabel(errors.title(name, axis.unit, axis.vertical))
 
 
@@ -151,21 +161,16 @@ def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, Run
                 panel.plot(run.time, run.columns[name], linewidth=0.8,
                            label=f"{label} {name}".strip())
         panel.set_ylabel("own outputs")
-        if panel.lines:
-            panel.legend(**BESIDE)
 
 
 def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) -> None:
     """Commands of a motor on the left, currents of its phases, as delivered, on the right."""
     # Of the commands the direct and the quadrature current, where there are some.
     for panel, kind in zip(row, ("commands", "currents"), strict=True):
-        for number, (label, run) in enumerate(runs.items()):
+        for label, run, look in looks(runs):
             motor = run.plan.motors[name]
-            shown = shown_commands(motor) if kind == "commands" else motor.currents
-            for k, variable in enumerate(shown):
-                own = {"color": run_colour(number), "label": label if variable == shown[0] else None} if label else {
-                    "color": colour(current_colour(kind, k)), "label": variable.rpartition(".")[2]}
-                panel.plot(run.time, run.columns[variable], linewidth=0.8, **own)
+            for k, variable in enumerate(shown_commands(motor) if kind == "commands" else motor.currents):
+                own = look | {"linewidth": 0.4 if k else 0.9} if label else {
+                    "color": colour(current_colour(kind, k)), "label": variable.rpartition(".")[2], "linewidth": 0.8}
+                panel.plot(run.time, run.columns[variable], **own)
         panel.set_ylabel(PANELS[kind].title(name))
-        if panel.lines:
-            panel.legend(**BESIDE)

@@ -95,22 +95,27 @@ function swatch(parent, { css, dash, marked, symbol }) {
   else svg("path", { d: "M1 5h20", style: `stroke: var(--${css}); stroke-width: 2.5; stroke-dasharray: ${DASHES[dash]}` }, picture);
 }
 
+const legendOfAll = document.getElementById("legend");   // of all plots of a page, where there is one
+const hiddenInAll = new Set();
+
+/** Show or hide the lines of a name in plots whose legend is in a place. */
+function hide(hidden, name, place, shown) {
+  if (!hidden.delete(name)) hidden.add(name);
+  for (const each of place.querySelectorAll(".legend button")) each.setAttribute("aria-pressed", String(!hidden.has(each.dataset.name)));
+  for (const plot of shown) plot.drawn = drawPanels(plot);
+}
+
 function legend(plot, panel, parent) {
-  const list = html("div", { class: "legend" }, parent);
-  for (const line of panel.lines) {
+  const list = html("div", { class: "legend" }, parent), told = [...(legendOfAll?.children ?? [])].map(({ dataset }) => dataset.name);
+  for (const line of panel.lines.filter(({ of, name }) => !told.includes(of ?? name))) {
     const button = html("button", { type: "button", "aria-pressed": String(!plot.hidden.has(line.name)), "data-name": line.name }, list);
     swatch(button, line);
     button.append(line.name);
-    button.addEventListener("click", () => {
-      if (!plot.hidden.delete(line.name)) plot.hidden.add(line.name);
-      for (const each of plot.element.querySelectorAll(".legend button")) {
-        each.setAttribute("aria-pressed", String(!plot.hidden.has(each.dataset.name)));
-      }
-      plot.drawn = drawPanels(plot);
-    });
+    button.addEventListener("click", () => hide(plot.hidden, line.name, plot.element, [plot]));
   }
   const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants, ...panel.marks].map((each) => [each.name, each]));
   for (const { name, css, dash, area } of notes.values()) {
+    if (told.includes(name)) continue;
     const note = html("span", { "data-name": name }, list);
     if (area) html("i", { class: "area", style: `background: var(--${css})` }, note);
     else swatch(note, { css, dash });
@@ -164,7 +169,7 @@ function drawPanel(plot, p) {
   const whole = Math.max(240, plot.element.clientWidth);
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
   const last = !plot.runs.length || p === plot.panels.length - 1;
-  const lines = panel.lines.filter(({ name }) => !plot.hidden.has(name));
+  const lines = panel.lines.filter(({ of, name }) => !plot.hidden.has(of ?? name));
   const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
   const ends = [PANEL.top + height, PANEL.top];
@@ -173,7 +178,7 @@ function drawPanel(plot, p) {
   if (!place.firstChild) {
     const head = html("div", { class: "panel-head" }, place);
     html("strong", {}, head, panel.title);
-    legend(plot, panel, head);
+    legend(plot, panel, html("div", { class: "told" }, head));
   }
   const above = named(plot, p);
   const picture = svg("svg", { viewBox: `0 ${-above} ${whole} ${tall(last) + above}`, class: "panel-plot", role: "slider", tabindex: 0,
@@ -182,7 +187,7 @@ function drawPanel(plot, p) {
   // An inner picture cuts off what is outside.
   const inner = svg("svg", { x: PANEL.left, y: PANEL.top, width, height,
     viewBox: `0 ${PANEL.top} ${width} ${height}` }, picture);
-  const labels = [], names = drawWindows(inner, panel.windows, across, width, height);
+  const names = drawWindows(inner, panel.windows, across, width, height);
   if (above) for (const { x, text } of names) svg("text", { class: "window-name", x: PANEL.left + x, y: 2 }, picture, text);
   for (const { low, high, css } of panel.areas) {
     const [top, bottom] = [up.place(high), up.place(low)].sort((a, b) => a - b);
@@ -204,18 +209,10 @@ function drawPanel(plot, p) {
       : high >= view.low && low <= view.high && value >= up.low && value <= up.high])];
   const seen = new Set(sight.filter(([, inside]) => inside).map(([name]) => name));
   for (const note of place.querySelectorAll(".legend span")) note.style.visibility = seen.has(note.dataset.name) ? "" : "hidden";
-  const labelled = new Set();
-  for (const { x, value, low, high, css, dash, name, short } of panel.marks) {
+  for (const { x, value, low, high, css, dash, name } of panel.marks) {
     const d = value === null ? `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`
       : `M${across.place(low).toFixed(1)} ${up.place(value).toFixed(1)}H${across.place(high).toFixed(1)}`;
-    svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner);
-    // A label leaves with what it names.
-    const inside = value === null ? x >= view.low && x <= view.high
-      : high >= view.low && low <= view.high && value >= up.low && value <= up.high;
-    if (!inside || labelled.has(name)) continue;
-    labels.push({ x: value === null ? across.place(x) + 4 : Math.max(0, across.place(low)) + 4,
-      y: value === null ? PANEL.top + height - 6 : up.place(value) + (up.place(value) < PANEL.top + 15 ? 12 : -4), text: short });
-    labelled.add(name);
+    svg("title", {}, svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner), name);
   }
   for (const line of lines) {
     if (line.margin) {
@@ -228,11 +225,9 @@ function drawPanel(plot, p) {
       svg("path", { class: "line", "data-name": line.name, d: marks.join(""), style: `fill: var(--${line.css})` }, inner);
     } else {
       svg("path", { class: "line", "data-name": line.name, d: linePath(line, across, up, width),
-        style: `stroke: var(--${line.css}); stroke-dasharray: ${DASHES[line.dash]}` }, inner);
+        style: `stroke: var(--${line.css}); stroke-dasharray: ${DASHES[line.dash]}${line.thin ? "; stroke-width: 0.7" : ""}` }, inner);
     }
   }
-  // Above the lines, on paper.
-  for (const { x, y, text } of labels) svg("text", { class: "mark-label", x, y }, inner, text);
   const former = place.querySelector(".panel-plot"), focused = former && former === document.activeElement;
   if (former) former.replaceWith(picture);
   else place.append(picture);
@@ -266,7 +261,7 @@ function makePlot(element, panels, runs, range = null) {
   const shared = { ...everything, ...(range ? { low: range[0], high: range[1] } : {}), full: everything };
   const views = panels.map(({ low, high }) => (linked ? shared : { low, high, full: { low, high } }));
   element.replaceChildren();
-  const plot = { element, panels, views, runs, hidden: new Set(), gone: false, turn: 0, handles: [] };
+  const plot = { element, panels, views, runs, hidden: legendOfAll ? hiddenInAll : new Set(), gone: false, turn: 0, handles: [] };
   tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));
   plot.places = panels.map((_, p) => html("div", { class: "panel",
     style: `min-height: ${tall(!linked || p === panels.length - 1) + named(plot, p) + 28}px` }, element));

@@ -44,6 +44,13 @@ function pointAt(plot, p, here, values) {
   cursor.setAttribute("d", inside ? `M${(PANEL.left + across.place(here)).toFixed(1)} ${PANEL.top}v${PANEL.plot}` : "");
   readout.hidden = !inside || !values;
   if (readout.hidden) return;
+  const said = fillReadout(panel, lines, readout, here);
+  picture.setAttribute("aria-valuenow", here);
+  picture.setAttribute("aria-valuetext", said.join("; "));
+}
+
+/** Fill a readout, which takes the place of the legend, with what lines are at an abscissa; returns the words. */
+function fillReadout(panel, lines, readout, here) {
   readout.replaceChildren();
   const said = [`${panel.xTitle}: ${shortNumber(here)}`];
   html("div", {}, readout, said[0]);
@@ -55,9 +62,7 @@ function pointAt(plot, p, here, values) {
     said.push(`${line.name}: ${panel.format(value)}${line.note}`);
     row.append(said.at(-1));
   }
-  readout.style.left = `${here > (across.low + across.high) / 2 ? PANEL.left + 8 : picture.clientWidth - readout.offsetWidth - 20}px`;
-  picture.setAttribute("aria-valuenow", here);
-  picture.setAttribute("aria-valuetext", said.join("; "));
+  return said;
 }
 
 /** Point at an abscissa in a panel, in those that share its view, and in the other plots that are drawn of the same runs. */
@@ -88,7 +93,8 @@ function handle(plot, p, picture, across, lines, height) {
   const place = plot.places[p];
   const cursor = svg("path", { class: "cursor", style: "stroke: var(--faint); pointer-events: none" }, picture);
   const chosen = svg("rect", { y: PANEL.top, height, width: 0, style: "fill: var(--link); opacity: 0.2" }, picture);
-  const readout = place.querySelector(".readout") ?? html("div", { class: "readout", hidden: "" }, place);
+  let readout = place.querySelector(".readout");
+  if (!readout) fillReadout(plot.panels[p], lines, readout = html("div", { class: "readout", hidden: "" }, place.querySelector(".told")), across.high);   // its room is kept
   plot.handles[p] = { across, lines, cursor, picture, readout };
   picture.setAttribute("aria-valuemin", across.low);
   picture.setAttribute("aria-valuemax", across.high);

@@ -43,19 +43,19 @@ function chartOf(id) {
 /** Lines that a panel draws: run, signal, legend, colour, dash. */
 function panelLines(figure, runs, { kind, of }) {
   const lines = [];
-  runs.forEach(({ name, label }, r) => {
+  runs.forEach(({ name, label, css: own }, r) => {
     const run = report.runs[name];
     const dash = RUN_DASHES[r % RUN_DASHES.length];
     if (kind === "commands" || kind === "currents") {
       (run.motors[of]?.[kind] ?? []).forEach((signal, s) => {
         const short = signal.split(".").pop().replace("_cmd", "");
-        const css = kind === "currents" ? `phase-${s % 3}` : s % 2 ? "quadrature" : "direct";
-        lines.push({ run: name, signal, name: runs.length > 1 ? `${short} ${label}` : short, css, dash });
+        const css = own ?? (kind === "currents" ? `phase-${s % 3}` : s % 2 ? "quadrature" : "direct");
+        lines.push({ run: name, signal, name: runs.length > 1 ? `${short} ${label}` : short, of: own && label, css, dash, thin: own && s > 0 });
       });
       return;
     }
     const signal = kind === "own" ? of : run.axes[of]?.[kind];
-    if (signal) lines.push({ run: name, signal, name: label, css: `run-${r % 5}`, dash });
+    if (signal) lines.push({ run: name, signal, name: label, css: own ?? `run-${r % 5}`, dash });
   });
   if (kind === "position") {
     // The reference once, of the run that was recorded longest.
@@ -72,7 +72,8 @@ function drawnLine(line, panel) {
   const signal = ready[line.run][line.signal];
   const points = panel.floor ? logarithmicPoints(signal, panel)
     : { x: signal.times, y: signal.values.map((value) => scale * value) };
-  return { ...line, ...points, ascending: true, note: ` ± ${Number((scale * signal.tolerance).toPrecision(2))} ${unit}` };
+  return { ...line, ...points, ascending: true, 
+    note: line.css === "reference" ? ` ${unit}` : ` ± ${Number((scale * signal.tolerance).toPrecision(2))} ${unit}` };
 }
 
 /** Levels across a panel: bands of settling, end stops, limits of currents; each limit once, of whichever runs have it. */
@@ -109,7 +110,7 @@ function panelAreas(figure, p) {
 function panelMarks(figure, p, end) {
   const { scale } = figure.panels[p];
   return (figure.marks ?? []).filter(({ panel }) => panel === p).map((mark) => ({
-    name: mark.text, short: mark.short, css: "thesis", dash: "dot", x: mark.time, low: mark.start, high: mark.end ?? end,
+    name: mark.text, css: "thesis", dash: "dot", x: mark.time, low: mark.start, high: mark.end ?? end,
     value: mark.level === null ? null : scale * mark.level,
   }));
 }
@@ -120,8 +121,8 @@ function figurePanels(id) {
   const ends = runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
   const windows = Object.values(Object.fromEntries(runs.flatMap(({ name }) => report.runs[name].windows)
     .map(([name, low, high]) => [`${name} ${low} ${high}`, { name, low, high, css: "open" }])));
-  const instants = runs.flatMap(({ name, label }) => report.runs[name].events.map(({ time, text }) => ({
-    x: time, css: "bad", dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
+  const instants = runs.flatMap(({ name, label, css = "bad" }) => report.runs[name].events.map(({ time, text }) => ({
+    x: time, css, dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
   })));
   return figure.panels.map((panel, p) => ({
     title: panel.title, xTitle: "time (s)", low: 0,
@@ -189,6 +190,9 @@ async function showFrictionless(id, shown) {
   await draw(id);
 }
 
+for (const button of legendOfAll?.querySelectorAll("button") ?? []) {
+  button.addEventListener("click", () => hide(hiddenInAll, button.dataset.name, document, Object.values(plots)));
+}
 for (const button of document.querySelectorAll("[data-switch]")) {
   button.hidden = false;
   button.addEventListener("click", () => showFrictionless(button.dataset.switch, button.getAttribute("aria-pressed") !== "true"));

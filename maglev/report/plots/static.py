@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from maglev.panels import PANELS
 from maglev.report.plots.charts import ShownChart
-from maglev.report.plots.figures import Panel, Shown, axis_of, needed_columns, recorded_columns, shown_by
+from maglev.report.plots.figures import COLOURS, Panel, Shown, axis_of, needed_columns, recorded_columns, shown_by
 from maglev.report.plots.series import thin
 
 Array = NDArray[np.float64]
@@ -20,24 +20,26 @@ LEFT, TOP, BELOW = 64, 22, 34    # px beside it: labels, title with legend, time
 NAMES = 14                       # px for the names of events, above the frame of the first panel
 MOST_POINTS = 80                 # of a line; twice as many of an error, whose peaks are steep
 FINEST = 1.0                     # px, tolerance of a line
-COLOURS = 5                      # of runs
+DASHES = ("none", "7 4", "1.5 3", "8 3 1.5 3")   # of runs, as in plot.js
 PHASES = ("phase-0", "phase-1", "phase-2")
 
 
 class Line(NamedTuple):
-    """A line or marks: name, colour in the style sheet, abscissae and ordinates, shape (n,)."""
+    """A line or marks: name, colour in the style sheet, abscissae and ordinates, shape (n,), and how it is drawn."""
 
     name: str
     colour: str
     x: Array
     y: Array
     marked: bool = False
+    dash: str = "none"
+    width: float = 1.5   # px
 
 
 class PanelPicture(NamedTuple):
     """What a panel shows: titles, lines, the floor of a logarithmic one, and names of windows from when to when (s).
 
-    `down` is whether ordinates grow downwards.
+    `down` is whether ordinates grow downwards, `named` whether the lines have their names here.
     """
 
     title: str
@@ -46,6 +48,7 @@ class PanelPicture(NamedTuple):
     floor: float | None = None
     down: bool = False
     windows: Sequence[tuple[str, float, float]] = ()
+    named: bool = True
 
 
 def static_picture(shown: Shown | ShownChart) -> str:
@@ -60,7 +63,7 @@ def static_picture(shown: Shown | ShownChart) -> str:
         windows = tuple(dict.fromkeys(window for run in shown.recorded for window in run.plan.windows))
         panels = [PanelPicture(PANELS[panel.kind].title(panel.of, unit, gap), "time (s)",
                                list(panel_lines(shown, panel)), PANELS[panel.kind].drawn_floor,
-                               PANELS[panel.kind].place and gap, windows)
+                               PANELS[panel.kind].place and gap, windows, shown.colours is None)
                   for panel in shown.panels for unit, gap in [axis_of(shown, panel)]]
     return "\n".join(panel_picture(panel, k == 0) for k, panel in enumerate(panels))
 
@@ -73,7 +76,8 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
         longest = max(runs, key=lambda run: run.time[-1])
         reference = longest.columns.get(longest.plan.axes[panel.of].reference)
         if reference is not None:
-            yield Line("reference", "reference", longest.time, factor * reference)
+            yield Line("reference", "reference", longest.time, factor * reference,
+                       dash="none" if shown.colours is None else DASHES[2])
     for number, run in enumerate(runs):
         columns, label = recorded_columns(run), shown.figure.runs[run.plan.name]
         names = needed_columns(run.plan, panel.kind, panel.of)
@@ -81,10 +85,12 @@ def panel_lines(shown: Shown, panel: Panel) -> Iterator[Line]:
             if name not in columns:
                 continue
             short = name.rpartition(".")[2].replace("_cmd", "")
-            colour = current_colour(panel.kind, k) or f"run-{number % COLOURS}"
+            colour = (f"run-{shown.colours[run.plan.name]}" if shown.colours is not None
+                      else current_colour(panel.kind, k) or f"run-{number % COLOURS}")
             if PANELS[panel.kind].of == "motor":
                 label = short if len(runs) == 1 else f"{short} {shown.figure.runs[run.plan.name]}"
-            yield Line(label, colour, run.time, factor * columns[name])
+            yield Line(label, colour, run.time, factor * columns[name], dash=DASHES[number % len(DASHES)],
+                       width=0.7 if k and shown.colours is not None else 1.5)
 
 
 def current_colour(kind: str, k: int) -> str:
@@ -118,20 +124,21 @@ def panel_picture(panel: PanelPicture, first: bool = True) -> str:
     for value, label in labels(low, high, logarithmic):
         y = TOP + HEIGHT * (top - value) / (top - bottom)
         drawn.append(f'<path d="M{LEFT} {y:.0f}h{WIDTH}" class="grid"/><text x="{LEFT - 5}" y="{y + 4:.0f}" '
-                     f'text-anchor="end">{label}</text>')
+                     f'class="end">{label}</text>')
     for value, label in labels(x_low, x_high, False):
         x = LEFT + WIDTH * (value - x_low) / (x_high - x_low)
-        drawn.append(f'<text x="{x:.0f}" y="{TOP + HEIGHT + 14}" text-anchor="middle">{label}</text>')
+        drawn.append(f'<text x="{x:.0f}" y="{TOP + HEIGHT + 14}" class="mid">{label}</text>')
     for line in lines:
         across = LEFT + WIDTH * (line.x - x_low) / (x_high - x_low)
         drawn.append(shape(line, across, TOP + HEIGHT * (top - line.y) / (top - bottom),
                            MOST_POINTS * (1 + logarithmic)))
-    names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines)
+    names = "".join(f'<tspan dx="10" style="fill:var(--{line.colour})">{escape(line.name)}</tspan>' for line in lines
+                    if panel.named)
     return (f'<svg class="still" viewBox="0 {-room} {LEFT + WIDTH + 6} {TOP + HEIGHT + BELOW + room}" role="img" '
             f'aria-label="{escape(title)} over {escape(x_title)}"><text x="{LEFT}" y="{14 - room}">'
             f'<tspan font-weight="bold">{escape(title)}</tspan>{names}</text>{"".join(drawn)}'
             f'<path d="M{LEFT} {TOP}h{WIDTH}v{HEIGHT}h-{WIDTH}z" '
-            f'class="grid"/><text x="{LEFT + WIDTH // 2}" y="{TOP + HEIGHT + 29}" text-anchor="middle">'
+            f'class="grid"/><text x="{LEFT + WIDTH // 2}" y="{TOP + HEIGHT + 29}" class="mid">'
             f"{escape(x_title)}</text></svg>")
 
 
@@ -172,4 +179,7 @@ def shape(line: Line, x: Array, y: Array, most: int) -> str:
     points = np.rint(np.stack([x, y], axis=1)).astype(int)
     # Each point but the first by its distance from the one before, which takes fewer characters.
     steps = [f"{across} {down}" for across, down in np.diff(points, axis=0) if across or down]
-    return f'<path style="stroke:var(--{line.colour})" d="M{points[0, 0]} {points[0, 1]}l{" ".join(steps) or "0 0"}"/>'
+    look = (f";stroke-dasharray:{line.dash}" if line.dash != "none" else "") + (
+        f";stroke-width:{line.width:g}" if line.width != 1.5 else "")
+    return (f'<path style="stroke:var(--{line.colour}){look}" d="M{points[0, 0]} {points[0, 1]}'
+            f'l{" ".join(steps) or "0 0"}"/>')

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from report_runs import packaged
+from report_runs import packaged, recorded
 
-from maglev.comparison.table import Row, side_by_side, summary
+from maglev.comparison.table import Row, side_by_side, summary, verdict
 from maglev.judging.measures import Measure, measures, measures_data
 from maglev.judging.metrics import evaluate
+from maglev.report.plots.figures import run_colours
 from maglev.schema.run_plan import RunPlan
 
 
@@ -86,6 +87,40 @@ def test_a_run_that_failed_wins_nothing() -> None:
     assert [row.best for row in summary(rows)] == [("a",)]
     (alone,) = side_by_side({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held]})
     assert alone.best == ()   # no contest
+
+
+def measured(v: float, h: float, current: float) -> list[Measure]:
+    """Rms errors (m) and a peak current (A) of a run."""
+    return [Measure("rms error", "v", None, v, "m"), Measure("rms error", "h", None, h, "m"),
+            Measure("peak current", "motor", None, current, "A")]
+
+
+@pytest.mark.parametrize(("b", "words"), [
+    (measured(2e-5, 4e-5, 2.0), "a is better: the rms errors of b are on average 2 times as large (most on v, 10 µm "
+     "against 20 µm); b is better in 1 of 3 rows (most in peak current of motor, 2 A against 3 A)."),
+    (measured(1e-5, 2.42e-5, 3.0), "a is better: the rms errors of b are on average 10 % larger (most on h, 20 µm "
+     "against 24.2 µm)."),
+    (measured(1.02e-5, 2e-5, 6.0), "a and b are alike: their rms errors differ by less than 5 %; a is better in 1 of 3 "
+     "rows (most in peak current of motor, 3 A against 6 A).")])
+def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan: RunPlan, b: list[Measure],
+                                                                             words: str) -> None:
+    rows = summary(side_by_side({"a": measured(1e-5, 2e-5, 3.0), "b": b}))
+    assert verdict({"a": recorded(plan), "b": recorded(plan)}, rows) == words
+    assert [row.lead for row in rows] == [pytest.approx(max(pair) / min(pair)) for pair in
+                                          zip((1e-5, 2e-5, 3.0), [each.value for each in b], strict=True)]
+
+
+def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
+    lost = recorded(plan, failed=True, stop_contact=0.25)
+    assert verdict({"a": recorded(plan), "b": lost}, []) == "Only a held; b failed, touched an end stop at 0.250 s."
+    assert verdict({"b": lost}, []) == "None held; b failed, touched an end stop at 0.250 s."
+    assert verdict({"a": recorded(plan)}, []) == "a held."
+
+
+def test_a_controller_has_its_colour_and_others_a_free_one() -> None:
+    runs = {label: recorded(packaged(f"2dof-step-4-{law}")) for label, law in
+            (("x", "linear"), ("y", "nonlinear"), ("z", "nonlinear"))}
+    assert run_colours(runs) == {"x": 2, "y": 0, "z": 1}
 
 
 @given(st.dictionaries(st.text(min_size=1), st.floats(0.0, math.inf), min_size=1), st.frozensets(st.text(min_size=1)))

@@ -79,7 +79,7 @@ def test_a_block_is_translated_as_it_reads() -> None:
     assert translated(text) == expected
 
 
-@pytest.mark.parametrize("line", ["a, self.gain = 1.0, 2.0", "while True: pass", "x = [1.0]", "x = 2.0 ** t"])
+@pytest.mark.parametrize("line", ["a, self.gain = 1.0, 2.0", "x = [1.0]", "x = 2.0 ** t"])
 def test_what_blocks_do_not_have_is_refused(line: str) -> None:
     with pytest.raises(ControllerError, match=r"^'.*' cannot be put into JavaScript"):
         translated(f'"""M."""\n\n\nclass A:\n    def step(self, t):\n        {line}\n')
@@ -102,7 +102,7 @@ def test_a_law_finds_its_parts_of_which_each_is_there_once() -> None:
 def test_a_controller_of_ones_own_becomes_a_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     new_controller("lqi.py", "2dof")
-    done = maglev("build", "lqi.py", "Commutation2DOF", "--native", "--target", "wasm")
+    done = maglev("build", "lqi.py", "Commutation2DOF", "--kind", "native", "--target", "wasm")
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in Path("fmus/wasm").iterdir()) == [
         "Commutation2DOF.wasm", "Commutation2DOF.xml", "LQI.wasm", "LQI.xml"]

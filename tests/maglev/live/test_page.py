@@ -5,6 +5,7 @@ import gzip
 import json
 import re
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from command_line import error_line, maglev
 from motor import MOTOR
 
 from fmi_export.model_description import model_description
+from fmi_export.native.build import made_of
 from maglev.errors import FmuError, ScenarioError
 from maglev.live.content import (
     flies_live,
@@ -30,9 +32,11 @@ from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reaso
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
 from maglev.own_stage.new import new_stage
+from maglev.pages.shell import scene
 from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
+from maglev.user_controllers.own_modules import PACKAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
@@ -62,10 +66,12 @@ def data(page: str) -> Any:
 def test_the_page_is_small_and_the_same_again(page: str, wasm_fmus: Path) -> None:
     assert len(page.encode()) < LARGEST
     assert live_page(wasm_fmus, live_runs()) == page
+    said = re.findall(r"(\d+) kB", (FOLDER.parents[1] / "docs" / "live.md").read_text(encoding="utf-8"))
+    assert [float(size) for size in said] == [pytest.approx(len(page.encode()) / 1e3, rel=0.02)] * 2
 
 
 def test_the_page_needs_nothing_else(page: str) -> None:
-    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!#)|https?://(?!www\.w3\.org)|@import|url\(""", page) == []
+    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!#|data:)|https?://(?!www\.w3\.org)|@import|url\(""", page) == []
     assert "default-src 'none'" in page
 
 
@@ -81,6 +87,7 @@ def test_every_script_is_in_it_once(page: str) -> None:
         text = (FOLDER / name).read_text(encoding="utf-8")
         assert page.count(text) == 1
         assert len(text.splitlines()) < 300, name
+    assert page.count(scene()) == 1
 
 
 def test_plans_are_those_of_the_scenarios(data: Any) -> None:
@@ -191,20 +198,21 @@ def test_a_missing_module_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
         page_data(tmp_path, live_runs())
     said = error_line(maglev("live", "--fmus", tmp_path, "--out", tmp_path))
-    assert "maglev build --native --target wasm" in said
+    assert "maglev build --kind native --target wasm" in said
     assert not (tmp_path / "live.html").exists()
 
 
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A user's folder with a stage; where modules would be there are their descriptions, which are those of now."""
+    """A user's folder with a stage; where modules would be there are files that say that they are those of now."""
     monkeypatch.chdir(tmp_path)
     new_stage("mine.toml")
     folder = tmp_path / "wasm"
     folder.mkdir()
     for name in modules_of(know_stage("mine.toml")):
         (folder / f"{name}.wasm").write_bytes(b"module")
-        (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0))
+        made = made_of(definition(name), b"module", version("maglev-fmus"), PACKAGES)
+        (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0) + made)
     yield folder
     for name in [*OWN]:
         forget(name)
@@ -229,8 +237,8 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),
                            encoding="utf-8")
     said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
-    assert "PlantMine.xml: its variables are not those that PlantMine has now" in said
-    assert said.endswith("maglev build --rig mine.toml --native --target wasm")
+    assert "PlantMine.wasm is not the PlantMine that this installation builds now" in said
+    assert said.endswith("`maglev build --rig mine.toml --kind native --target wasm --fmus .` builds it anew")
     (mine / "PlantMine.wasm").unlink()
     assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     scenario = tmp_path / "mine-setpoints.toml"

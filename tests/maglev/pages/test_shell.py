@@ -77,6 +77,6 @@ def test_every_template_has_a_place_for_the_way_and_its_page_says_what_it_is() -
                  root / "live/page.html"):
         assert path.read_text(encoding="utf-8").count(PLACE) == 1
     for kind in KINDS:
-        made = page(kind, "A &amp; B", "p {}", f"<body>{PLACE}${{words}}</body>\n", words="said")
+        made = page(kind, "A &amp; B", "<b>C</b>", "p {}", f"<body>{PLACE}${{words}}</body>\n", words="said")
         assert SAYS.findall(made[:HEAD]) == [kind] and TITLE.findall(made[:HEAD]) == ["A &amp; B"]
         assert made.endswith(f"</head>\n<body>{PLACE}said</body>\n</html>\n")

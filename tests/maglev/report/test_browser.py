@@ -210,7 +210,10 @@ def test_pointing_at_a_plot_tells_the_values(desktop):
     reference, position = (float(text.split(": ")[1].split(" ")[0]) for text in texts[1:])
     assert reference == pytest.approx(21.0 + 1e3 * SPEED * time, abs=2e-3)
     assert position == pytest.approx(20.0 + 1e3 * SPEED * time, abs=2e-3)
-    assert "± 0.001 mm" in texts[1]
+    assert texts[1].endswith(" mm") and "±" not in texts[1], "a reference is exact"
+    assert "± 0.001 mm" in texts[2]
+    box, below = readout.bounding_box(), picture.bounding_box()
+    assert box["y"] + box["height"] <= below["y"] + 8, "it covers no curve"   # px above the frame
     everywhere = desktop.page.locator('[data-figure="figure-4-18"] .readout')
     assert [each.locator("div").first.text_content() for each in everywhere.all()] == [texts[0]] * 3
     desktop.page.mouse.move(0, 0)

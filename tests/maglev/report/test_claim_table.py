@@ -3,30 +3,55 @@ from dataclasses import replace
 from typing import Literal
 
 import pytest
-from report_runs import failed, judged, packaged, page_of, recorded
+from report_runs import Page, failed, judged, packaged, page_of, recorded
 
+from maglev.judging.metrics import TrackingError
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
 from maglev.report.claim_table import linked_source
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.figures import read_figures, shown_figures
 from maglev.report.plots.marks import cited_figures
-from maglev.schema.claims import RunClaim
+from maglev.report.text import sentence
+from maglev.schema.judged.claims import RunClaim
+from maglev.schema.layers import packaged_runs
 
 SETPOINTS = packaged("2dof-setpoints")
+
+
+def choices(page: Page) -> dict[str | None, str]:
+    """Verdicts that can be chosen, with their words."""
+    return {option["value"]: option.text for option in page.all("option") if option["value"] in ("", *VERDICTS)}
 
 
 def test_the_summary_counts_verdicts_and_runs():
     claims = [judged(verdict) for k, verdict in enumerate(VERDICTS) for _ in range(k + 1)]
     page = page_of([recorded(SETPOINTS), failed(packaged("3dof-setpoints"), "why")], {"2dof-setpoints": claims})
-    (cards,) = page.of_class("cards")
-    assert cards.text == "1 ✓ reproduced2 ≈ within 10 %3 ✗ not reproduced4 ? not testable5 – not run6 ≠ modified run"
-    assert "<p>7 of 15 bounds by the axes of figures are met.</p>" in page.source
-    assert "1 runs completed, 1 failed." in page.source.replace("<strong>", "").replace("</strong>", "")
+    (table,) = page.of_class("kinds")
+    words = ("reproduced", "within 10 %", "no difference", "not reproduced", "not testable", "not run", "modified run")
+    rows = "".join(f"{sign} {word}{k}" for k, (sign, word) in enumerate(zip("✓≈=✗?–≠", words, strict=True), start=1))
+    assert table.text.replace("\n", "") == f"claimsspecifications{rows}all28"
+    assert "<p>8 of 17 bounds by the axes of figures are met.</p>" in page.source
+    assert "1 of 2 runs did not complete." in page.source.replace("<strong>", "").replace("</strong>", "")
     assert [row["data-verdict"] for row in page.all("tr") if row["data-verdict"]] == [c.verdict for c in claims]
-    buttons = {button["data-verdict"]: button.text for button in page.all("button") if button["id"] != "print"}
-    assert list(buttons) == ["", *VERDICTS]
-    assert buttons[""] == "all (36)"
-    assert buttons["not testable"] == "? not testable (4)"
+    options = choices(page)
+    assert list(options) == ["", *VERDICTS]
+    assert options[""] == "all (45)"
+    assert options["not testable"] == "? not testable (5)"
+
+
+def test_a_report_of_few_runs_begins_with_a_sentence_for_each():
+    """How long it was simulated, its worst error, and how many of its claims hold: first, and beside its figures."""
+    claims = [judged("reproduced"), judged("not reproduced"), judged("not testable"), judged("met")]
+    results = [recorded(SETPOINTS, end_errors={"v": 2e-6, "h": 1e-6})]
+    page = page_of(results, {"2dof-setpoints": claims})
+    words = "simulated for 0.5 s, held; worst error at the end 2 µm on v; 1 of 2 claims hold"
+    assert [each.text for each in page.of_class("said")] == [f"2dof-setpoints: {words}."]
+    assert page.source.index('class="said"') < page.source.index("R. B. Owen")
+    assert words in page.with_id("figure-4-18").text and words in page.with_id("run-2dof-setpoints").text
+    tracking = recorded(SETPOINTS, tracking=(TrackingError("h", 1e-4, 3e-4, 0.0),), failed=True)
+    assert sentence(tracking, []) == "simulated for 0.5 s, failed; worst tracking error 0.3 mm on h"
+    many = [recorded(packaged(name)) for name in packaged_runs() if name.startswith("2dof-step")]
+    assert len(many) > 4 and page_of(many).of_class("said") == []
 
 
 def test_a_claim_shows_everything_that_is_known():
@@ -40,9 +65,8 @@ def test_a_claim_shows_everything_that_is_known():
 def test_other_readings_are_shown_beside_the_counts():
     claims = [judged("reproduced"), replace(judged("reproduced"), counts=False), judged("not run")]
     page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims})
-    buttons = {button["data-verdict"]: button.text for button in page.all("button") if button["id"] != "print"}
-    assert buttons == {"": "all (2 + 1 of other readings)", "reproduced": "✓ reproduced (1 + 1 of other readings)",
-                       "not run": "– not run (1)"}
+    assert choices(page) == {"": "all (2 + 1 of other readings)", "not run": "– not run (1)",
+                             "reproduced": "✓ reproduced (1 + 1 of other readings)"}
 
 
 def test_the_report_says_how_many_runs_it_has_and_when_it_was_made(monkeypatch):
@@ -120,7 +144,7 @@ def test_the_message_counts_claims_and_those_that_blame_friction():
     claims = [judged("reproduced"), blaming("within 10 %"), judged("not met"),
               *(blaming("not reproduced") for _ in range(2)), *(blaming("not reproduced", None) for _ in range(3))]
     (message,) = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).of_class("message")
-    assert message.text == ("1 of 7 claims reproduce, 1 more come within 10 %. Of the 5 that do not, 2 have guide "
+    assert message.text == ("1 of 7 specifications reproduce. Of the 5 claims that do not, 2 have guide "
                             "friction among their reasons, which the thesis does not state and which is assumed here.")
 
 
@@ -148,4 +172,4 @@ def test_under_a_figure_its_claims_have_value_criterion_and_reason():
     claim = judged("not reproduced", reason="friction is assumed")
     text = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [claim]}).with_id("figure-4-18").text
     assert f"{claim.claim.text} ({claim.claim.criterion}). Measured: 25" in text.replace("\N{NO-BREAK SPACE}", " ")
-    assert text.rstrip().endswith(": friction is assumed")
+    assert text.rstrip().endswith(" whyfriction is assumed")   # folded

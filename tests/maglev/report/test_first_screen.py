@@ -1,7 +1,8 @@
 """The moving picture, and how the report looks in a browser: on a phone, in dark, in numbers of px."""
 
+import numpy as np
 import pytest
-from report_runs import SPEED
+from report_runs import SPEED, packaged
 from report_tab import CONTRAST, DARK, DESKTOP, LIGHT, PHONE, Tab, wait_until
 
 from maglev.report.claim_table import LOOKS
@@ -14,19 +15,19 @@ VERDICT_STYLES = [f".verdict.{look.css}" for look in LOOKS.values()]
 def choose(page, run: str) -> None:
     """Choose a run of the moving picture, and wait until it is shown."""
     page.select_option("#player-run", run)
-    wait_until(page, "document.querySelector('#player-time').max === '0.5'")
+    wait_until(page, f"maglevReport.views?.space.run === report.moving['{run}'].stage")
 
 
-def reading(page, label: str) -> str:
-    """A number below the moving picture."""
-    return page.locator(".readings div", has=page.get_by_text(label, exact=True)).locator("dd").text_content()
+def row(page):
+    """What the moving picture shows of the first run: axes and motors, SI."""
+    return page.evaluate("maglevReport.views.drawn[0].row")
 
 
 def mover(page) -> list[float]:
-    """Place of the mover in the picture, px."""
+    """Place of the mover, px: across in space, and down beside its gap."""
     return page.evaluate("""(() => {
-        const { e, f } = document.querySelector("#player-views svg g").transform.baseVal.consolidate().matrix;
-        return [e, f];
+        const { space, gap, drawn: [{ row }] } = maglevReport.views;
+        return [boxIn(space, row, "position")[0], gap.y(1e3 * row.axes[space.run.vertical].position)];
     })()""")
 
 
@@ -35,34 +36,45 @@ def test_scrubbing_shows_the_values_at_that_time(desktop):
     desktop.page.locator("#player-time").fill("0")
     along, gap = mover(desktop.page)
     desktop.page.locator("#player-time").fill("0.25")
-    assert reading(desktop.page, "time") == "0.25 s"
-    assert reading(desktop.page, "gap y") == f"{20.0 + 1e3 * SPEED * 0.25:.4f} mm"
-    assert reading(desktop.page, "alpha i_d") == "1.000 A"
+    assert desktop.page.locator("#player-clock").text_content() == "0.25 s"
+    shown = row(desktop.page)
+    assert shown["axes"]["y"]["position"] == pytest.approx(20e-3 + SPEED * 0.25, abs=2e-6)
+    assert shown["axes"]["y"]["reference"] == pytest.approx(21e-3 + SPEED * 0.25, abs=2e-6)
+    # Sinusoids of 1 Hz, those of the phases after the two commands.
+    for motor in ("alpha", "beta"):
+        wanted = [np.sin(2.0 * np.pi * (0.25 + k / 3.0)) for k in range(*phases_of(motor))]
+        assert shown["motors"][motor]["phases"] == pytest.approx(wanted, abs=0.03)
     later_along, later_gap = mover(desktop.page)
     assert later_along > along
     assert later_gap > gap   # a larger gap is lower in the picture
-    assert desktop.page.locator("#player-views svg").count() == 2
+
+
+def phases_of(motor: str) -> tuple[int, int]:
+    """Numbers of the phases among a motor's recorded signals."""
+    first = len(packaged("3dof-setpoints-improved").motors[motor].commands)
+    return first, first + 3
 
 
 def test_a_mover_that_tilts_turns_as_the_gaps_at_its_ends_say(desktop):
-    """With pitch the gap grows along x, with roll it shrinks along z: one view for each, none for the tilts."""
+    """With pitch the gap grows along x, with roll it shrinks along z; in space tilts are five times as large."""
     choose(desktop.page, "5dof-setpoints")
     desktop.page.locator("#player-time").fill("0")
-    slopes = desktop.evaluate("""[...document.querySelectorAll("#player-views svg")].map((picture) => {
-        const { a, b } = picture.querySelector("g").transform.baseVal.consolidate().matrix;
-        return Math.atan2(b, a) / (VIEW.up / VIEW.along);
-    })""")
+    slopes = desktop.evaluate("""(() => {
+        const { space, drawn: [{ row }] } = maglevReport.views, moved = motionOf(space.run, row, "position");
+        return [[100, 0, 0], [0, 0, 100]].map((point) => (moved(point)[1] - moved([0, 0, 0])[1]) / 100 / TILT);
+    })()""")
     assert slopes == pytest.approx([20e-3, -20e-3], rel=1e-2)   # of 20 mrad each
-    assert [reading(desktop.page, tilt) for tilt in ("roll", "pitch")] == ["20.0000 mrad"] * 2
 
 
 def test_the_mover_hangs_below_the_stator_by_the_gap(desktop):
     choose(desktop.page, "2dof-setpoints")
     desktop.page.locator("#player-time").fill("0")
-    stator = desktop.evaluate("""Math.max(...[...document.querySelectorAll("#player-views svg > rect")]
-        .filter((part) => part.style.fill === "var(--iron)").map((part) => part.getBBox())
-        .map((box) => box.y + box.height))""")
-    assert mover(desktop.page)[1] - stator == pytest.approx(20.0 * desktop.evaluate("VIEW.up"))   # px
+    below, beside = desktop.evaluate("""(() => {
+        const { space, gap, drawn: [{ row }] } = maglevReport.views;
+        const stator = Math.max(...space.bodies.stators.map(({ high }) => high[1]));
+        return [motionOf(space.run, row, "position")([0, 0, 0])[1] - stator, (gap.y(20) - gap.y(0)) / gap.scale];
+    })()""")
+    assert (below, beside) == (pytest.approx(20.0), pytest.approx(20.0))   # mm
 
 
 def test_playing_moves_the_picture_until_it_is_paused(desktop):
@@ -91,7 +103,7 @@ def test_the_moving_picture_tells_when_the_stop_is_touched(desktop):
 
 def test_nothing_is_wider_than_a_phone(phone):
     phone.evaluate(DRAW_SOME)
-    wait_until(phone.page, "document.querySelector('#player-views svg')")
+    wait_until(phone.page, "maglevReport.views")
     width, available = phone.evaluate("[document.documentElement.scrollWidth, document.documentElement.clientWidth]")
     assert width <= available == PHONE["width"]
     too_wide = phone.evaluate("""[...document.querySelectorAll("main *")]
@@ -118,8 +130,8 @@ def test_text_and_plots_are_readable_in_both_schemes(desktop):
 @pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_the_first_screen_has_the_message_and_the_moving_stage(browser, report, viewport):
     tab = Tab(browser, report, viewport)
-    message, stage = (tab.page.locator(part).first for part in (".message", "#player-views svg"))
-    wait_until(tab.page, "document.querySelector('#player-views svg')")
+    message, stage = (tab.page.locator(part).first for part in (".message", "#player-stage"))
+    wait_until(tab.page, "maglevReport.views")
     box, below = message.bounding_box(), stage.bounding_box()
     assert box is not None and box["y"] + box["height"] < viewport["height"]
     assert below is not None and below["y"] < viewport["height"]

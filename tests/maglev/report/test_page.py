@@ -38,7 +38,8 @@ def page() -> Page:
 
 
 def test_nothing_is_loaded(page):
-    assert not {"link", "img", "iframe", "object", "embed", "base"} & {element.tag for element in page.elements}
+    assert [(link["rel"], (link["href"] or "")[:19]) for link in page.all("link")] == [("icon", "data:image/svg+xml,")]
+    assert not {"img", "iframe", "object", "embed", "base"} & {element.tag for element in page.elements}
     assert page.attributes("src") == page.attributes("action") == []
     assert not re.search(r"url\(|@import", "".join(style.text for style in page.all("style")))
     (policy,) = [meta["content"] for meta in page.all("meta") if meta["http-equiv"]]
@@ -48,7 +49,7 @@ def test_nothing_is_loaded(page):
 def test_every_link_has_its_target_and_every_id_is_unique(page):
     identifiers = page.attributes("id")
     assert len(set(identifiers)) == len(identifiers)
-    links = page.attributes("href")
+    links = [link["href"] for link in page.all("a")]
     assert len(links) > 200
     assert {link[:1] for link in links} == {"#"}
     assert {link[1:] for link in links} <= set(identifiers)
@@ -78,7 +79,7 @@ def test_text_is_escaped():
         update={"title": HOSTILE, "description": HOSTILE})
     claim = judged("not reproduced", text=HOSTILE, source=HOSTILE, reason=HOSTILE)
     page = page_of([recorded(plan), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {plan.name: [claim]})
-    assert len(page.all("script")) == 2 + len(SCRIPTS)   # the data, the scales
+    assert len(page.all("script")) == 3 + len(SCRIPTS)   # the data, the scales, the scene
     assert page.of_class("reason")[0].text == HOSTILE
     assert page.data["runs"][plan.name]["title"] == HOSTILE
     assert HOSTILE in page.with_id("run-other").text
@@ -128,7 +129,7 @@ def test_written_whole_and_the_same_each_time(tmp_path):
     assert [path.name for path in tmp_path.iterdir() if path.is_file() and path.name != "index.html"] == ["b.html"]
     content = (tmp_path / "b.html").read_bytes()
     assert content == (tmp_path / "new" / "a.html").read_bytes()
-    assert len(Page(content.decode()).all("script")) == 2 + len(SCRIPTS)   # the data, the scales
+    assert len(Page(content.decode()).all("script")) == 3 + len(SCRIPTS)   # the data, the scales, the scene
 
 
 def test_no_trace_of_an_unfinished_page(tmp_path, monkeypatch):

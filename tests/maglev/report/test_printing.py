@@ -108,16 +108,19 @@ def test_claims_of_procedures_are_counted_after_those_of_the_runs():
     found = outcome(claims=(cogging_claim(), cogging_claim("a | b")))
     judgements = {"2dof-setpoints": [judged("not run")], "2dof-thrust": judge_procedure(found)}
     text = claims_markdown([RUN], judgements, [found])
-    assert text.startswith("3 claims on 1 runs and 1 procedure: 2 reproduced, 1 not run.\n\n| run | claim |")
-    lines = text.splitlines()
-    assert [line.split("|")[1].strip() for line in lines[4:]] == ["`2dof-setpoints`", "`2dof-thrust`", "`2dof-thrust`"]
-    assert "| cogging force about 2 N | 2.1 N | reproduced |" in lines[5]
-    assert "a \\| b" in lines[6]
+    assert text.startswith("3 claims on 1 run and 1 procedure.\n\n| what is claimed | claims | reproduced | not run |")
+    assert ("\n| printed numbers | 2 | 2 | – | – |\n| specifications | 1 | – | 1 | – |\n| all | 3 | 2 | 1 | – |\n"
+            in text)
+    lines = [line for line in text.splitlines() if line.startswith(("| `", "## "))]
+    assert [line.split("|")[-1 if line[0] == "#" else 1].strip() for line in lines] == [
+        "## Printed numbers", "`2dof-thrust`", "`2dof-thrust`", "## Specifications", "`2dof-setpoints`"]
+    assert "| cogging force about 2 N | 2.1 N | reproduced |" in lines[1]
+    assert "a \\| b" in lines[2]
 
 
 def test_without_procedures_the_table_is_as_it_was():
     judgements = {"2dof-setpoints": [judged("not run")]}
-    assert claims_markdown([RUN], judgements).startswith("1 claims on 1 runs: 1 not run.\n")
+    assert claims_markdown([RUN], judgements).startswith("1 claim on 1 run.\n")
     assert "procedure" not in table_text([RUN], judgements)
     assert table_text([RUN], judgements) == table_text([RUN], judgements, [])
 
@@ -128,6 +131,8 @@ def test_the_table_of_many_runs_has_the_procedures():
                                                                for each in found}}
     lines = table_text([RUN], judgements, found).splitlines()
     (own,) = [line for line in lines if "2dof-thrust" in line]
+    assert [[cell.strip() for cell in line.split("│")[1:4]] for line in lines if "1 claim " in line] == [
+        ["printed numbers", "1 claim", "1"], ["specifications", "1 claim", "1"]]
     assert [cell.strip() for cell in own.split("│")[1:4]] == ["2dof-thrust", "1 value", "1"]
     assert any("3dof-thrust" in line and "no claims" in line for line in lines)
     assert [cell.strip() for cell in lines[-2].split("│")[1:4]] == ["1 runs", "2 procedures", "2"]
@@ -242,7 +247,7 @@ def test_another_reading_is_shown_and_not_counted():
     other = replace(RUN, plan=RUN.plan.model_copy(update={"name": "other"}))
     judgements = {"2dof-setpoints": [judged("reproduced")], "other": [replace(judged("reproduced"), counts=False)]}
     text = claims_markdown([RUN, other], judgements)
-    assert text.startswith("1 claims on 2 runs: 1 reproduced.\n")
-    assert "| **reproduced**: another reading of the experiment, not counted |" in text.splitlines()[-1]
+    assert text.startswith("1 claim on 2 runs.\n") and "\n| all | 1 | 1 | – |\n" in text
+    assert "| **reproduced**: another reading of the experiment, not counted |" in text.rstrip().splitlines()[-1]
     rows = [line.split("│") for line in table_text([RUN, other], judgements).splitlines()]
     assert [row[3].strip() for row in rows if row[1:] and row[1].strip() in ("other", "2 runs")] == ["1", "1"]

@@ -39,7 +39,7 @@ def test_a_line_is_where_its_values_are():
     pictures = [parse_svg(text) for text in static_picture(shown).split("\n")]
     assert len(pictures) == len(shown.panels)
     up = {float((text.text or "").replace("−", "-")): float(text.get("y", "")) - 4
-          for text in pictures[0].findall("text") if text.get("text-anchor") == "end"}
+          for text in pictures[0].findall("text") if text.get("class") == "end"}
     (low, low_px), *_, (high, high_px) = sorted(up.items())
     reference, position = (points(path.get("d", "")) for path in pictures[0].findall("path") if path.get("style"))
     values = [low + (high - low) * (each[:, 1] - low_px) / (high_px - low_px) for each in (position, reference)]

@@ -8,21 +8,25 @@ const LOWEST = -35, HIGHEST = 80;   // degrees of elevation
 
 class Camera {
   /**
-   * @param {number} yaw turn about the vertical, degrees
-   * @param {number} pitch elevation over the horizon, degrees
-   * @param {{width: number, height: number, radius: number, middle: number, tall: number}} fit of the picture (px), and of
-   *   what is in it (mm): its radius on the floor, the height of its middle, and how tall it is
+   * @param {{yaw: number, pitch: number, zoom: number?, at: number[]?}} orbit turn about the vertical and elevation over the
+   *   horizon, degrees; how much nearer than where all is seen, and the point (mm) that is then in the middle
+   * @param {{left: number, top: number, width: number, height: number}} place on the picture (px)
+   * @param {number[][]} points (mm) that are all seen
    */
-  constructor(yaw, pitch, { width, height, radius, middle, tall }) {
-    const [a, b] = [yaw, pitch].map((degrees) => degrees * Math.PI / 180);
+  constructor({ yaw, pitch, zoom = 1, at = null }, { left, top, width, height }, points) {
+    const [a, b] = [yaw, pitch].map((degrees) => degrees * Math.PI / 180), depths = points.map(([, y]) => y);
     [this.cosYaw, this.sinYaw, this.cosPitch, this.sinPitch] = [Math.cos(a), Math.sin(a), Math.cos(b), Math.sin(b)];
-    this.middle = middle;
-    this.distance = 5 * radius;   // a long lens: what is near is drawn a fifth larger at most
-    const high = radius * Math.abs(this.sinPitch) + tall / 2 * this.cosPitch;
-    this.scale = Math.min(width / (1.95 * radius), height / (2.1 * high));
-    [this.left, this.top] = [width / 2, height / 2];
+    this.middle = (Math.min(...depths) + Math.max(...depths)) / 2;
+    this.distance = 5 * Math.max(...points.map(([x, , z]) => Math.hypot(x, z)));   // a long lens: what is near is little larger
     const back = this.distance * this.cosPitch;
-    this.place = [back * this.sinYaw, middle - this.distance * this.sinPitch, -back * this.cosYaw];
+    this.place = [back * this.sinYaw, this.middle - this.distance * this.sinPitch, -back * this.cosYaw];
+    [this.scale, this.left, this.top] = [1, 0, 0];
+    const all = points.map((point) => this.seen(point));
+    const [across, up] = [0, 1].map((i) => [Math.min(...all.map((point) => point[i])), Math.max(...all.map((point) => point[i]))]);
+    const scale = zoom * Math.min((width - 12) / (across[1] - across[0]), (height - 28) / (up[1] - up[0]));
+    const near = at && this.seen(at), share = Math.min(1, Math.max(0, zoom - 1));   // all in the middle, or what one came for
+    const [x, y] = [across, up].map(([low, high], i) => (low + high) / 2 + (near ? share * (near[i] - (low + high) / 2) : 0));
+    Object.assign(this, { scale, left: left + width / 2 - scale * x, top: top + 8 + (height - 8) / 2 - scale * y });
   }
 
   /** Place on the picture (px) of a point. */
@@ -32,10 +36,11 @@ class Camera {
     return [this.left + near * along, this.top + near * (down * this.cosPitch - away * this.sinPitch)];
   }
 
-  /** What a way on the picture (px) from its middle is on the upright plane through the middle that faces the camera. */
+  /** What a way on the picture (px) is on the upright plane that faces the camera; seen from high above, on the floor. */
   moved(dx, dy) {
-    const along = dx / this.scale;
-    return { x: along * this.cosYaw, z: along * this.sinYaw, y: dy / this.scale / Math.max(0.35, this.cosPitch) };
+    const along = dx / this.scale, flat = this.sinPitch > 0.8, away = flat ? -dy / this.scale / this.sinPitch : 0;
+    return { x: along * this.cosYaw - away * this.sinYaw, z: along * this.sinYaw + away * this.cosYaw,
+      y: flat ? null : dy / this.scale / Math.max(0.35, this.cosPitch) };
   }
 }
 

@@ -1,13 +1,13 @@
 "use strict";
 // What is drawn on the canvases, in px of the page: texts, lines through points, shapes.
 
-/** Write a text at a place. */
-function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle" } = {}) {
+/** Write a text at a place, narrower where it is wider than the most (px). */
+function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle", most } = {}) {
   context.font = `${font} system-ui, sans-serif`;
   context.textAlign = align;
   context.textBaseline = base;
   context.fillStyle = colour;
-  context.fillText(text, x, y);
+  context.fillText(text, x, y, most);
 }
 
 /** Draw a line through points. */

@@ -1,0 +1,79 @@
+"use strict";
+// A stage as it moves, of a run that flies or was recorded: in space, and beside it its air gap, much larger.
+
+const POLES = 4;                           // of a mover that are shown
+const YOKE = 8, TEETH = 22, BACK = 13;     // mm: the stator's iron above its slots, their depth, the mover's iron
+const TILT = 5;                            // times as large as they are, tilts are drawn in space
+// Phase and direction of winding of successive slots: one slot for each pole and phase.
+const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
+const SHOTS = { space: { yaw: -30, pitch: 20 }, sides: { yaw: 0, pitch: 4 }, above: { yaw: 0, pitch: 80 } };   // degrees
+
+/** Horizontal axes, in the order of the motors that drive them. */
+const drivenAxes = (run) => [...new Set(Object.values(run.drives))];
+const motorsOf = (run, axis) => run.motors.filter((motor) => run.drives[motor] === axis);
+const isTilt = (run, axis) => run.rotations.includes(axis);
+
+/** Where an axis ends (m, rad): at its stops; where they are at the motors, the gap at those, and a tilt where, from the
+ * middle, the farthest motor meets one. */
+function endsOf(run, axis, values) {
+  const ends = (of) => ["lower", "upper"].map((end) => values(`plant.${of}.stop.${end}`));
+  const tilt = Object.values(run.rig.tilts).find((each) => each.axis === axis);
+  if (!tilt) return ends(ends(axis)[0] === undefined ? run.motors[0] : axis);
+  const most = Math.min(...run.motors.map((motor) => {
+    const [low, high] = ends(motor);
+    return (high - low) / 2 / Math.abs(values(`plant.${motor}.${tilt.place}`));
+  }));
+  return [-most, most];
+}
+
+/** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
+function sized(canvas, clear = true) {
+  const ratio = Math.min(2, devicePixelRatio || 1);
+  const { clientWidth: width, clientHeight: height } = canvas;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  if (clear) context.clearRect(0, 0, width, height);
+  return { context, width, height, ratio };
+}
+
+/** Colours of the style sheet by the names of what they stand for; those of axes by theirs. */
+function sceneColours(axes) {
+  const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  return Object.fromEntries([...["paper", "panel", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad",
+    "reference", ...Array.from({ length: 5 }, (_, k) => `run-${k}`)].map((name) => [name, colour(name)]),
+  ...axes.map((axis, i) => [axis, colour(`axis-${i}`)])]);
+}
+
+const NARROW = 520;   // px, below which the gap is not beside the stage but under it
+
+/**
+ * Draw a stage.
+ *
+ * @param {object} run its axes, motors and rig
+ * @param {object[]} flights that are drawn, the one that it is about first: `row` of the flight, `name` and `colour` of its
+ *   controller, and if there is one a `weight`: mass (kg), place x, z (mm), and how far above the platform it is (mm)
+ * @param {{orbit: object, ends: number[], peak: number, forces: object?, hits: object[]?}} look from where it is seen, the ends of
+ *   the gap (m), the current (A) of the brightest coil; forces (N) on the first mover; the ends (m) that were met, and in words by what and when
+ * @returns {{space: object, gap: object}} the two views, for a pointer
+ */
+function drawScene(canvas, run, flights, look, colours) {
+  const { context, width, height } = sized(canvas), under = width < NARROW, beside = Math.round(Math.min(300, 0.34 * width));
+  const [across, down] = under ? [width, Math.round((look.orbit.pitch > 45 ? 0.62 : 0.42) * height)] : [width - beside - 8, height];
+  const space = spaceView(run, { left: 0, top: 0, width: across, height: down }, look.orbit);
+  const gap = gapView(run, under ? { left: 0, top: down, width, height: height - down }
+    : { left: width - beside, top: 0, width: beside, height }, look.ends);
+  for (const [view, draw] of [[space, () => drawSpace(context, space, flights, look, colours)],
+    [gap, () => drawGap(context, gap, flights, look, space.camera.scale, colours)]]) {
+    context.save();
+    context.beginPath();
+    context.rect(view.left, view.top, view.width, view.height);
+    context.clip();
+    draw();
+    context.restore();
+  }
+  return { space, gap };
+}
