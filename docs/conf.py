@@ -1,5 +1,6 @@
 """The documentation site, for Sphinx: pages in Markdown, reference made from the docstrings and the command line."""
 
+import os
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -22,6 +23,7 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_
 exclude_patterns = ["_build", "site", "_made/extra", "_made/static"]
 nitpicky = False
 root_doc = "index"
+html_baseurl = os.environ.get("SITE_URL", "")   # of the site, with its last slash: pictures of shared links need it
 default_role = "code"           # single backticks in docstrings
 highlight_language = "text"     # most blocks are for a shell, or formulas; examples with >>> are known by it
 
@@ -29,6 +31,9 @@ highlight_language = "text"     # most blocks are for a shell, or formulas; exam
 html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
+ABOUT = "Magnetically levitated stages and their controllers as FMUs: try them, and your controller, in the browser."
+myst_html_meta = {"description": ABOUT, "property=og:title": project, "property=og:description": ABOUT,
+                  "property=og:image": f"{html_baseurl}_static/live.png"}
 
 nb_execution_mode = "off"   # `make docs` asks for more; the tests run the notebooks' cells by themselves
 
@@ -38,7 +43,8 @@ autodoc_typehints = "signature"
 
 html_theme = "furo"
 html_title = f"Maglev FMUs {release}"
-html_static_path = ["site/static", "_made/static"]
+html_favicon = "../maglev/pages/icon.svg"
+html_static_path = ["site/static", "_made/static", "live.png"]
 html_css_files = ["tokens.css", "site.css"]
 html_extra_path = ["_made/extra"] if (MADE / "extra").is_dir() else []   # the live page
 html_copy_source = False

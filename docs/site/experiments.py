@@ -1,4 +1,4 @@
-"""Fly every experiment for the site, a page for each: `python docs/site/experiments.py FOLDER FMUS [native]`."""
+"""Fly every experiment for the site, a page for each: `python docs/site/experiments.py FOLDER`."""
 
 import shutil
 import sys
@@ -30,10 +30,10 @@ def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
     return text
 
 
-def picture_of(name: str, fmus: Path, native: bool) -> str:
+def picture_of(name: str) -> str:
     """Positions, errors and currents of a run, as SVG in the colours of the site; or why there are none."""
     with tempfile.TemporaryDirectory() as folder:   # as many runs, for some start from the ends of others
-        found = maglev.run_all([name], out=folder, fmus=fmus, native=native).runs
+        found = maglev.run_all([name], out=folder).runs
     flown = next(run for run in found if run.plan.name == name)
     if flown.failure is not None:
         return f"It does not come to its end: {escape(flown.failure)}"
@@ -44,7 +44,7 @@ def picture_of(name: str, fmus: Path, native: bool) -> str:
             "</figure>\n```")
 
 
-def write_pages(folder: Path, fmus: Path, native: bool, live: set[str], names: set[str] | None = None) -> None:
+def write_pages(folder: Path, live: set[str], names: set[str] | None = None) -> None:
     """Write `SCENARIO.md` for each scenario, all or those that are named, with a picture of its first run."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -53,11 +53,11 @@ def write_pages(folder: Path, fmus: Path, native: bool, live: set[str], names: s
         if run.name in packaged_runs() and (names is None or run.scenario in names):
             runs.setdefault(run.scenario, []).append(run)
     for scenario, entries in runs.items():
-        picture = picture_of(entries[0].name, fmus, native)
+        picture = picture_of(entries[0].name)
         (folder / f"{scenario}.md").write_text(page_of(entries, picture, live), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    made, built = Path(sys.argv[1]), Path(sys.argv[2])
+    made = Path(sys.argv[1])
     has_live = (made.parent / "extra" / "stage" / "live.html").is_file()
-    write_pages(made, built, "native" in sys.argv[3:], {plan.name for plan in live_runs()} if has_live else set())
+    write_pages(made, {plan.name for plan in live_runs()} if has_live else set())

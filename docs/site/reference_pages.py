@@ -20,7 +20,7 @@ MADE = "_made"   # folder in docs, not committed
 LIVE = """```{raw} html
 <div class="live">
 <iframe src="stage/live.html#run=3dof-setpoints-improved" title="The live stage" loading="lazy"></iframe>
-<p>Drag the mover, kick it, swap its controller. <a href="stage/live.html">The live stage on a page of its own</a></p>
+<p>Drag the platform. <a href="stage/live.html">On its own page</a> it has plots, and an editor for your controller.</p>
 </div>
 ```"""
 

@@ -47,4 +47,4 @@ def test_what_descriptions_have_is_what_pages_say() -> None:
 
 
 def test_the_number_of_all_runs() -> None:
-    assert f"All {len(packaged_runs())} runs against their baselines" in words(ROOT / "docs" / "native.md")
+    assert f"All {len(packaged_runs())} runs against their baselines" in words(ROOT / "docs" / "accuracy.md")
