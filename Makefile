@@ -12,17 +12,16 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-
 	live-check pages axe-check pace accuracy mutants bench-pages claims-check lock release clean
 
 demo: build
-	$(BIN)/maglev report 3dof-setpoints-improved
+	$(BIN)/maglev report 3dof-setpoints-improved --fmus fmus
 
-report: build
+report: .venv/.demo
 	$(BIN)/maglev report
 
 # The stages in a browser, from the C of the FMUs as WebAssembly.
 live: .venv/.test
-	$(BIN)/maglev build --native --target wasm
 	$(BIN)/maglev live
 
-claims: build
+claims: .venv/.demo
 	$(BIN)/maglev run --all
 	$(BIN)/python tools/write_claims.py results/claims.md
 
@@ -30,14 +29,12 @@ claims: build
 # Other pages are compared with native runs alone.
 claims-check: .venv/.test
 	@mkdir -p results
-	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target host; \
-		$(BIN)/maglev run --all --native --out results/claims > results/claims.log && $(BIN)/python tools/page_numbers.py; \
-		else set -x; $(BIN)/maglev build; $(BIN)/maglev run --all --out results/claims > results/claims.log; fi
+	$(BIN)/maglev run --all --out results/claims > results/claims.log
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/python tools/page_numbers.py; fi
 	$(BIN)/python tools/write_claims.py results/claims/claims.md --check
 
 # The assumed effects, estimated from part of the evidence and judged on the rest: docs/estimation.md.
 estimation: .venv/.test
-	$(BIN)/maglev build --native --target host
 	$(BIN)/python -m studies.estimation --anew
 
 # The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are flown; where
@@ -45,22 +42,20 @@ estimation: .venv/.test
 docs: build
 	$(INSTALL) '.[report,data,design,docs]'
 	@$(INSTALL) '.[native]' || echo "left out: the live page, for pip cannot install the extra 'native'"
-	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target wasm; $(BIN)/maglev live --out docs/_made/extra/stage; \
-		$(BIN)/maglev build --native --target host; fi
-	@if $(NATIVE_TOOLS); then set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus native; \
-		else set -x; $(BIN)/python docs/site/experiments.py docs/_made/experiments fmus; fi
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev live --out docs/_made/extra/stage; fi
+	$(BIN)/python docs/site/experiments.py docs/_made/experiments
 	$(MAKE) claims-check
 	FMUS=$(CURDIR)/fmus $(BIN)/python -m sphinx -q -W --keep-going -D nb_execution_mode=force -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
 
-check: build
+check: .venv/.demo
 	$(BIN)/maglev check
 
 build: .venv/.demo
 	$(BIN)/maglev build
 
 native: .venv/.test
-	$(BIN)/maglev build --native
+	$(BIN)/maglev build --kind native
 
 test: .venv/.test
 	$(MAKE) --jobs=2 lint tests
@@ -84,12 +79,12 @@ quick: .venv/.test
 # Every run against its baseline. The native FMUs take a third of the time, and the tests compare both kinds bit for bit; but
 # what they need may not exist for this machine.
 check-all: .venv/.test
-	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --native --target host --fmus .venv/fmus; \
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev build --kind native --target host --fmus .venv/fmus; \
 		else set -x; $(BIN)/maglev build --fmus .venv/fmus/python; fi
 	$(MAKE) check-built
 
 check-built: .venv/.test
-	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev check --native --fmus .venv/fmus; \
+	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev check --kind native --fmus .venv/fmus; \
 		else echo "left out: native FMUs, for the extra 'native' is not installed"; set -x; \
 		$(BIN)/maglev check --fmus .venv/fmus/python; fi
 
@@ -134,19 +129,19 @@ release: docs .venv/.test
 
 # The live page in a Chromium, which must be installed: runs against the native FMUs, and hands.
 live-check: .venv/.test
-	$(BIN)/maglev build --native --target host --fmus .venv/fmus
-	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
+	$(BIN)/maglev build --kind native --target host --fmus .venv/fmus
+	$(BIN)/maglev build --kind native --target wasm --fmus .venv/fmus
 	$(BIN)/python tools/pages/live_check.py --fmus .venv/fmus
 
 # A page of every kind in results, and the index that leads to them.
 pages: .venv/.test
-	$(BIN)/maglev build --native --target host --fmus .venv/fmus
-	$(BIN)/maglev build --native --target wasm --fmus .venv/fmus
+	$(BIN)/maglev build --kind native --target host --fmus .venv/fmus
+	$(BIN)/maglev build --kind native --target wasm --fmus .venv/fmus
 	$(BIN)/maglev live --fmus .venv/fmus
-	$(BIN)/maglev report --native --fmus .venv/fmus
+	$(BIN)/maglev report --kind native --fmus .venv/fmus
 	$(BIN)/maglev compare 2dof-step-4-linear --controller Regulator2DOF --controller LinearRegulator2DOF \
-		--native --fmus .venv/fmus --out results
-	$(BIN)/maglev study payload-friction --native --fmus .venv/fmus --out results
+		--kind native --fmus .venv/fmus --out results
+	$(BIN)/maglev study payload-friction --kind native --fmus .venv/fmus --out results
 	@echo $(CURDIR)/results/index.html
 
 # These under axe-core.

@@ -1,7 +1,6 @@
 """Magnetically levitated stages as FMUs: build the FMUs, fly the experiments, judge, compare.
 
 >>> import maglev
->>> files = maglev.build(["Plant3DOF", "Regulator3DOF"])
 >>> run = maglev.run("3dof-smooth-nonlinear")
 >>> gap = run["plant.y.position"]        # numpy, SI
 
@@ -36,15 +35,17 @@ if TYPE_CHECKING:
     from maglev.api.comparing import Comparison, compare
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
+    from maglev.api.many.studying import Study, study, sweep
+    from maglev.api.many.tuning import Tuned, tune
+    from maglev.api.repository import new_repository
     from maglev.api.running import Results, run, run_all
-    from maglev.api.studying import Study, study, sweep
-    from maglev.api.tuning import Tuned, tune
     from maglev.cosim.master import RunFailed
     from maglev.fmu_experiments.check import check_fmus
     from maglev.fmu_experiments.pack import pack_reference
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
     from maglev.live.page import write_live
+    from maglev.microcontroller.target import Target, target
     from maglev.own_stage.adoption import know_stage
     from maglev.own_stage.new import new_scenario, new_stage
     from maglev.stability.analysis import region
@@ -64,23 +65,25 @@ PLACES = {
     "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
-    "new_scenario": "maglev.own_stage.new", "new_stage": "maglev.own_stage.new",
+    "new_repository": "maglev.api.repository", "new_scenario": "maglev.own_stage.new",
+    "new_stage": "maglev.own_stage.new",
     "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
     "region": "maglev.stability.analysis", "run": "maglev.api.running",
     "run_all": "maglev.api.running",
-    "scenarios": "maglev.api.catalogue", "Study": "maglev.api.studying", "study": "maglev.api.studying",
-    "sweep": "maglev.api.studying", "Tuned": "maglev.api.tuning", "tune": "maglev.api.tuning",
+    "scenarios": "maglev.api.catalogue", "Study": "maglev.api.many.studying", "study": "maglev.api.many.studying",
+    "sweep": "maglev.api.many.studying", "Target": "maglev.microcontroller.target",
+    "target": "maglev.microcontroller.target", "Tuned": "maglev.api.many.tuning", "tune": "maglev.api.many.tuning",
     "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
 
 __all__ = [
     "BaselineError", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError", "FrequencyResponse",
     "IdentificationError", "LinearModelError", "MaglevError", "MeasurementError", "NumericalLoop", "QuantityError",
-    "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError", "Study", "Tuned", "UnknownName",
-    "build", "check", "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise",
-    "linearise_loop", "linearise_numerically", "new_controller", "new_scenario", "new_stage", "new_study",
-    "pack_reference", "region", "run", "run_all", "scenarios", "study", "sweep", "tune",
-    "update", "write_identification", "write_live"]
+    "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError", "Study", "Target", "Tuned",
+    "UnknownName", "build", "check", "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage",
+    "linearise", "linearise_loop", "linearise_numerically", "new_controller", "new_repository", "new_scenario",
+    "new_stage", "new_study", "pack_reference", "region", "run", "run_all", "scenarios", "study", "sweep", "target",
+    "tune", "update", "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

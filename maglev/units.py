@@ -7,14 +7,15 @@ between factors, a slash before each that divides, and powers as "m2", "m²", "m
 import math
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import NamedTuple
 
 from fmi_export.units import UnknownUnit, exponents, factors, written
-from maglev.errors import MaglevError, QuantityError, nearest
+from maglev.errors import MaglevError, QuantityError
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 
@@ -41,8 +42,20 @@ MEASURED = {
     "power": "W", "pressure": "Pa, bar", "speed of rotation": "rad/s, rpm", "frequency": "Hz, kHz, MHz",
     "temperature": "K", "share": "1, %"}
 
+# Names that are written out, in the singular; and prefixes of them.
+WRITTEN_OUT = {"kilo": "kg", "kilogram": "kg", "kilogramme": "kg", "gram": "g", "gramme": "g", "metre": "m",
+               "meter": "m", "micron": "um", "second": "s", "sec": "s", "minute": "min", "hour": "h", "ampere": "A",
+               "amp": "A", "volt": "V", "newton": "N", "degree": "deg", "radian": "rad", "hertz": "Hz", "tesla": "T",
+               "watt": "W", "joule": "J", "kelvin": "K", "weber": "Wb", "henry": "H", "farad": "F", "coulomb": "C",
+               "pascal": "Pa", "percent": "%"}
+WRITTEN_PREFIXES = {"milli": "m", "micro": "u", "nano": "n", "centi": "c", "kilo": "k", "mega": "M"}
+
+LIKE = 0.5   # least similarity of the nearest unit that is worth a word
+
 LARGEST = sys.float_info.max
 
+MISWRITTEN = re.compile(r"[02-9.,;:'_+\-=<>~|]|/\s*\d")   # that no unit begins with, as 1/s does
+DECIMAL_COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?(?:\s*[^\W\d_].*?)?)\s*")
 WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}")
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(pi\b|π)?\s*(.*?)\s*")
 
@@ -74,11 +87,26 @@ def unit_of(unit: str) -> Unit:
         si = re.sub(r"[^\W\d_]+", lambda match: in_parentheses(UNITS.get(match[0], (match[0],))[0]), spelled)
         dimension = dimension_of(si)
     except (UnknownUnit, KeyError):
-        raise QuantityError(f"unknown unit {unit!r}; nearest is {nearest(spelled, UNITS)}") from None
+        raise QuantityError(f"unknown unit {unit!r}; {like(spelled)}") from None
     total = Decimal(1)
     for (_, by), power in parts:
         total *= Decimal(repr(by)) ** power
     return Unit(si, float(total), dimension)
+
+
+def like(unit: str, units: Iterable[str] = UNITS) -> str:
+    """What may be meant by an unknown unit: the symbol of a name that is written out, the nearest one, or examples."""
+    if unit.startswith("/"):
+        return f"nearest is '1{unit}'"
+    word = unit.lower().removesuffix("s")
+    written_out = WRITTEN_OUT.get(word) or next(
+        (prefix + WRITTEN_OUT[word.removeprefix(name)] for name, prefix in WRITTEN_PREFIXES.items()
+         if word.startswith(name) and word.removeprefix(name) in WRITTEN_OUT), None)
+    if written_out is not None:
+        return f"nearest is {written_out!r}"
+    known = list(units)
+    found = [each for each in known if each.lower() == unit.lower()] or get_close_matches(unit, known, 1, LIKE)
+    return f"nearest is {found[0]!r}" if found else "expected one such as 'kg', 'mm', 'N', 'A', 's', 'rad'"
 
 
 def in_parentheses(si: str) -> str:
@@ -180,9 +208,19 @@ def split_text(text: str) -> tuple[float, str]:
     if match is None:
         raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'")
     digits, pi, unit = match.groups()
+    if MISWRITTEN.match(unit) and not pi:
+        raise QuantityError(f"{text!r} is not a quantity, expected {well_written(text)}")
     if not unit:
         raise QuantityError(f"{text!r} has no unit, expected a number without quotes or a unit such as '25 mm'")
     return float(digits) * math.pi if pi else float(digits), unit
+
+
+def well_written(text: str) -> str:
+    """What is expected in place of a text that goes on after its number as none does."""
+    comma = DECIMAL_COMMA.fullmatch(text)
+    if comma is not None:
+        return f"a decimal point: '{comma[1]}.{comma[2]}'"
+    return "one number, such as 3.5, or with a unit, such as '25 mm'"
 
 
 def scaled(number: float, by: float) -> float:

@@ -6,7 +6,7 @@ import shutil
 import signal
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -15,6 +15,7 @@ from native_builds import built_once, missing_native_tools, require_native_tools
 
 from maglev.catalogue import DEFINITIONS, HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.own_stage.adoption import OWN, forget
 from maglev.processes.side_by_side import kept_processes
 
 NAMES = tuple(DEFINITIONS)
@@ -36,6 +37,14 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def stages_forgotten() -> Iterator[None]:
+    """What a file lets the process know of stages is nothing to the files after it, in whatever order they come."""
+    yield
+    for name in [*OWN]:
+        forget(name)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def interruptible() -> Iterator[None]:
     """Ctrl-C and the end of a terminal as at a terminal, here and in commands that tests start.
@@ -53,16 +62,17 @@ def interruptible() -> Iterator[None]:
 def one_at_a_time() -> Iterator[None]:
     """Runs, samples and checks in one process where a test does not say how many: each takes a second to start."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("api.running", "api.checking", "api.studying", "api.tuning", "fmu_experiments.check"):
+        for module in ("api.running", "api.checking", "api.many.studying", "api.many.tuning", "fmu_experiments.check"):
             patch.setattr(f"maglev.{module}.processors", lambda: 1)
         yield
 
 
 @pytest.fixture(scope="module")
 def processes_kept(slow: None) -> Iterator[None]:
-    """Processes that have flown the runs of one command of a file fly those of the next."""
+    """Processes that have flown the runs, or the study, of one command of a file fly those of the next."""
     with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("maglev.experiment.chain.kept_processes", lambda: nullcontext(idle))
+        for module in ("maglev.experiment.chain", "maglev.studies.flying.batches"):
+            patch.setattr(f"{module}.kept_processes", lambda: nullcontext(idle))
         yield
 
 
@@ -132,6 +142,15 @@ def fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.Te
 
 
 @pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What is kept for this user is kept for these tests: the loop that steps FMUs, from the first native build on."""
+    folder = built_once(tmp_path_factory, "cache", lambda _: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MAGLEV_CACHE", str(folder))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def translated_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Each module becomes C once, whatever is built of it; builds in other processes translate all of theirs."""
     folder = built_once(tmp_path_factory, "translated", lambda _: None)
@@ -177,20 +196,6 @@ def fastest_fmus(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU: native ones where they can be built, for what takes long; both kinds agree bit for bit."""
     folder: Path = request.getfixturevalue("fmus" if missing_native_tools() else "native_fmus")
     return folder
-
-
-@pytest.fixture(scope="module")
-def one_cluster(slow: None) -> Iterator[None]:
-    """One process for the studies of a file with `jobs=1`: to start one for each takes longer than to fly them."""
-    from maglev.studies.flying.cluster import connected
-
-    def kept(scheduler: str | None, jobs: int) -> AbstractContextManager[object]:
-        return nullcontext(client) if (scheduler, jobs) == (None, 1) else connected(scheduler, jobs)
-
-    with connected(None, 1) as client, pytest.MonkeyPatch.context() as patch:
-        for module in ("maglev.studies.running", "maglev.tuning.search"):
-            patch.setattr(f"{module}.connected", kept)
-        yield
 
 
 Load = Callable[[str], Fmu]

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fmi_export.native.prefix import EXTERNAL
+from fmi_export.native.shells import PARTS, SHELLS
 from tools.house_map import drawing, imported, page, room_of
 
 ROOT = Path(__file__).parents[1]
@@ -25,7 +27,7 @@ BELOW: dict[str, set[str]] = {
     "maglev": {"pmlsm", "fmi_export", "maglev_files"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
-REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
+REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu", "plant_fmu"},
            "maglev.linear": {"plant_fmu", "controller_fmu"},
            # An environment reads velocities by the controllers' observer.
            "maglev.gym": {"controller_fmu"},
@@ -38,17 +40,20 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu"},
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "arrays", "processes", "copies", "units", "quantities", "panels", "csv_table", "toml_file",
-         "pictures", "rig", "linear", "own_stage", "identification", "user_controllers", "own_fmus", "cosim", "gym",
-         "stability",
-         "schema", "maps", "pages", "live", "judging", "experiment", "analysis", "catalogue",
-         "baselines", "fmu_experiments", "procedures", "report", "comparison", "studies", "tuning", "api", "__init__",
-         "cli", "__main__")
+ROOMS = ("errors", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels", "csv_table",
+         "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification", "user_controllers",
+         "installation", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability", "maps", "pages",
+         "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures", "report",
+         "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")
 
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
+
+
+C_LAYER = ROOT / "fmi_export/native/c"
+LOWEST = ("prefix", "model", "instance")   # headers that every C file of the layer may know
 
 
 def sources(package: str) -> list[Path]:
@@ -95,6 +100,38 @@ def test_modules_have_no_circles() -> None:
              for path in sources(package)}
     TopologicalSorter({module: {name for _, name in imported(path)} & files.keys() - {module}
                        for module, path in files.items()}).prepare()   # CycleError has their names
+
+
+def included(name: str) -> list[str]:
+    """Headers of the C layer that a file of it includes, by their stems."""
+    return re.findall(r'^#include "(?!fmi\d)(\w+)\.h"', (C_LAYER / name).read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_c_files_point_down() -> None:
+    """A part of the layer over a block knows those before it, the shells of FMI's versions know parts, none a shell."""
+    files = {path.name for path in C_LAYER.iterdir()}
+    shells = {"webassembly_host.c", *(name for shell in SHELLS.values() for name in shell.layer if name[:3] == "fmi")}
+    assert files == {"model.h", "instance.h"} | {f"{part}.{ending}" for part in PARTS for ending in "ch"} | shells
+    assert included("model.h") == ["prefix"] and set(included("instance.h")) == {"prefix", "model"}
+    for n, part in enumerate(PARTS):
+        assert set(included(f"{part}.h")) <= {*LOWEST, *PARTS[:n]}
+        assert set(included(f"{part}.c")) <= {*LOWEST, *PARTS[:n + 1]}
+        assert included(f"{part}.c")[0] == part
+    assert all(set(included(name)) <= {*LOWEST, *PARTS} for name in shells)
+
+
+def test_c_files_have_what_their_headers_declare() -> None:
+    """So that an include tells who calls whom; from below only what a version of FMI words is asked of its shell."""
+    texts = {path.name: path.read_text(encoding="utf-8") for path in C_LAYER.iterdir()}
+
+    def defined(name: str) -> set[str]:
+        return set(re.findall(r"^(?!static|typedef)\w[\w ]*[ *](\w+)\([^;{}]*\)\n\{", texts[name], re.MULTILINE))
+
+    for part in PARTS:
+        assert set(EXTERNAL.findall(texts[f"{part}.h"])) == defined(f"{part}.c"), part
+    asked = {"tell", "phase_name", "real_type", "readable_phases"}
+    assert set(EXTERNAL.findall(texts["instance.h"])) == asked
+    assert asked <= defined("fmi2.c") and asked <= defined("fmi3.c")
 
 
 def test_folders_and_files_stay_small() -> None:

@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
+from maglev.baselines.outcome import CheckResult
 from maglev.catalogue import DEFINITIONS
+from maglev.experiment.preparation import Experiment
 
 ROOT = Path(__file__).parents[1]
 
@@ -40,3 +42,15 @@ def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any
 
 def test_no_mutation_is_there_twice() -> None:
     assert len({(each.file, each.old, each.new, each.fmus) for each in MUTATIONS}) == len(MUTATIONS) >= 40
+
+
+def test_fmus_of_changed_sources_are_flown_and_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or every mutation would seem to be noticed, whatever the runs show."""
+    monkeypatch.setattr(TOOL, "prepare", lambda plan, *_: Experiment(plan, {}, plan.step, stale=("an old one",)))
+
+    def check_run(experiment: Experiment, *_: object) -> CheckResult:
+        experiment.require_current()
+        return CheckResult(experiment.plan.name, "passed", "", None, {}, 0.0)
+
+    monkeypatch.setattr(TOOL, "check_run", check_run)
+    assert TOOL.noticed(plans_of(("3dof-effects-ripple",)), Path()) == ""

@@ -32,8 +32,8 @@ def imports(path: Path) -> set[str]:
 
 def block_modules() -> dict[str, Path]:
     """Modules that import nothing but math and each other, and define something to run: dependencies first."""
-    paths = {f"{path.parent.name}.{path.stem}": path for package in PACKAGES
-             for path in sorted((ROOT / package).glob("*.py")) if path.stem not in ("__init__", "drawings")}
+    paths = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for package in PACKAGES
+             for path in sorted((ROOT / package).rglob("*.py")) if path.stem not in ("__init__", "drawings")}
     needed = {name: imports(path) for name, path in paths.items()}
     ordered: dict[str, Path] = {}
     while True:

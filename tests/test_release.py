@@ -13,7 +13,7 @@ from command_line import maglev as command
 
 import maglev
 from fmi_export.native.build import host_platform
-from maglev.cosim.step_loop import LIBRARY
+from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.own_fmus import built_here
 
 ROOT = Path(__file__).parents[1]
@@ -64,7 +64,7 @@ def shipped(native_fmus: Path, tmp_path: Path) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         for name in ("Plant2DOF", "Regulator2DOF"):
             archive.write(native_fmus / f"{name}.fmu", f"native/{name}.fmu")
-        archive.write(native_fmus / LIBRARY, f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}")
+        archive.write(build_loop().path, f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}")
     return path
 
 
@@ -74,25 +74,30 @@ def test_fmus_with_a_clock_are_taken_beside_a_plant_that_has_none(clocked_fmus: 
     loop = f"step_loop/{next(iter(host_platform(3)))}/{LIBRARY}"
     for file in ("clocked/Regulator3DOF.fmu", "fmi3/Plant3DOF.fmu", loop):
         (given / file).parent.mkdir(parents=True)
-        shutil.copy(clocked_fmus / Path(file).name, given / file)
-    taken = maglev.build("Stage3DOF", fmus=made, native=True, fmi=3, clocked=True, source=given)
+        shutil.copy(build_loop().path if file == loop else clocked_fmus / Path(file).name, given / file)
+    taken = maglev.build("Stage3DOF", fmus=made, kind="native", fmi=3, clocked=True, source=given)
     assert [path.relative_to(made).as_posix() for path in taken] == [
         f"clocked/{name}" for name in ("Plant3DOF.fmu", "Regulator3DOF.fmu", "Stage3DOF.ssp")]
     assert taken[1].read_bytes() == (clocked_fmus / "Regulator3DOF.fmu").read_bytes()
     with pytest.raises(maglev.MaglevError, match="there is no fmi3/Regulator3DOF.fmu"):
-        maglev.build("Stage3DOF", fmus=made, native=True, fmi=3, source=given)
+        maglev.build("Stage3DOF", fmus=made, kind="native", fmi=3, source=given)
 
 
 def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Path, tmp_path: Path,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of the archive or a folder, with the system of them and the loop that steps them; others are refused."""
     monkeypatch.setattr("fmi_export.native.compiler.find_spec", lambda _: None)
-    made = maglev.build("Stage2DOF", fmus=tmp_path, native=True, source=shipped)
+    before = build_loop()
+    monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))
+    assert own_loop() is None
+    made = maglev.build("Stage2DOF", fmus=tmp_path, kind="native", source=shipped)
     assert [path.name for path in made] == [
         "Plant2DOF.fmu", "Regulator2DOF.fmu", "Stage2DOF.ssp", "Stage2DOFNoPorts.ssp"]
     assert all(built_here(path) for path in made[:2])
-    assert (tmp_path / "native" / LIBRARY).read_bytes() == (native_fmus / LIBRARY).read_bytes()
-    assert maglev.run("2dof-step-4-nonlinear", fmus=tmp_path, native=True).verdicts
+    taken = own_loop()
+    assert taken is not None
+    assert (taken.path != before.path, taken.sha256) == (True, before.sha256)
+    assert maglev.run("2dof-step-4-nonlinear", fmus=tmp_path, kind="native").verdicts
     unpacked = tmp_path / "unpacked"
     zipfile.ZipFile(shipped).extractall(unpacked)
     shutil.copy(unpacked / "native" / "Plant2DOF.fmu", unpacked / "native" / "PID2DOF.fmu")
@@ -100,7 +105,7 @@ def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Pa
         changed.writestr("sources/more.c", "int more;\n")
     for given, name, wrong in ((unpacked, "Plant2DOF", "is of other sources"), (unpacked, "PID3DOF", "there is no"),
                                (shipped, "PID3DOF", "there is no"), (ROOT / "README.md", "PID3DOF", "there is no")):
-        line = error_line(command("build", "--native", "--from", given, name, "--fmus", tmp_path / "other"))
+        line = error_line(command("build", "--kind", "native", "--from", given, name, "--fmus", tmp_path / "other"))
         assert wrong in line and f"native/{name}.fmu" in line
     assert not list((tmp_path / "other").rglob("*.fmu"))
-    assert "expected --native" in error_line(command("build", "--from", shipped))
+    assert "expected --kind native" in error_line(command("build", "--from", shipped))

@@ -132,6 +132,29 @@ def test_build_run_report_identify(installed: Path, home: Path) -> None:
     assert "C1" in command(installed, home, "identify", "again/excited.csv")
 
 
+def test_an_edited_installation_flies_no_run_of_the_package(installed: Path, home: Path, fastest_fmus: Path) -> None:
+    """Whatever is edited is said, in files that make no part of an FMU, too."""
+    packages, = (installed / "environment").glob("lib/python*/site-packages")
+    found = []
+    for file in (None, "maglev/judging/metrics.py", "maglev/scenarios/gains/2dof.toml"):
+        before = (packages / file).read_bytes() if file else b""
+        try:
+            if file:
+                (packages / file).write_bytes(before + b"\n# a comment\n")
+            said = json.loads(command(installed, home, "run", "2dof-step-1-nonlinear", "--fmus", str(fastest_fmus),
+                                      "--json"))
+        finally:
+            if file:
+                (packages / file).write_bytes(before)
+        run = said["runs"]["2dof-step-1-nonlinear"]
+        found.append(run["provenance"])
+        assert ("modified run" in {claim["verdict"] for claim in run["claims"]}) is (file is not None)
+    assert [each["departures"] for each in found] == [
+        [], ["maglev/judging/metrics.py is not as it was installed"],
+        ["maglev/scenarios/gains/2dof.toml is not as it was installed"]]
+    assert len({each["code"] for each in found}) == 2   # data are no code
+
+
 def test_a_stage_of_ones_own(installed: Path, home: Path) -> None:
     """Its modules are written by the templates that are installed, and its FMUs are known as made here."""
     command(installed, home, "new", "stage", "mine.toml", "--like", "3dof")

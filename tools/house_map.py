@@ -29,9 +29,8 @@ STYLE = """\
 
 PAGE = """# A map of the house
 
-What imports what, drawn from the code by `python tools/house_map.py`. Each box knows those below it to which lines
-lead, over others as well, and nothing above it. Yellow are the blocks, which become FMUs; the others are the tool
-around them.
+What imports what, drawn from the code by `python tools/house_map.py`. A box imports only boxes below it that a
+line leads to, directly or through others. Yellow boxes are the blocks, which become FMUs; the others are the tool.
 
 ![Boxes of packages and rooms, in rows from the command line at the top down to errors and files](map.svg)
 

@@ -1,10 +1,8 @@
 """Hold numbers in the pages to the runs that they are of: `python tools/page_numbers.py`, a part of `make docs`.
 
-Flies the runs that page_numbers.toml names, natively, and exits with 1 where a page has other numbers. `--fmus FOLDER`
-has the native FMUs.
+Flies the runs that page_numbers.toml names, and exits with 1 where a page has other numbers.
 """
 
-import argparse
 import re
 import sys
 import tomllib
@@ -22,26 +20,23 @@ VALUE = re.compile(r"(?P<run>\S+?)(?P<jacobi> jacobi)?: (?P<mean>mean of steps, 
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--fmus", type=Path, default=Path("fmus"), help="folder whose folder native has the FMUs")
-    folder = parser.parse_args().fmus
     wrong = 0
     for page, rows in tomllib.loads(LIST.read_text(encoding="utf-8")).items():
         text = " ".join((ROOT / "docs" / page).read_text(encoding="utf-8").split())
         for template, *specifications in rows:
-            expected = template.format(*(number(each, folder) for each in specifications))
+            expected = template.format(*(number(each) for each in specifications))
             if expected not in text:
                 wrong += 1
                 print(f"docs/{page}: expected {expected!r} by {', '.join(specifications)}")
     return 1 if wrong else 0
 
 
-def number(specification: str, folder: Path) -> float:
+def number(specification: str) -> float:
     """What a run has, in the unit: the largest of all steps and events, or their mean."""
     found = VALUE.fullmatch(specification)
     if found is None:
         sys.exit(f"{LIST.name}: {specification!r}: expected 'RUN: QUANTITY of AXIS in UNIT'")
-    values = [each.value for each in flown(found["run"], bool(found["jacobi"]), folder).measures
+    values = [each.value for each in flown(found["run"], bool(found["jacobi"])).measures
               if (each.quantity, each.of) == (found["quantity"], found["of"] or "")]
     if not values:
         sys.exit(f"{LIST.name}: {specification!r}: the run has no such quantity")
@@ -49,8 +44,8 @@ def number(specification: str, folder: Path) -> float:
 
 
 @cache
-def flown(name: str, jacobi: bool, folder: Path) -> maglev.Run:
-    return maglev.run(name, native=True, fmus=folder, order="jacobi" if jacobi else "sequential")
+def flown(name: str, jacobi: bool) -> maglev.Run:
+    return maglev.run(name, order="jacobi" if jacobi else "sequential")
 
 
 if __name__ == "__main__":

@@ -150,7 +150,7 @@ def tidied(given: Path, path: Path, date: int) -> None:
 
 
 def fmus(folder: Path, part: str) -> Path:
-    """Build the FMUs of a part into a folder; beside native ones the loops that step them, for every platform."""
+    """Build the FMUs of a part into a folder; with native ones the loops that step them, for every platform."""
     import maglev
     from maglev.catalogue.shipped import build_step_loops
     from maglev.own_fmus import DEFINITIONS, definition
@@ -159,11 +159,9 @@ def fmus(folder: Path, part: str) -> Path:
         maglev.build(fmus=folder)
         return folder
     for fmi in (2, 3):
-        maglev.build(fmus=folder, native=True, fmi=fmi)
+        maglev.build(fmus=folder, kind="native", fmi=fmi)
     sampled = [name for name in DEFINITIONS if definition(name).sampled]   # the others have no clock
-    maglev.build(sampled, fmus=folder, native=True, fmi=3, clocked=True)
-    for loop in folder.rglob("maglev_step_loop.*"):   # that of the machine on which it was built
-        loop.unlink()
+    maglev.build(sampled, fmus=folder, kind="native", fmi=3, clocked=True)
     build_step_loops(folder / "step_loop")
     return folder
 

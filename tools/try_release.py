@@ -31,11 +31,11 @@ def main() -> None:
 
         said("pip", "install", "--quiet", "--disable-pip-version-check", wheel)
         for kind in ((), ("--fmi", "3")):
-            said("maglev", "build", "--native", *kind, "--from", native)
-            said("maglev", "check", "--native", *kind, *RUNS)
-        said("maglev", "build", "--native", "--fmi", "3", "--clocked", "--from", native)
+            said("maglev", "build", "--kind", "native", *kind, "--from", native)
+            said("maglev", "check", "--fmus", "fmus", "--kind", "native", *kind, *RUNS)
+        said("maglev", "build", "--kind", "native", "--fmi", "3", "--clocked", "--from", native)
         said("maglev", "check", "--fmus", Path("fmus", "clocked"), RUNS[0])
-        said("maglev", "run", RUNS[0], "--native")
+        said("maglev", "run", RUNS[0])
 
 
 if __name__ == "__main__":

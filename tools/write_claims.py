@@ -1,32 +1,28 @@
-"""Put the table of claims of all runs into docs/claims.md, between its markers.
+"""Put the tables of claims of all runs into docs/claims_table.md, and their counts into docs/claims.md.
 
     maglev run --all && python tools/write_claims.py results/claims.md
-    python tools/write_claims.py results/claims.md --check     # exits with 1 where the page has other numbers
+    python tools/write_claims.py results/claims.md --check     # exits with 1 where a page has other numbers
 """
 
+import re
 import sys
 from difflib import unified_diff
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "docs" / "claims.md"
-BEGIN = "<!-- claims: made by `make claims` -->\n"
-END = "<!-- end of claims -->\n"
-
-
-def with_claims(page: str, claims: str) -> str:
-    """Text of the page with the claims between the markers; both must be there."""
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise SystemExit(f"{PAGE}: expected the lines {BEGIN.strip()} and {END.strip()}")
-    return f"{before}{BEGIN}\n{claims}\n{END}{after}"
-
+DOCS = Path(__file__).parents[1] / "docs"
+PLACE = re.compile("(?<=<!-- claims: made by `make claims` -->\n).*(?=<!-- end of claims -->\n)", re.DOTALL)
 
 if __name__ == "__main__":
-    old = PAGE.read_text(encoding="utf-8")
-    new = with_claims(old, Path(sys.argv[1]).read_text(encoding="utf-8"))
-    if "--check" not in sys.argv[2:]:
-        PAGE.write_text(new, encoding="utf-8")
-    elif new != old:
-        sys.stdout.writelines(unified_diff(old.splitlines(True), new.splitlines(True), "page", "runs", n=0))
-        sys.exit("docs/claims.md: other numbers than those of these runs, expected what `make claims` writes")
+    counts, _, tables = Path(sys.argv[1]).read_text(encoding="utf-8").partition("\n## ")
+    differing: list[str] = []
+    for page, part in ((DOCS / "claims.md", counts), (DOCS / "claims_table.md", f"## {tables}")):
+        old = page.read_text(encoding="utf-8")
+        new, places = PLACE.subn("\n" + part.replace("\\", r"\\") + "\n", old)
+        if places != 1:
+            sys.exit(f"{page.name}: {places} places between the marks of claims, expected 1")
+        differing += unified_diff(old.splitlines(True), new.splitlines(True), page.name, "runs", n=0)
+        if "--check" not in sys.argv[2:]:
+            page.write_text(new, encoding="utf-8")
+    if "--check" in sys.argv[2:] and differing:
+        sys.stdout.writelines(differing)
+        sys.exit("docs: other claims than those of these runs, expected what `make claims` writes")

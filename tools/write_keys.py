@@ -12,8 +12,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from maglev.quantities import METRICS, PROCEDURE_VALUES
-from maglev.schema.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
-from maglev.schema.procedure import ProcedureSettings
+from maglev.schema.judged.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
+from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.run_plan import (
     Axis,
     CheckSettings,

@@ -6,13 +6,16 @@ from typing import Annotated, Any
 
 import typer
 
+from maglev.cli.cache import cache
 from maglev.cli.check import check
 from maglev.cli.compare import compare
-from maglev.cli.frequency_response import frequency_response
 from maglev.cli.identify import identify
-from maglev.cli.linearise import linearise
+from maglev.cli.loops.frequency_response import frequency_response
+from maglev.cli.loops.linearise import linearise
+from maglev.cli.loops.region import region
 from maglev.cli.new import new
 from maglev.cli.options import (
+    Built,
     Debug,
     Everything,
     Fmus,
@@ -24,22 +27,21 @@ from maglev.cli.options import (
     with_flight_options,
 )
 from maglev.cli.pack import pack
-from maglev.cli.region import region
-from maglev.cli.streams import CommandLine
+from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import study, sweep, tune
-from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, say
+from maglev.cli.target import target
+from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, require_environment, say
 from maglev.errors import ScenarioError
+from maglev.kinds import KindName
 
 # One paragraph for each line: the help joins the lines of a paragraph.
-app = CommandLine(no_args_is_help=True, rich_markup_mode="markdown",
+app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown",
                   context_settings={"help_option_names": ["-h", "--help"]}, help="""
 Magnetically levitated stages as FMI 2.0 and 3.0 co-simulation: build the FMUs, run the experiments, judge the claims.
 
-`maglev build` builds every FMU, into the folder fmus
-
-`maglev list` lists what there is to build and to run
-
 `maglev run 3dof-setpoints-improved` runs one experiment, results into the folder results
+
+`maglev list` lists what there is to run and to build
 
 `maglev run --all` runs every experiment of the thesis, and makes a table of verdicts
 
@@ -55,6 +57,8 @@ Magnetically levitated stages as FMI 2.0 and 3.0 co-simulation: build the FMUs, 
 
 `maglev check` asks whether every experiment still gives what it gave; `maglev check mine.fmu` flies the experiments
 that an FMU carries
+
+`maglev build` builds FMUs for other tools: platforms, FMI 3.0, clocks
 
 Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that was not
 flown to its end, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what
@@ -76,27 +80,30 @@ def print_version(asked: bool) -> None:
 def main(_version: Annotated[bool, typer.Option("--version", callback=print_version, is_eager=True,
                                                 help="Show the version and exit.")] = False) -> None:
     """What stands before a command."""
+    require_environment()
 
 
 @app.command()
 def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
                                                             "Python files with a controller of yours.",
                                                             show_default=False)] = None,
-          rig: RigFile = None, fmus: Fmus = Path("fmus"),
-          native: Annotated[bool, typer.Option("--native", help="FMUs that need no Python, into the folder's folder "
-                                               "native; needs the extra `native`.")] = False,
-          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: version of FMI; those of FMI "
+          rig: RigFile = None, fmus: Built = Path("fmus"),
+          kind: Annotated[KindName, typer.Option("--kind", help="`native`: FMUs that need no Python, into the folder's "
+                                                 "folder native; needs the extra `native`.")] = "python",
+          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Of native ones: version of FMI; those of FMI "
                                            "3.0 go into the folder's folder fmi3.")] = 2,
           clocked: Annotated[bool, typer.Option("--clocked", help="With --fmi 3: what samples does so when a clock "
                                                 "of the importer's ticks; into the folder's folder clocked.")] = False,
-          target: Annotated[str, typer.Option(help="With --native: `all`, binaries for Linux, Windows and macOS; "
+          target: Annotated[str, typer.Option(help="Of native ones: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
                                               "browsers, into the folder's folder wasm.")] = "all",
-          source: Annotated[Path | None, typer.Option("--from", help="With --native: archive of native FMUs of a "
+          source: Annotated[Path | None, typer.Option("--from", help="With --kind native: archive of native FMUs of a "
                                                       "release, or a folder with what was in it; copied from there, "
                                                       "they take no compiler.", show_default=False)] = None,
           debug: Debug = False) -> None:
-    """Build FMUs from the blocks, or from a controller or a stage of yours: the same sources give the same bytes.
+    """Build FMUs for other tools, from the blocks, or from a controller or a stage of yours.
+
+    The same sources give the same bytes. Runs need no build: they have what they need built.
 
     **Examples:**
 
@@ -106,39 +113,41 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
     `maglev build Plant3DOF Regulator3DOF`
 
-    `maglev build --native`
+    `maglev build --kind native`
 
-    `maglev build --native ClosedLoop3DOF`
+    `maglev build --kind native ClosedLoop3DOF`
 
-    `maglev build --native --fmi 3`
+    `maglev build --kind native --fmi 3`
 
-    `maglev build --native --from maglev-fmus-0.1.0-native.zip` needs no compiler
+    `maglev build --kind native --from maglev-fmus-0.1.0-native.zip` needs no compiler
     """
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
         with progress_of(["FMUs"]) as watch:
-            paths = build_fmus(names or (), rig=rig, fmus=fmus, native=native, fmi=fmi, target=target, source=source,
-                               clocked=clocked, say=say, watch=partial(watch, "FMUs"))
+            paths = build_fmus(names or (), rig=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
+                               source=source, clocked=clocked, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
 @app.command("list")
-def list_all(rig: RigFile = None, fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
     """List the FMUs and the scenarios, or the FMUs of a stage of yours."""
     with one_line_errors(debug):
         from rich.table import Column, Table
 
         from maglev.api.catalogue import fmus as all_fmus
         from maglev.api.catalogue import scenarios
+        from maglev.own_fmus import stale
 
         console = report_console()
         table = Table("FMU", "built", "what it is")
         for entry in all_fmus(rig):
             kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
                      "FMI 3.0": entry.file(fmus / "fmi3"), "clocked": entry.file(fmus / "clocked")}
-            built = ", ".join(kind for kind, file in kinds.items() if file.is_file())
+            built = ", ".join(f"{kind}{' (stale)' if stale(entry.name, file) else ''}" for kind, file in kinds.items()
+                              if file.is_file())
             table.add_row(entry.name, built or "no", entry.description)
         console.print(table)
         if rig is not None:
@@ -174,7 +183,7 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
 
     `maglev run 3dof-setpoints --controller lqi.py` flies a class in Python; `maglev new controller lqi.py` writes one
 
-    `maglev run 2dof-step-4` runs both variants, `maglev run 2dof-step-4-linear` one of them
+    `maglev run 2dof-step-4` runs all its variants, `maglev run 2dof-step-4-linear` one of them
 
     `maglev run mine.toml --controller lqi.py --fail-on-claims` holds a controller to the claims of mine.toml, for CI
 
@@ -221,28 +230,28 @@ def report(names: Names = None, out: Out = Path("results"),
 def live(files: Annotated[list[str] | None, typer.Argument(
              metavar="FILE", help="Descriptions of stages of yours, or scenarios, in place of all packaged runs.",
              show_default=False)] = None,
-         out: Out = Path("results"), fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+         out: Out = Path("results"), fmus: Fmus = None, debug: Debug = False) -> None:
     """Write the page `live.html`, which flies the stages in a browser: drag, kick, change parameters, swap controllers.
 
-    It needs no network and nothing installed. The FMUs in it are WebAssembly, which
-    `maglev build --native --target wasm` makes.
+    It needs no network and nothing installed. The FMUs in it are WebAssembly; those that are missing are
+    built, which needs the extra `native`.
 
     **Examples:**
 
     `maglev live --out page`
 
-    `maglev live mine.toml mine-setpoints.toml` writes `live-mine.html`, after
-    `maglev build --rig mine.toml --native --target wasm`
+    `maglev live mine.toml mine-setpoints.toml` writes `live-mine.html`
     """
     with one_line_errors(debug):
         from maglev.live.page import write_live
 
-        path = write_live(out, files=files or (), fmus=fmus)
+        path = write_live(out, files=files or (), fmus=fmus, say=say, watch=progress_of)
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
 app.add_typer(new, name="new")
 app.add_typer(pack, name="pack")
+app.command()(cache)
 app.command()(check)
 app.command()(compare)
 app.command("frequency-response")(frequency_response)
@@ -251,6 +260,7 @@ app.command()(linearise)
 app.command()(region)
 app.command()(study)
 app.command()(sweep)
+app.command()(target)
 app.command()(tune)
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import FLIGHT, Debug, Jobs, NamesOrFmus, with_flight_options
+from maglev.cli.options import FLIGHT, Debug, Jobs, NamesOrFmus, Out, with_flight_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
 from maglev.errors import ScenarioError
 
@@ -20,11 +20,18 @@ def check(names: NamesOrFmus = None,
           baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
                                                          show_default="the package's")] = None,
           junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
-          = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
+          = None,
+          partial: Annotated[bool, typer.Option("--partial", help="Let an FMU pass whose results are compared in "
+                                                "part: with columns that it lacks, or without an end.")] = False,
+          plot: Annotated[bool, typer.Option("--plot", help="Picture of each run that deviates, expected and actual "
+                                             "signals, NAME.check.png in the folder --out (needs the extra "
+                                             "`report`).")] = False,
+          out: Out = Path("results"), jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios, every one of the package if none is named, and compare with their baselines.
 
-    A baseline is `NAME_ref.csv` with a few signals at a few times, and `NAME_ref.opt` with the tolerance of each. The
-    exit code is 0 if all runs are within the tolerances, 1 if one is not, 2 if one could not be compared.
+    A baseline is `NAME_ref.sha256`, the digest of all signals at all samples, by which FMUs of this project are
+    compared, bit for bit; and `NAME_ref.csv` with a few signals at a few times and `NAME_ref.opt` with the tolerance of
+    each, for FMUs of others. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be compared.
 
     Of an FMU, anybody's, the experiments that it carries are flown: by the layered standard FMI-LS-REF, or in
     `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` beside `NAME.fmu`.
@@ -49,6 +56,8 @@ def check(names: NamesOrFmus = None,
 
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
         runs = [name for name in names or () if not name.lower().endswith(".fmu")]
+        if partial and not fmus:
+            raise ScenarioError("--partial: expected an FMU with it, as a scenario is always compared as a whole")
         if fmus and update:
             raise ScenarioError(f"{fmus[0]}: expected scenarios with --update; `maglev pack ref` puts one into an FMU")
         if update:
@@ -58,13 +67,14 @@ def check(names: NamesOrFmus = None,
         timeout = timeout_of({"timeout": options["timeout"]})
         checked: list[CheckResult] = []
         if runs or not fmus:
-            checked += check_runs(runs or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+            checked += check_runs(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,
+                                  watch=progress_of, say=say, **options)
         else:
             require_no_options(fmus, {**options, "timeout": FLIGHT["timeout"][1], "baselines": baselines})
         if fmus:
             from maglev.fmu_experiments.check import check_fmus
 
-            checked += check_fmus(fmus, jobs=jobs, timeout=timeout, watch=progress_of)
+            checked += check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
         print_outcomes(checked)
         if junit is not None:   # where it cannot be written, the results have been told
             write_junit(junit, checked)

@@ -27,7 +27,7 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
 
     `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF`
 
-    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py --native`
+    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py`
     """
     with one_line_errors(debug):
         from importlib.util import find_spec

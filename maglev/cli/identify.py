@@ -15,6 +15,9 @@ from maglev.identification.settings import EPSILON, GAMMA
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
 
+LEFT_OUT = ("The standard error is scatter alone. Left out: what friction, bias, ripple and modulation, of the size "
+            "that the description of the stage has, would change.")
+
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 RigName = Annotated[str | None, typer.Option(
     "--rig", help=f"{RIG_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
@@ -73,11 +76,12 @@ def show(console: Console, found: "Identification") -> None:
     console.print(f"[bold]{recording.rig.name}[/]: {len(recording.time)} samples over {length:.3g} s, "
                   f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
                   f"{', matched filters' if found.matched else ''}")
-    table = Table("constant", "guess", "estimate", "standard error", "with friction")
+    table = Table("constant", "guess", "estimate", "standard error", "left out", "with friction", caption=LEFT_OUT)
     for name, value in estimate.final.items():
-        error, other = found.standard_error[name], found.with_friction[name]
-        share = f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
-        table.add_row(name, f"{found.guess[name]:.5g}", f"{value:.5g}", share,
+        other = found.with_friction[name]
+        shares = [f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
+                  for error in (found.standard_error[name], found.left_out[name])]
+        table.add_row(name, f"{found.guess[name]:.5g}", f"{value:.5g}", *shares,
                       f"{other:.5g}" if other == other else "–")
     console.print(table)
     table = Table("axis", "excitation", "unexplained", "acceleration", f"replay over {1e3 * HORIZON:g} ms", "way")

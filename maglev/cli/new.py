@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from maglev.cli.options import RIG_NAMES, Debug, run_names
-from maglev.cli.terminal import one_line_errors
+from maglev.cli.terminal import one_line_errors, progress_of, say
 from pmlsm.rigs import EXAMPLE, RIGS
 
 STAGES = f"{RIG_NAMES}, or the description of a stage of yours."
@@ -68,13 +68,29 @@ def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, N
 
     `maglev new study robust --scenario mine.toml`
 
-    `maglev study robust.toml --native`
+    `maglev study robust.toml`
     """
     with one_line_errors(debug):
         from maglev.studies.new import new_study
 
         file = new_study(path, scenario)
-        typer.echo(f"{file}: flies with `maglev study {file} --native`")
+        typer.echo(f"{file}: flies with `maglev study {file}`")
+
+
+@new.command()
+def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder; it must not be there.")],
+               stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
+    """Write a repository: a controller, its experiment and baseline, and what GitHub and GitLab run at every push.
+
+    **Examples:**
+
+    `maglev new repository levitate --stage 2dof`
+    """
+    with one_line_errors(debug):
+        from maglev.api.repository import new_repository
+
+        folder = new_repository(path, stage, watch=progress_of, say=say)
+        typer.echo(f"{folder}: begin with {folder / 'README.md'}")
 
 
 @new.command("stage")
@@ -97,4 +113,4 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
         from maglev.own_stage.new import new_stage
 
         file, scenario = new_stage(path, like)
-        typer.echo(f"{file}, {scenario}: fly with `maglev build --rig {file}` and `maglev run {scenario} --plot`")
+        typer.echo(f"{file}, {scenario}: fly with `maglev run {scenario} --plot`")

@@ -9,6 +9,7 @@ import typer
 
 from maglev.cosim.order import Order
 from maglev.experiment.form import Format
+from maglev.kinds import KindName
 from pmlsm.rigs import RIGS
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
@@ -23,10 +24,15 @@ def run_names(beginning: str) -> list[str]:
 
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
-Fmus = Annotated[Path, typer.Option("--fmus", help="Folder with the built FMUs.")]
-Native = Annotated[bool, typer.Option("--native", help="The FMUs that need no Python, of the folder's folder native.")]
-Fmi = Annotated[int, typer.Option("--fmi", min=2, max=3, help="With --native: 3 for the FMUs of FMI 3.0, of the "
-                                  "folder's folder fmi3.")]
+Fmus = Annotated[Path | None, typer.Option(
+    "--fmus", help="Folder with FMUs that fly as they are; if not given, what is needed is built where it is missing, "
+    "and kept for all runs (`maglev cache`).", show_default=False)]
+Built = Annotated[Path, typer.Option("--fmus", help="Folder for FMUs.")]
+Kind = Annotated[KindName | None, typer.Option("--kind", help="FMUs of this project that need no Python, `native`, or "
+                                               "`python`; the results are the same. Of --fmus native ones are in the "
+                                               "folder native.", show_default="native where there is a compiler")]
+Fmi = Annotated[int, typer.Option("--fmi", min=2, max=3, help="3 for native FMUs of FMI 3.0; of --fmus in the folder "
+                                  "fmi3.")]
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
     autocompletion=run_names)]
@@ -39,10 +45,13 @@ Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the p
 Settings = Annotated[list[str] | None, typer.Option(
     "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
     "be repeated.", show_default=False)]
+Parameters = Annotated[list[str] | None, typer.Option(
+    "--parameters", metavar="[FMU=]SSV", help="Start values from a parameter set (SSV), of an FMU or with its "
+    "name before each. They go before the scenario's and those of --model, --set before them.", show_default=False)]
 Model = Annotated[Path | None, typer.Option(
     "--model", metavar="TOML", help="Constants of plant and controller, as `maglev identify` writes them; or `plant`: "
     "the controller's model follows the masses of the plant. --set goes before them.", show_default=False)]
-Plant = Annotated[Path | None, typer.Option(help="Another plant, likewise.",
+Plant = Annotated[Path | None, typer.Option(help="Another plant, as `--controller`.",
                                             show_default=False)]
 Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU of this project by its name, "
                                                  "an FMU with the same ports or a map, or a Python file with a class "
@@ -69,10 +78,10 @@ Jobs = Annotated[int | None, typer.Option(
 
 # How runs differ from their plans: `FlightOptions` of `maglev.api.options`.
 FLIGHT: dict[str, tuple[Any, object]] = {
-    "set": (Settings, None), "model": (Model, None), "plant": (Plant, None), "controller": (Controller, None),
-    "ports": (PortsFile, None), "keep_settings": (KeepSettings, False), "step": (Step, None),
-    "order": (Ordering, "sequential"), "fmus": (Fmus, Path("fmus")), "native": (Native, False), "fmi": (Fmi, 2),
-    "timeout": (Timeout, "60 s")}
+    "set": (Settings, None), "parameters": (Parameters, None), "model": (Model, None), "plant": (Plant, None),
+    "controller": (Controller, None), "ports": (PortsFile, None), "keep_settings": (KeepSettings, False),
+    "step": (Step, None), "order": (Ordering, "sequential"), "fmus": (Fmus, None), "kind": (Kind, None),
+    "fmi": (Fmi, 2), "timeout": (Timeout, "60 s")}
 
 
 def with_flight_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -24,7 +24,7 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
             "--as", help="What the FMU takes the place of in the scenario, `controller` or `plant`; not needed where "
             "the scenario names its file.", show_default=False)] = None,
         out: Annotated[Path | None, typer.Option(help="Where to write it.", show_default="the FMU itself")] = None,
-        fmus: Fmus = Path("fmus"), debug: Debug = False) -> None:
+        fmus: Fmus = None, debug: Debug = False) -> None:
     """Fly a scenario with an FMU, and put what it was given and gave there into it, as an experiment of its own.
 
     `maglev check` and other tools that know the layered standard FMI-LS-REF can then fly it alone. The table `check` of

@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from maglev.cli.terminal import say
 
@@ -48,6 +49,17 @@ def whole_streams() -> None:
             io.BufferedWriter(Output(number, "w", closefd=False)), encoding=getattr(stream, "encoding", "utf-8"),
             errors="replace", line_buffering=getattr(stream, "line_buffering", False),
             write_through=getattr(stream, "write_through", False)))
+
+
+class Commands(TyperGroup):
+    """Commands that read old spellings of options, for one version."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read `--native`, of before, as what it is now."""
+        if "--native" in args:
+            say("--native is --kind native now, and runs need neither: results are the same")
+            args = [word for each in args for word in (("--kind", "native") if each == "--native" else (each,))]
+        return super().parse_args(ctx, args)
 
 
 class CommandLine(typer.Typer):

@@ -1,16 +1,18 @@
 """What the command line prints: errors, progress and results."""
 
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import typer
 
 from maglev.errors import FAILURES, in_one_line, name_of, signal_of, visible
 from maglev.processes.interrupts import termination_like_interrupt
+from maglev_files.environment import require_numbers
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,17 +33,18 @@ def one_line_errors(debug: bool) -> Iterator[None]:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
     try:
-        with termination_like_interrupt():
+        with termination_like_interrupt(), warnings.catch_warnings():
+            warnings.showwarning = said
             yield
     except KeyboardInterrupt as error:
         if debug:
             raise
-        say(in_one_line(error) or name_of(error))
+        say(str(error) or name_of(error))
         raise typer.Exit(128 + signal_of(error)) from None
     except FAILURES as error:
         if debug:
             raise
-        say(in_one_line(error))
+        say(str(error))
         raise typer.Exit(2) from None
     except RecursionError:
         if debug:
@@ -50,9 +53,27 @@ def one_line_errors(debug: bool) -> Iterator[None]:
         raise typer.Exit(2) from None
 
 
+def said(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+         line: str | None = None) -> None:
+    """Say what a function of ours warns of in one line; what Python or others warn of is as ever."""
+    if category is UserWarning:
+        say(str(message))
+    else:
+        (file or sys.stderr).write(warnings.formatwarning(message, category, filename, lineno, line))
+
+
+def require_environment() -> None:
+    """Refuse what is no number in the environment, before anything is imported that reads it."""
+    try:
+        require_numbers()
+    except ValueError as error:
+        say(str(error))
+        raise typer.Exit(2) from None
+
+
 def say(sentence: str) -> None:
-    """Print a sentence beside the results."""
-    typer.echo(f"maglev: {visible(sentence)}", err=True)
+    """Print a sentence beside the results, in one line."""
+    typer.echo(f"maglev: {in_one_line(sentence)}", err=True)
 
 
 def report_console() -> "Console":

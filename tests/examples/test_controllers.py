@@ -57,12 +57,12 @@ def test_c_controller_levitates_the_stage(fmus: Path, step: Path, c_controller: 
 def test_what_it_lacks_is_said_once_and_left_out(fmus: Path, step: Path, c_controller: Path, tmp_path: Path) -> None:
     result = maglev("report", step, "--fmus", fmus, "--out", tmp_path, "--controller", c_controller, "--map", MAP)
     assert result.exit_code == 0, result.output
-    assert result.stderr.count("has no controller.tripped, controller.motor.i_d_cmd, controller.motor.i_q_cmd") == 1
+    assert result.stderr.count("controller (pd_controller.fmu) has no tripped, motor.i_d_cmd, motor.i_q_cmd") == 1
     text = (tmp_path / "step.txt").read_text()
     assert "peak current" in text and "peak command" not in text
     claims = (tmp_path / "claims.md").read_text()
     assert "| It holds | here | kept the stage in the air | kept the stage in the air | met |" in claims
-    assert "**not testable**: the FMU that was put in has no controller.motor.i_d_cmd" in claims
+    assert "**not testable**: controller (pd_controller.fmu) has no motor.i_d_cmd" in claims
     assert (tmp_path / "report.html").is_file()
 
 
@@ -108,7 +108,7 @@ def test_wrong_maps(fmus: Path, step: Path, c_controller: Path, tmp_path: Path, 
     assert result.exit_code == 2, result.output
     *notes, error = result.stderr.strip().splitlines()
     assert message in error
-    assert all("the FMU that was put in has no" in line or "starts with" in line for line in notes)
+    assert all("(pd_controller.fmu) has no" in line or "starts with" in line for line in notes)
 
 
 def test_map_without_an_fmu(fmus: Path, step: Path) -> None:

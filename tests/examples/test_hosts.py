@@ -1,13 +1,11 @@
 """Our FMUs in programs that know nothing of this project: plain C without Python, plain fmpy, a container around."""
 
-import json
 import logging
 import subprocess
 import sys
 import sysconfig
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -88,37 +86,6 @@ def test_pythonfmu_fmus_need_a_python_library_there(fmus: Path, fly: Path, tmp_p
                           env={"LD_PRELOAD": str(library), "PYTHONHOME": sysconfig.get_config_var("prefix")})
     assert done.returncode == 0, done.stderr
     assert np.array_equal(positions(done.stdout), recorded(fmus, 0.1))
-
-
-def test_notebook_with_plain_fmpy(fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
-    monkeypatch.setenv("FMUS", str(fmus))
-    cells = json.loads((EXAMPLES / "plant_with_plain_fmpy.ipynb").read_text())["cells"]
-    assert not any(cell.get("outputs") for cell in cells)
-    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
-    assert "scenarios" not in code
-    names: dict[str, Any] = {}
-    exec(compile(code, "plant_with_plain_fmpy.ipynb", "exec"), names)
-    flown = np.array(names["recorded"])
-    assert flown[1400] == pytest.approx([25e-3, 0.0, 0.0], abs=0.2e-3)
-    assert flown[2900] == pytest.approx([26e-3, 0.0, 0.0], abs=0.2e-3)
-    assert flown[-1] == pytest.approx([26e-3, 5e-3, 0.0], abs=0.2e-3)
-
-
-@pytest.mark.usefixtures("slow")
-def test_notebook_with_the_front_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-                                      capsys: pytest.CaptureFixture[str]) -> None:
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
-    monkeypatch.setenv("FMUS", str(tmp_path))
-    cells = json.loads((EXAMPLES / "front_door.ipynb").read_text())["cells"]
-    assert not any(cell.get("outputs") for cell in cells)
-    names: dict[str, Any] = {}
-    exec(compile("\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"),
-                 "front_door.ipynb", "exec"), names)
-    assert all(without < with_friction for with_friction, without in names["errors"].values())
-    assert "nearest is 'y.mass'" in capsys.readouterr().out
 
 
 @pytest.fixture

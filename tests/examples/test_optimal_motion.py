@@ -18,7 +18,7 @@ from pmlsm.dq_transform import phase_currents
 from pmlsm.gap_functions import gap_functions
 
 FOLDER = EXAMPLES / "optimal_motion"
-PAGE = Path(__file__).parents[2] / "docs" / "optimal_motion.md"
+PAGE = Path(__file__).parents[2] / "docs" / "examples.md"
 START, TARGET = np.array([25e-3, 0.0, 0.0]), np.array([27e-3, 10e-3, -15e-3])   # m: y, x, z
 LIMIT, LEAST_GAP = 4.0, 20e-3
 RESISTANCE, VERTEX = 3.5, 2.0 / np.sqrt(3.0)   # of the hexagon of phase limits, of the limit

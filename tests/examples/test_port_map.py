@@ -12,7 +12,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master, rate
 from maglev.cosim.port_map import Port, PortMap, apply
-from maglev.cosim.wiring import Rate
+from maglev.cosim.wires.wiring import Rate
 from maglev.errors import FmuError, ScenarioError
 
 

@@ -34,7 +34,7 @@ def test_there_and_back(value, unit):
 
 
 @pytest.mark.parametrize(("value", "words"), [
-    ("25 mn", ["25 mn", "'mn'", "nearest is 'min'"]),
+    ("25 mn", ["25 mn", "'mn'", "nearest is 'mN'"]),
     ("25", ["'25'", "no unit"]),
     ("fast", ["'fast'", "25 mm"]),
     (math.nan, ["nan", "finite"]),
@@ -46,6 +46,19 @@ def test_refusals_name_value_and_expectation(value, words):
     with pytest.raises(QuantityError) as refusal:
         parse_quantity(value)
     assert all(word in str(refusal.value) for word in words)
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    ("4kilo", "unknown unit 'kilo'; nearest is 'kg'"), ("4 kilometers", "nearest is 'km'"),
+    ("2 Millimetre", "nearest is 'mm'"), ("3 KG", "nearest is 'kg'"), ("1 /s", "nearest is '1/s'"),
+    ("2 xyz", "expected one such as 'kg'"), ("5,0", "'5,0' is not a quantity, expected a decimal point: '5.0'"),
+    ("5,25 mm", "expected a decimal point: '5.25 mm'"), ("3..5", "'3..5' is not a quantity, expected one number"),
+    ("3-5", "expected one number"), ("1:30", "expected one number"),
+    ("1/2 m", "expected one number"), ("1'000", "expected one number")])
+def test_what_may_be_meant_is_said(text, says):
+    with pytest.raises(QuantityError) as refusal:
+        parse_quantity(text)
+    assert says in str(refusal.value)
 
 
 @pytest.mark.parametrize(("text", "unit", "value"), [

@@ -81,7 +81,7 @@ def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
     (["--set", "plant.y.mass=heavy"], "heavy"),
     (["--set", "plant.y.mass=-1"], "y.mass = -1.0 kg, expected a number from 0.001"),
     (["--set", "plant.y.position_start=40 mm"], "y.position_start = 0.04 m, expected a place between the stops"),
-    (["--step", "0.15 ms"], "stop time = 0.02 s, expected a whole number of communication steps of 0.00015 s"),
+    (["--step", "0.15 ms"], "short.toml: stop_time = 0.02 s with --step 0.00015 s: expected a whole number"),
     (["--step", "1 ms"], "sample_time = 0.0002 s"),
     (["--step", "-1"], "--step -1: expected a time above 0 s"),
     (["--step", "abc"], "--step abc: 'abc' is not a quantity"),
@@ -153,7 +153,7 @@ def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Pa
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.errors.find_spec", lambda _: None)
     monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
-    assert "--plot needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
+    assert "needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 
 def test_debug_shows_the_traceback(short: Path) -> None:
@@ -170,7 +170,7 @@ def test_build_and_list(tmp_path: Path) -> None:
     (tmp_path / "clocked" / "Regulator3DOF.fmu").touch()
     listed = maglev("list", "--fmus", tmp_path)
     assert listed.exit_code == 0
-    for name, built in (("Plant2DOF", "Python"), ("Regulator3DOF", "clocked"), ("Plant3DOF", "no")):
+    for name, built in (("Plant2DOF", "Python"), ("Regulator3DOF", r"clocked \(stale\)"), ("Plant3DOF", "no")):
         assert re.search(rf"│ {name} +│ {built} +│", listed.output)
     assert "3dof-setpoints-improved" in listed.output
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 from faulty_fmus import faulty
+from left_processes import processes_with, require_none
+from native_builds import require_native_tools
 
 from maglev.baselines.update import update_all
 from maglev.errors import Interrupted
@@ -25,12 +27,13 @@ CODES = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"
 class Command:
     """`maglev` in a process group of its own, as a shell starts it."""
 
-    def __init__(self, folder: Path, *arguments: str | Path):
+    def __init__(self, folder: Path, *arguments: str | Path, **environment: str):
         self.unpacked = folder / "unpacked"
         self.unpacked.mkdir()
         self.process = subprocess.Popen([sys.executable, "-m", "maglev", *arguments], text=True, stderr=subprocess.PIPE,
                                         stdout=subprocess.PIPE, cwd=folder, start_new_session=True,
-                                        env={**os.environ, "TMPDIR": str(self.unpacked), "PYTHONUNBUFFERED": "1"})
+                                        env={**os.environ, "TMPDIR": str(self.unpacked), "PYTHONUNBUFFERED": "1",
+                                             **environment})
 
     def wait_until(self, condition: Callable[[], object]) -> None:
         """Wait for a condition, two minutes at most."""
@@ -48,6 +51,7 @@ class Command:
             self.process.send_signal(number)
         _, errors = self.process.communicate(timeout=120.0)
         assert list(self.unpacked.iterdir()) == []
+        require_none(self.unpacked)
         return self.process.returncode, errors.splitlines()
 
 
@@ -134,6 +138,29 @@ def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code:
     assert not [line for line in lines if not line.startswith("maglev: ")]
 
 
+# A compiler that takes ten minutes in a program of its own, as zig's does.
+COMPILER = """
+import subprocess, sys
+open(sys.argv[sys.argv.index("-o") + 1] + ".begun", "w").close()
+subprocess.run(["sleep", "600"])
+"""
+
+
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_compilers(tmp_path: Path, number: int, code: int, word: str) -> None:
+    """Two at a time, with others that wait."""
+    require_native_tools()
+    (tmp_path / "ziglang").mkdir()
+    (tmp_path / "ziglang" / "__main__.py").write_text(COMPILER)
+    (tmp_path / "ziglang" / "__init__.py").touch()
+    command = Command(tmp_path, "build", "PID2DOF", "Plant2DOF", "--kind", "native", PYTHONPATH=str(tmp_path))
+    command.wait_until(lambda: [name for *_, names in os.walk(command.unpacked) for name in names   # which come and go
+                                if name.endswith(".begun")])
+    assert command.ended(number) == (code, [f"maglev: {word}"])
+    assert not list((tmp_path / "fmus" / "native").iterdir())
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.06, 0.14])
 def test_while_a_foreign_fmu_starts(fmus: Path, tmp_path: Path, delay: float) -> None:
     """Ctrl-C to all processes, when the other one has just been started, or does not yet ignore it."""
@@ -184,6 +211,22 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
     whole, resumed = ({path.name: path.read_bytes() for path in (folder / "results").iterdir()} for folder in folders)
     assert set(whole) == {"payload.parquet", "payload.trajectories.parquet", "payload.html", "index.html"}
     assert resumed == whole
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2, 0.6, 1.2])
+@pytest.mark.parametrize(("number", "code", "word"), CODES)
+def test_while_the_processes_of_a_study_start(fastest_fmus: Path, tmp_path: Path, number: int, code: int, word: str,
+                                              delay: float) -> None:
+    """When the first of them is there, and while they import what they need."""
+    file = tmp_path / "payload.toml"
+    file.write_text('name = "payload"\nscenario = "2dof-setpoints"\nmetrics = ["rms error"]\n[[vary]]\n'
+                    'set = "plant.v.mass"\nkind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
+    command = Command(tmp_path, "study", file, "--fmus", fastest_fmus, "--jobs", "2")
+    command.wait_until(lambda: [line for line in processes_with(command.unpacked) if "processes.beside" in line])
+    time.sleep(delay)   # wherever their start is then
+    found, lines = command.ended(number)
+    assert (found, len(lines)) == (code, 1), lines
+    assert lines[0].startswith(f"maglev: {word}: ") and "of 64 samples are kept in " in lines[0]
 
 
 def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:

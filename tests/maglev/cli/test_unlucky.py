@@ -28,7 +28,7 @@ def full_disk(*_: Any, **__: Any) -> None:
 
 
 def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) -> None:
-    """Of the same name and different length: every file is all of one of them."""
+    """Of the same name and different length: every file is all of one of them, and who comes second is told."""
     base = load_plan("2dof-setpoints").path
     lengths = (1.0, 1.5)
     commands = []
@@ -38,9 +38,11 @@ def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) 
         commands.append([sys.executable, "-m", "maglev", "run", str(scenario), "--fmus", str(fmus), "--out",
                          str(tmp_path / "out")])
     both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for command in commands]
-    for each in both:
-        _, errors = each.communicate(timeout=300)
-        assert each.returncode == 0, errors
+    said = [each.communicate(timeout=300)[1] for each in both]
+    codes = [each.returncode for each in both]
+    assert codes in ([0, 0], [0, 2], [2, 0]), said
+    assert all(b"short: another process is writing the files of this run" in errors
+               for code, errors in zip(codes, said, strict=True) if code)
     table = read_csv(tmp_path / "out" / "short.csv")
     table.require_full_rows()
     assert table.column("time")[-1] in lengths

@@ -9,6 +9,7 @@ import pytest
 from jinja2 import UndefinedError
 from jinja2.meta import find_referenced_templates
 
+from maglev.api.repository import FILES as REPOSITORY
 from maglev.rig.description import PACKAGED, read_rig
 from maglev.rig.modules import MODULES, PAGES, controller, paths, template, written
 from maglev.rig.text import LONGEST
@@ -48,7 +49,7 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
 def test_no_template_is_left_over() -> None:
     used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)}
     used |= {f"new/{what}.j2" for what in ("controller.py", "controller_tilting.py", "stage.toml", "scenario.toml",
-                                          "study.toml")}
+                                          "study.toml", *(f"repository/{name}" for name in REPOSITORY))}
     reached: set[str] = set()
     while used - reached:
         name = (used - reached).pop()
