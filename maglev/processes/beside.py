@@ -196,7 +196,12 @@ def serve(folder: str | None) -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)   # what is printed here is no result
     sys.stdout = sys.stderr
-    sys.argv[:] = pickle.load(given)
+    try:
+        sys.argv[:] = pickle.load(given)
+    except (EOFError, pickle.UnpicklingError):   # who asked for this process ended before it was there
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        return
     tasks: SimpleQueue[bytes] = SimpleQueue()
     own = os.getpid()
 

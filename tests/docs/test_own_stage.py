@@ -33,7 +33,7 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             changed = sum(one != other for one, other in zip(before.split("\n"), after.split("\n"), strict=True))
             assert changed >= command.count("s/")   # every substitution finds its line
         else:
-            done = maglev(*shlex.split(command)[1:], *(names if command.split()[1] == "build" else ()))
+            done = maglev(*shlex.split(command, comments=True)[1:], *(names if command.split()[1] == "build" else ()))
             assert done.exit_code == 0, done.output
             said.append(done.stdout)
     forget("mine")
