@@ -1,15 +1,16 @@
-"""The steps of native FMUs of this installation as one C function, with the FMUs' blocks in it.
+"""A whole run of native FMUs of this installation as one C function, with the FMUs' blocks in it.
 
 The calls of a step go through FMI: a function for each, a table for each variable, checks. FMUs of this installation
-carry their blocks as C, so that whoever flies them often compiles these into the calls' place. The function works on
-the memory of the same instances and of the same rows, and with the same operations: bits are those of the calls. It
-takes a stretch of steps whole or leaves all as it was; then the calls are made, and say what is wrong.
+carry their blocks as C, so that whoever runs them often compiles these into the calls' place. The function begins with
+the initialised instances and with their first row, and has the operations of the calls: its bits are theirs. What comes
+of a run is up to C that is given: it sees chosen columns at each communication point. A run that an FMU would refuse is
+said to be one; then the calls are made, and say what is wrong.
 """
 
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from ctypes import CDLL, POINTER, Structure, c_double, c_int64, c_void_p
+from ctypes import CDLL, POINTER, Structure, addressof, byref, c_double, c_int64, c_void_p
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
@@ -24,17 +25,19 @@ from fmi_export.native.translation import literal
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import c_function, in_c
 from maglev.cosim.versions.fmi import FMI2
-from maglev.cosim.wires.wiring import Call
+from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev_files.cache import Kept, keep, kept
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
-FUNCTION = "maglev_blocks_over"
+FUNCTION = "maglev_whole_run"
+DONE, REFUSED, ENDED = range(3)   # what the function returns
 
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
 SOURCE = """\
 #include "instance.h"
+#include <math.h>
 {includes}
 
 #if defined _WIN32
@@ -45,8 +48,6 @@ SOURCE = """\
 
 /* The struct Moved of block_loop.py. */
 struct moved {{
-    char *row;
-    int64_t stride;
     double time, time_stride, size;
 }};
 
@@ -56,33 +57,37 @@ static bool ready(const struct Progress *progress)
     return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
 }}
 
-/* What take_step of life.c leaves of the time. */
-static void stepped(struct Progress *progress, const struct moved *call, int64_t k)
-{{
-    progress->timed = true;
-    progress->next_time = call->time + (double)k * call->time_stride + call->size;
-}}
+{observer}
 
-/* Steps first to before last, rows being counted from communication point origin. Returns 1, or 0 with all as it was,
-   but the rows: an FMU would refuse something. */
-EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, int64_t first, int64_t last,
-                          int64_t origin);
-int64_t {function}(struct Instance *const *instances, const struct moved *calls, int64_t first, int64_t last,
-                   int64_t origin)
+/* All steps to communication point `last`. Of each track, `rows` has the first row, or, of signals, the values of one
+   after the other at all points. Returns REFUSED where an FMU would refuse something, ENDED as soon as somebody says
+   so; the instances stay at the first point. */
+EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                          int64_t last, const volatile int64_t *ended, struct observer *observer);
+int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                   int64_t last, const volatile int64_t *ended, struct observer *observer)
 {{
     if ({ready}) {{
-        return 0;
+        return {refused};
     }}
 {begin}
+    const int64_t points = last + 1;
+    struct seen seen = {{{{0}}}};
     bool refused = false;
-    for (int64_t k = first; k < last; ++k) {{
+    for (int64_t k = 0;; ++k) {{
+{see}
+        observe(observer, k, &seen);
+        if (k == last) {{
+            return {done};
+        }}
+        if (k % 1024 == 0 && *ended) {{
+            return {stopped};
+        }}
 {step}
         if (refused) {{
-            return 0;
+            return {refused};
         }}
     }}
-{end}
-    return 1;
 }}
 """
 
@@ -90,8 +95,15 @@ int64_t {function}(struct Instance *const *instances, const struct moved *calls,
 class Moved(Structure):
     """What moves in a call from step to step, as the C function takes it."""
 
-    _fields_ = (("row", c_void_p), ("stride", c_int64), ("time", c_double), ("time_stride", c_double),
-                ("size", c_double))
+    _fields_ = (("time", c_double), ("time_stride", c_double), ("size", c_double))
+
+
+class Place(NamedTuple):
+    """Where a value is: the number of its track, its column there, and the number of the row after point k."""
+
+    track: int
+    column: int
+    ahead: int = 0
 
 
 class Part(NamedTuple):
@@ -112,39 +124,44 @@ class Part(NamedTuple):
 
 
 class BlockLoop:
-    """The function, for the calls of a wiring."""
+    """The function for a wiring, on its instances and rows."""
 
-    def __init__(self, loop: Kept, calls: Sequence[Call], counter: memoryview):
+    def __init__(self, loop: Kept, wiring: Wiring):
         self.function = CDLL(str(loop.path.absolute()))[FUNCTION]
         self.function.restype = c_int64
-        self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), c_int64, c_int64, c_int64]
+        self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
+                                  c_void_p]
+        calls, = wiring.phases
         fmus = fmus_of(calls)
         self.instances = (c_void_p * len(fmus))(*(fmu.handle() for fmu in fmus))
         self.moved = (Moved * len(calls))(*map(moved, calls))
-        self.counter = counter
+        self.tracks = wiring.tracks
 
-    def step_over(self, first: int, last: int, origin: int) -> bool:
-        """Make steps as a `Stepper` does; False if the calls have to be made, of which one may be refused."""
-        if not self.function(self.instances, self.moved, first, last, origin):
-            return False
-        self.counter[0] += len(self.moved) * (last - first)
-        return True
+    def run(self, steps: int, ended: c_int64, observer: Structure) -> int:
+        """Make all steps, from initialised instances whose first row is there: DONE, or REFUSED, or ENDED.
+
+        ENDED is soon after `ended` is no longer 0. `observer` is the struct of the C that observes.
+        """
+        rows = (c_void_p * len(self.tracks))(*(
+            (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
+        found: int = self.function(self.instances, self.moved, rows, steps, byref(ended), addressof(observer))
+        return found
 
 
 def moved(call: Call) -> Moved:
     """What moves in a call."""
-    if isinstance(call.moving, c_double):
-        return Moved(None, 0, call.base, call.stride, call.arguments[2].value)
-    return Moved(int(call.base), int(call.stride), 0.0, 0.0, 0.0)
+    return Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
 
 
-def block_loop(phases: Sequence[Sequence[Call]], counter: memoryview, build: bool = False) -> BlockLoop | None:
-    """The loop for the calls of a wiring, compiled now if it was not before and `build` asks for it.
+def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False) -> BlockLoop | None:
+    """The loop for a wiring, compiled now if it was not before and `build` asks for it.
 
-    None where there is none, or can be none: the FMUs are native ones of FMI 2.0 that this installation builds, all of
-    them with steps of one length. ExportError of the compiler; OSError if the result cannot be kept.
+    `observer` is C with a struct seen, a struct observer and a function observe; `seen` has the recorded variable, by
+    full name, for each member of the struct seen that it reads. None where there is no loop, or can be none: the FMUs
+    are native ones of FMI 2.0 that this installation builds, all of them with steps of one length, and all that is
+    seen is recorded. ExportError of the compiler; OSError if the result cannot be kept.
     """
-    sources = sources_of(phases)
+    sources = sources_of(wiring, observer, seen)
     if sources is None:
         return None
     platform, = host_platform().values()
@@ -153,7 +170,7 @@ def block_loop(phases: Sequence[Sequence[Call]], counter: memoryview, build: boo
     found = kept(place, LIBRARY)
     if found is None and build:
         found = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
-    return None if found is None else BlockLoop(found, phases[0], counter)
+    return None if found is None else BlockLoop(found, wiring)
 
 
 def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
@@ -161,12 +178,17 @@ def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
     return list({id(call.what[0]): call.what[0] for call in calls}.values())
 
 
-def sources_of(phases: Sequence[Sequence[Call]]) -> dict[str, str] | None:
-    """C files by name; None where there are none for these calls, see `block_loop`."""
-    if len(phases) != 1 or not in_c(phases):
+def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str]) -> dict[str, str] | None:
+    """C files by name; None where there are none for this wiring, see `block_loop`."""
+    if len(wiring.phases) != 1 or not in_c(wiring.phases):
+        return None
+    calls, = wiring.phases
+    places = {name: Place(number, column) for number, track in enumerate(wiring.tracks)
+              for column, name in enumerate(track.names)}
+    if not {*seen.values()} <= {*places}:
         return None
     parts: dict[int, Part] = {}
-    for number, fmu in enumerate(fmus_of(phases[0])):
+    for number, fmu in enumerate(fmus_of(calls)):
         build = own_build(fmu.path) if fmu.fmi is FMI2 and not fmu.scales else None
         if build is None or build.kind != "native":
             return None
@@ -176,18 +198,48 @@ def sources_of(phases: Sequence[Sequence[Call]]) -> dict[str, str] | None:
         others = {name for other in parts.values() if other is not part for name in other.files}
         if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
             return None
-    lines = [line for number, call in enumerate(phases[0]) for line in call_lines(number, call, parts)]
+    steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     return {**files, "loop.c": SOURCE.format(
-        function=FUNCTION, step=indented(lines, 8),
+        function=FUNCTION, observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
         includes="\n".join(sorted({f'#include "{header_of(part.definition)}"' for part in parts.values()})),
         ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()),
-        begin=indented((f"struct {part.definition.block.__name__} {part.block} = *(const struct "
-                        f"{part.definition.block.__name__} *)instances[{part.number}]->state->block;"
-                        for part in parts.values()), 4),
-        end=indented((line for part in parts.values() for line in (
-            f"*(struct {part.definition.block.__name__} *)instances[{part.number}]->state->block = {part.block};",
-            f"stepped(&instances[{part.number}]->state->progress, &calls[{last_step(phases[0], parts, part)}], "
-            "last - 1);")), 4))}
+        see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
+                      for member, name in seen.items()), 8),
+        begin=indented((*first_rows(wiring.tracks),
+                        *(f"struct {part.definition.block.__name__} {part.block} = *(const struct "
+                          f"{part.definition.block.__name__} *)instances[{part.number}]->state->block;"
+                          for part in parts.values())), 4))}
+
+
+def first_rows(tracks: Sequence[Track]) -> Iterator[str]:
+    """C of the tracks: of the present row of outputs, with the first one in it, and of all values of signals."""
+    for number, track in enumerate(tracks):
+        item = item_of(track)
+        if track.signals is not None:
+            yield f"const {item} *const row{number} = (const {item} *)rows[{number}];"
+            continue
+        yield f"{item} row{number}[{len(track.names)}];"
+        yield f"for (int i = 0; i < {len(track.names)}; ++i) row{number}[i] = ((const {item} *)rows[{number}])[i];"
+
+
+def item_of(track: Track) -> str:
+    """C type of a value of a track of FMI 2.0."""
+    return "double" if track.item == 8 else "int32_t"
+
+
+def value_at(place: Place, tracks: Sequence[Track]) -> str:
+    """C expression of a value at the present point: one row of outputs is enough, for who steps later sets from it."""
+    if tracks[place.track].signals is None:
+        return f"row{place.track}[{place.column}]"
+    return f"row{place.track}[{place.column} * points + k]"
+
+
+def place_of(call: Call, tracks: Sequence[Track]) -> Place:
+    """Where the values of a call begin."""
+    number, track = next((number, track) for number, track in enumerate(tracks)
+                         if 0 <= call.base - track.address < track.array.nbytes)
+    ahead, within = divmod(int(call.base) - track.address, track.stride)
+    return Place(number, within // track.item, ahead)
 
 
 def header_of(fmu: FmuDefinition) -> str:
@@ -213,13 +265,7 @@ def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
     return {**part.files, **{name: pattern.sub(rf"\1_OF_{part.number}", text) for name, text in own.items()}}
 
 
-def last_step(calls: Sequence[Call], parts: Mapping[int, Part], part: Part) -> int:
-    """Number of the last call that steps an FMU."""
-    return max(number for number, call in enumerate(calls)
-               if isinstance(call.moving, c_double) and parts[id(call.what[0])] is part)
-
-
-def call_lines(number: int, call: Call, parts: Mapping[int, Part]) -> Iterator[str]:
+def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Sequence[Track]) -> Iterator[str]:
     """C of a call."""
     fmu, part = call.what[0], parts[id(call.what[0])]
     if isinstance(call.moving, c_double):
@@ -227,22 +273,19 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part]) -> Iterator[s
                f"(double)k * calls[{number}].time_stride, calls[{number}].size) != 0;")
         return
     _, references, count, _ = call.arguments
-    variables = [part.definition.native_variables[reference] for reference in references[:count.value]]
-    item = "int32_t" if variables[0].boolean else "double"
+    place = place_of(call, tracks)
     getting = any(c_function(call) is function for function in fmu.get_functions.values())
-    yield "{"
-    yield (f"    {'' if getting else 'const '}{item} *row = ({'' if getting else 'const '}{item} *)"
-           f"(calls[{number}].row + (k - origin) * calls[{number}].stride);")
-    for column, variable in enumerate(variables):
+    for column, reference in enumerate(references[:count.value], place.column):
+        variable = part.definition.native_variables[reference]
+        value = value_at(place._replace(column=column), tracks)
         if getting:
-            yield f"    row[{column}] = {part.value(variable)};"
+            yield f"{value} = {part.value(variable)};"
             continue
         low, high = (bound if given is None else float(given)
                      for bound, given in ((-inf, variable.minimum), (inf, variable.maximum)))
         if not variable.boolean:   # as set_reals of variables.c has it
-            yield f"    refused = refused || !(row[{column}] >= {literal(low)} && row[{column}] <= {literal(high)});"
-        yield f"    {part.value(variable)} = row[{column}]{' != 0' if variable.boolean else ''};"
-    yield "}"
+            yield f"refused = refused || !({value} >= {literal(low)} && {value} <= {literal(high)});"
+        yield f"{part.value(variable)} = {value}{' != 0' if variable.boolean else ''};"
 
 
 def indented(lines: Iterable[str], by: int) -> str:

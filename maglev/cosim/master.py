@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from maglev.cosim.block_loop import BlockLoop, block_loop
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.order import Order
@@ -183,7 +182,6 @@ class Master:
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring | None = None
-        self.blocks: BlockLoop | None = None
         self.flown = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
@@ -244,11 +242,6 @@ class Master:
                            self.observer.allocate)
         self.observer.wired(self.wiring)
 
-    def with_blocks(self, build: bool) -> None:
-        """Fly with the FMUs' blocks in the loop, as prepared by `wire`; see `block_loop`."""
-        assert self.wiring is not None
-        self.blocks = block_loop(self.wiring.phases, self.observer.counter, build)
-
     def drive(self, drives: Drives) -> None:
         """Give all driven inputs other values for the next flight."""
         assert self.wiring is not None
@@ -271,26 +264,14 @@ class Master:
             recording as it is.
         """
         assert self.wiring is not None
-        initial, phases, tracks, begin, _ = self.wiring
+        phases, tracks = self.wiring.phases, self.wiring.tracks
         columns = columns or Columns(tracks, self.steps + 1)
         done = origin = columns.taken = 0
         with held_interrupts() as let_through:
-            own = {setup.name: setup.start for setup in self.setups}
-            for track in tracks:
-                track.begin(0)
-            for name, calls in begin.items():
-                if self.flown:
-                    self.fmus[name].reset()
-                self.observer.stage(name, "its initialization")
-                self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
-                                           partial(call_all, calls))
-            self.flown = True
-            stepper = Stepper(phases, self.loop, self.observer.counter, self.blocks)
+            self.initialise(start)
+            stepper = Stepper(phases, self.loop, self.observer.counter)
             try:
-                for call in initial:
-                    self.observer.counter[0] += 1
-                    call.at(0)
-                require_booleans(tracks, 0, 0, 0)
+                self.begin()
                 while done < self.steps:
                     let_through()
                     if done == origin + self.block:
@@ -312,6 +293,28 @@ class Master:
                 raise ended(reason, done * self.step, columns.recording(self.step)) from reason
             stepper.tell_warnings()
             return columns.recording(self.step, self.notes())
+
+    def initialise(self, start: Mapping[str, Mapping[str, float | bool]]) -> None:
+        """Make the FMUs ready for a flight, as new; `start` as of `fly`. FmuError if one refuses it."""
+        assert self.wiring is not None
+        own = {setup.name: setup.start for setup in self.setups}
+        for track in self.wiring.tracks:
+            track.begin(0)
+        for name, calls in self.wiring.begin.items():
+            if self.flown:
+                self.fmus[name].reset()
+            self.observer.stage(name, "its initialization")
+            self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
+                                       partial(call_all, calls))
+        self.flown = True
+
+    def begin(self) -> None:
+        """Get the outputs at the first communication point; FmuError if an FMU refuses, StepFailed of no Boolean."""
+        assert self.wiring is not None
+        for call in self.wiring.initial:
+            self.observer.counter[0] += 1
+            call.at(0)
+        require_booleans(self.wiring.tracks, 0, 0, 0)
 
     def terminated(self, recording: Recording) -> Recording:
         """End a flight that has given this recording; RunFailed where an FMU refuses its end."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from maglev.cosim.block_loop import BlockLoop
 from maglev.cosim.step_loop import StepLoop, in_c, step_function
 from maglev.cosim.wires.wiring import Call
 from maglev.errors import FmuError
@@ -28,14 +27,12 @@ class Stepper:
 
     The C loop of a library makes them if one is given, and all are calls of C functions. Both loops give the same, bit
     for bit, and count each call in the counter before they make it: who looks on from another process sees which one
-    does not return. A loop with the FMUs' blocks in it goes before both, where nothing is refused.
+    does not return.
     """
 
-    def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None, counter: memoryview | None = None,
-                 blocks: BlockLoop | None = None):
+    def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None, counter: memoryview | None = None):
         self.phases = phases
         self.counter = new_counter() if counter is None else counter
-        self.blocks = blocks
         function = step_function(loop) if loop is not None and in_c(phases) else None
         self.loop = None if function is None else StepLoop(function, phases, self.counter)
 
@@ -48,8 +45,6 @@ class Stepper:
             If an FMU refuses a call, or the user interrupts.
         """
         k, counter = first, self.counter
-        if self.blocks is not None and self.blocks.step_over(first, last, origin):
-            return
         try:
             if self.loop is None:
                 phases = [[call.with_rows_from(origin) for call in phase] for phase in self.phases]

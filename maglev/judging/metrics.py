@@ -156,7 +156,8 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
                                    *peak_and_mean([column(columns, name, len(time)) for name in names.commands]))
                      for motor, names in plan.motors.items()),
         end_errors=end_errors,
-        rms_errors={axis: float(np.sqrt(np.mean((positions[axis] - references[axis]) ** 2))) for axis in plan.axes},
+        rms_errors={axis: math.sqrt(total((positions[axis] - references[axis]) ** 2) / len(time))
+                    for axis in plan.axes},
         extremes=extremes_of(columns),
         events=event_responses(plan, time, columns, {
             axis: positions[axis] - references[axis] for axis in plan.axes}, resistances or {}) if plan.events else (),
@@ -208,7 +209,7 @@ def peak_and_mean(signals: Sequence[Array]) -> tuple[float, float]:
     """Return the largest absolute value of any signal, and the largest mean absolute value of one."""
     sizes = [np.abs(signal) for signal in signals]
     return (max((float(size.max()) for size in sizes), default=0.0),
-            max((float(size.mean()) for size in sizes), default=0.0))
+            max((total(size) / len(size) for size in sizes), default=0.0))
 
 
 def step_samples(reference: Array) -> list[int]:
@@ -266,7 +267,7 @@ def step_response(axis: str, time: Array, position: Array, start: float, target:
     return StepResponse(axis, float(time[0]), start, target,
                         {band: settling_time(time, error, band) for band in bands},
                         max(0.0, beyond) / abs(target - start),
-                        float(np.abs(error[-steady:]).mean()))
+                        total(np.abs(error[-steady:])) / steady)
 
 
 def settling_time(time: Array, error: Array, band: float) -> float:
@@ -288,7 +289,7 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
     peak = float(error[steady].max())
     beyond = np.flatnonzero(error > TRANSIENT * peak)
     transient = float(time[beyond[-1]] - time[0]) if len(beyond) else 0.0
-    return TrackingError(axis, float(error[steady].mean()), peak, transient)
+    return TrackingError(axis, total(error[steady]) / int(steady.sum()), peak, transient)
 
 
 def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], errors: Mapping[str, Array],
@@ -332,14 +333,20 @@ def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequenc
     and frequency f, sampled every T, A |sin πfT|.
     """
     squares = np.sum(np.square(currents), axis=0) if currents else np.zeros(len(time))
-    return Effort(motor, float(np.sqrt(squares.mean() / max(1, len(currents)))), integral(time, resistance * squares),
-                  max((float(np.sqrt(np.mean(np.diff(each) ** 2) / 2.0)) for each in commands if len(each) > 1),
-                      default=0.0))
+    return Effort(motor, math.sqrt(total(squares) / len(squares) / max(1, len(currents))),
+                  integral(time, resistance * squares),
+                  max((math.sqrt(total(np.diff(each) ** 2) / (len(each) - 1) / 2.0) for each in commands
+                       if len(each) > 1), default=0.0))
 
 
 def integral(time: Array, values: Array) -> float:
     """Integral over time (s) by the trapezoidal rule."""
-    return float(np.sum((values[1:] + values[:-1]) * np.diff(time)) / 2.0)
+    return total((values[1:] + values[:-1]) * np.diff(time)) / 2.0
+
+
+def total(values: Array) -> float:
+    """Sum in the order of the samples, as one has it that is made while they come."""
+    return float(np.add.accumulate(values)[-1]) if len(values) else 0.0
 
 
 def winding_of(motor: Motor) -> str:

@@ -15,6 +15,8 @@ SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution ha
 def number_of_samples(study: StudyFile) -> int:
     """Number of samples of a study; ScenarioError if there are too many."""
     design, varied = study.design, len(study.vary)
+    if design.kind == "rows":
+        return len(rows_of(study))
     number = (math.prod(len(values_of(each)) for each in study.vary) if design.samples is None
               else design.samples * (varied + 2) if design.kind == "saltelli" else design.samples)
     if number > MOST_SAMPLES:
@@ -27,10 +29,22 @@ def samples(study: StudyFile) -> Array:
 
     The same study gives the same samples: they depend on its seed alone.
     """
+    if study.design.kind == "rows":
+        return rows_of(study)
     if number_of_samples(study) and study.design.kind == "grid":
         axes = np.meshgrid(*(np.array(values_of(each), dtype=np.float64) for each in study.vary), indexing="ij")
         return np.stack(axes, axis=-1).reshape(-1, len(axes))
     return at(study, unit_samples(study))
+
+
+def rows_of(study: StudyFile) -> Array:
+    """Values side by side, one row a sample; ScenarioError if there are more of one than of another."""
+    columns = {each.column: values_of(each) for each in study.vary}
+    numbers = {name: len(column) for name, column in columns.items()}
+    if len({*numbers.values()}) > 1:
+        raise ScenarioError(f"{study.name}: vary: {', '.join(f'{name}: {number}' for name, number in numbers.items())} "
+                            "values, expected as many of each in a design of kind 'rows'")
+    return np.column_stack([np.array(column, dtype=np.float64) for column in columns.values()])
 
 
 def unit_samples(study: StudyFile) -> Array:

@@ -26,6 +26,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "grid": ("from", "to", "number"), "list": ("values",), "uniform": ("low", "high"), "log-uniform": ("low", "high"),
     "normal": ("mean", "deviation"), "percent": ("percent",)}
 DISCRETE = ("grid", "list")
+LISTED = ("grid", "rows")   # designs of values that are given
 
 
 class Varied(Table):
@@ -97,19 +98,20 @@ class Varied(Table):
 class Design(Table):
     """Which samples are flown: every combination of grids and lists, or points of scipy.stats.qmc in the unit cube.
 
-    Of "saltelli", which Sobol indices need, `samples` is the base: it has that many times (number that vary + 2).
+    Of "rows", sample k takes the k-th value of each list or grid. Of "saltelli", which Sobol indices need, `samples` is
+    the base: it has that many times (number that vary + 2).
     """
 
-    kind: Literal["grid", "latin hypercube", "sobol", "halton", "saltelli"] = "grid"
+    kind: Literal["grid", "latin hypercube", "sobol", "halton", "saltelli", "rows"] = "grid"
     samples: Count | None = None
     seed: Seed = 0
 
     @model_validator(mode="after")
     def number_of_samples(self) -> "Design":
         """Refuse a design without its number of samples, and a grid with one."""
-        if (self.kind == "grid") != (self.samples is None):
-            raise key_refused("samples", self.samples, "expected none, for a grid has its own" if self.kind == "grid"
-                              else f"required key is missing, for kind is {self.kind!r}")
+        if (self.kind in LISTED) != (self.samples is None):
+            raise key_refused("samples", self.samples, f"expected none, for {self.kind!r} has its own"
+                              if self.kind in LISTED else f"required key is missing, for kind is {self.kind!r}")
         if self.kind in ("sobol", "saltelli") and self.samples is not None and self.samples & (self.samples - 1):
             raise key_refused("samples", self.samples, "expected a power of 2, as Sobol's sequence needs")
         return self
@@ -200,8 +202,9 @@ class StudyFile(Table):
                 raise key_refused("covariance", group.covariance, f"expected {len(group.of)} rows of {len(group.of)}",
                                   "correlated", i)
         for i, varied in enumerate(self.vary):
-            if self.design.kind == "grid" and varied.kind not in DISCRETE:
-                raise key_refused("kind", varied.kind, "expected grid or list in a design of kind 'grid'", "vary", i)
+            if self.design.kind in LISTED and varied.kind not in DISCRETE:
+                raise key_refused("kind", varied.kind, "expected grid or list in a design of kind "
+                                  f"{self.design.kind!r}", "vary", i)
             if varied.kind == "normal" and (varied.deviation is None) != (varied.column in together):
                 raise key_refused("deviation", None if varied.deviation is None else varied.deviation.written,
                                   "expected none, for it has a covariance" if varied.column in together

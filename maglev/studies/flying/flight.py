@@ -1,14 +1,18 @@
 """One scenario flown again and again in one process: loaded and wired once, reset between, arrays used again."""
 
 from collections.abc import Collection, Mapping
+from ctypes import c_int64
 from dataclasses import replace
 
 import numpy as np
 
 from maglev.arrays import Array
+from maglev.cosim.block_loop import DONE, ENDED, BlockLoop, block_loop
 from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
+from maglev.judging.metrics import Metrics, phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
+from maglev.studies.flying.measuring import Measuring, Meter
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
 
@@ -16,15 +20,22 @@ Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and refere
 class Flight:
     """An experiment to be flown many times with other start values; a context manager that frees its FMUs.
 
-    Of what is recorded the columns `wanted` are kept, all without it.
+    Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
+    without a recording where there is a loop with the FMUs' blocks for it. As soon as `ended` is no longer 0 such a
+    flight ends.
 
     Each flight gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
     """
 
-    def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None):
+    def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
+                 measuring: Measuring | None = None, ended: c_int64 | None = None):
         self.experiment = experiment
         self.wanted = wanted
+        self.measuring = measuring
+        self.ended = ended or c_int64()
+        self.loop: BlockLoop | None = None
+        self.meter: Meter | None = None   # of the references as they are now
         self.resettable = not any(map(is_foreign, experiment.files.values()))
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
@@ -47,7 +58,7 @@ class Flight:
     def load(self, build: bool = False) -> Master:
         """FMUs and calls, loaded and wired if they are not yet.
 
-        The FMUs' blocks are in the loop if that was compiled before, or is compiled now, where `build` asks for it.
+        There is a loop with the FMUs' blocks if it was compiled before, or is compiled now, where `build` asks for it.
         """
         if self.master is None:
             experiment = self.experiment
@@ -55,8 +66,12 @@ class Flight:
                                  loop=experiment.loop)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
-            self.master.with_blocks(build)
-            self.columns = Columns(self.master.wiring.tracks, self.master.steps + 1, np.float64, self.wanted)
+            self.columns = self.meter = self.loop = None
+            signals = {name for track in self.master.wiring.tracks if track.signals is not None for name in track.names}
+            axes = experiment.plan.axes.values()
+            if self.measuring is not None and all(axis.reference in signals for axis in axes):
+                seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
+                self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build)
             self.redriven = False
         return self.master
 
@@ -66,15 +81,13 @@ class Flight:
         Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next flight overwrites. MaglevError
         if an FMU refuses a value or a step; the message says when.
         """
-        start: dict[str, dict[str, float | bool]] = {}
-        following = self.experiment.following
-        for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
-            name, _, variable = full.partition(".")
-            start.setdefault(name, {})[variable] = value
         try:
             master = self.load()
             self.drive(master, changes)
-            recording = master.fly(start, columns=self.columns)
+            assert master.wiring is not None
+            if self.columns is None:
+                self.columns = Columns(master.wiring.tracks, master.steps + 1, np.float64, self.wanted)
+            recording = master.fly(self.start(changes), columns=self.columns)
         except BaseException:
             self.close()
             raise
@@ -82,12 +95,50 @@ class Flight:
             self.close()
         return recording.time, recording.columns
 
+    def measure(self, changes: Changes) -> tuple[Metrics, Array | None] | None:
+        """Metrics of a flight with other values, and rows of what is kept, without a recording; errors as of `fly`.
+
+        The next flight overwrites the rows. None where there is no loop for it, something is refused, or is no number:
+        `fly` says what. KeyboardInterrupt where `ended` is no longer 0.
+        """
+        try:
+            master = self.load()
+            if self.loop is None or self.measuring is None:
+                return None
+            self.drive(master, changes)
+            if self.meter is None:
+                assert master.wiring is not None
+                given = {name: row for track in master.wiring.tracks if track.signals is not None
+                         for name, row in zip(track.names, track.signals, strict=True)}
+                self.meter = Meter(self.measuring, {name: given[axis.reference]
+                                                    for name, axis in self.experiment.plan.axes.items()})
+            master.initialise(self.start(changes))
+            master.begin()
+            found = self.meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
+        except BaseException:
+            self.close()
+            raise
+        if found == ENDED:
+            raise KeyboardInterrupt
+        metrics = self.meter.metrics() if found == DONE else None
+        return None if metrics is None else (metrics, self.meter.arrays.get("kept"))
+
+    def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
+        """Start values of a flight by FMU."""
+        found: dict[str, dict[str, float | bool]] = {}
+        following = self.experiment.following
+        for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
+            name, _, variable = full.partition(".")
+            found.setdefault(name, {})[variable] = value
+        return found
+
     def drive(self, master: Master, changes: Changes) -> None:
         """Put the references of a flight into the rows that the FMUs read."""
         varied = any(name.startswith(f"{REFERENCE}.") or name in self.drives for name in changes)
         if varied or self.redriven:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.
             master.drive(self.with_changes(changes).references(self.descriptions) if varied else self.drives)
+            self.meter = None
         self.redriven = varied
 
     def with_changes(self, changes: Changes) -> Experiment:

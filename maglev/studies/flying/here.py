@@ -1,34 +1,93 @@
-"""Batches flown in processes of this machine, beside each other."""
+"""Batches flown on this machine, side by side: by threads of this process where the FMUs' blocks are in one loop.
+
+That loop is C, which lets other threads run. FMUs that are called fly in processes of their own.
+"""
 
 from collections.abc import Callable
 from contextlib import suppress
+from ctypes import c_int64
 from functools import partial
+from queue import SimpleQueue
+from threading import Thread
 
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
 from maglev.errors import MaglevError
 from maglev.processes.side_by_side import Idle, Progress, side_by_side
 from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, failed, flown_batch, gathered, only_sample
+from maglev.studies.flying.measuring import Measuring
+from maglev.studies.flying.samples import (
+    Batch,
+    Flown,
+    Job,
+    Sample,
+    Store,
+    each_flown,
+    failed,
+    flown_batch,
+    gathered,
+    only_sample,
+)
 
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
 
 def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches in so many processes and store each as it is done; `values` are those of the targets by sample.
+    """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
     Of a batch whose process dies, the samples are flown again one by one; one whose process dies then, too, has a row
     that says so. MaglevError if a batch cannot be flown at all; Stopped after Ctrl-C or SIGTERM.
     """
-    steps = job.experiment.plan.stop_time / job.experiment.step * sum(batch.last - batch.first for batch in batches)
-    if steps >= WORTH_COMPILING and job.limit is None:
-        with suppress(ExportError, OSError), Flight(job.experiment) as flight:   # all go on without it
-            flight.load(build=True)
+    if loop_for(job, batches):
+        fly_in_threads(jobs, job, batches, values, store)
+        return
     deadly: list[Batch] = []
     fly_batches(jobs, idle, job, batches, values, store, deadly.append)
     for batch in deadly:
         samples = [alone(idle, job, number, values) for number in range(batch.first, batch.last)]
         store(batch.number, gathered(job, batch.first, len(samples), samples))
+
+
+def loop_for(job: Job, batches: list[Batch]) -> bool:
+    """Whether there is a loop with the FMUs' blocks, which is compiled now where that is worth its time."""
+    steps = job.experiment.plan.stop_time / job.experiment.step * sum(batch.last - batch.first for batch in batches)
+    measuring = Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every)
+    if job.limit is None:
+        with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring) as flight:
+            flight.load(build=steps >= WORTH_COMPILING)
+            return flight.loop is not None
+    return False
+
+
+def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly batches in so many threads, each with FMUs of its own, and store each here as it is done."""
+    waiting: SimpleQueue[Batch | None] = SimpleQueue()
+    done: SimpleQueue[tuple[int, Flown | BaseException]] = SimpleQueue()
+    ended = c_int64()
+
+    def fly_waiting() -> None:
+        while (batch := waiting.get()) is not None and not ended:
+            samples = each_flown(job, values[batch.first:batch.last], ended=ended)
+            try:
+                done.put((batch.number, gathered(job, batch.first, batch.last - batch.first, samples)))
+            except BaseException as error:   # of this thread, for the one that waits
+                done.put((batch.number, error))
+
+    threads = [Thread(target=fly_waiting) for _ in range(min(jobs, len(batches)))]
+    for each in (*batches, *(None for _ in threads)):
+        waiting.put(each)
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in batches:
+            number, flown = done.get()
+            if isinstance(flown, BaseException):
+                raise flown
+            store(number, flown)
+    finally:
+        ended.value = 1
+        for thread in threads:
+            thread.join()
 
 
 def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:

@@ -1,6 +1,7 @@
 """Samples of a study flown one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
 from collections.abc import Callable, Iterable, Iterator
+from ctypes import c_int64
 from dataclasses import dataclass
 from functools import partial
 from math import nan
@@ -16,6 +17,7 @@ from maglev.judging.metrics import columns_needed, evaluate, phase_resistances
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
+from maglev.studies.flying.measuring import Measuring
 from maglev.studies.targets import Target
 
 STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
@@ -75,13 +77,16 @@ def failed(job: Job, why: str) -> Sample:
     return Sample(np.full(len(job.columns), nan), why)
 
 
-def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None) -> Iterator[Sample]:
+def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None,
+               ended: c_int64 | None = None) -> Iterator[Sample]:
     """Fly samples in this process, with values of the targets, shape (samples, targets).
 
-    `loaded` is called when the FMUs are loaded.
+    `loaded` is called when the FMUs are loaded. KeyboardInterrupt as soon as `ended` is not 0, where there is a loop
+    with the FMUs' blocks.
     """
     plan = job.experiment.plan
-    with Flight(job.experiment, columns_needed(plan) | set(job.kept)) as flight:
+    measuring = Measuring(plan, job.experiment.times, job.kept, job.every)
+    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended) as flight:
         flight.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
@@ -89,14 +94,17 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
             changes = {target.name: bool(value) if target.boolean else value
                        for target, value in zip(job.targets, sample, strict=True)}
             try:
-                time, columns = flight.fly(changes)
-                found = named_values(plan, evaluate(plan, time, columns, phase_resistances(plan, changes)))
+                measured = flight.measure(changes)
+                if measured is None:
+                    time, columns = flight.fly(changes)
+                    measured = (evaluate(plan, time, columns, phase_resistances(plan, changes)),
+                                np.column_stack([columns[name][::job.every] for name in job.kept])
+                                if job.kept else None)
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
                 continue
-            row = np.array([found.get(column.name, (nan, ""))[0] for column in job.columns])
-            yield Sample(row, None, np.column_stack([columns[name][::job.every] for name in job.kept])
-                         if job.kept else None)
+            found = named_values(plan, measured[0])
+            yield Sample(np.array([found.get(column.name, (nan, ""))[0] for column in job.columns]), None, measured[1])
 
 
 def gathered(job: Job, first: int, count: int, samples: Iterable[Sample]) -> Flown:

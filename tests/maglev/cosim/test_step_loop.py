@@ -17,7 +17,6 @@ import maglev
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import library
 from maglev.cosim import stepping
-from maglev.cosim.block_loop import BlockLoop
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed, RunInterrupted
 from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, Scale
@@ -56,8 +55,8 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 
     class Watched(stepping.Stepper):
         def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None,
-                     counter: memoryview | None = None, blocks: BlockLoop | None = None):
-            super().__init__(phases, loop, counter, blocks)
+                     counter: memoryview | None = None):
+            super().__init__(phases, loop, counter)
             found.append(self.loop is not None)
 
     monkeypatch.setattr("maglev.cosim.master.Stepper", Watched)

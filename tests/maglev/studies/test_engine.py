@@ -1,5 +1,6 @@
 """Studies in processes of this machine: the result is the same whatever dies, whenever it is interrupted."""
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from tiny_study import fly_samples, of_a_crash, planned, scenario
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
+from maglev.studies.flying import here
 from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Flown
 from maglev.studies.planning import PlannedStudy
@@ -141,3 +143,37 @@ def test_a_sample_that_takes_its_processes_with_it(fastest_fmus: Path, tmp_path:
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert row["failure"] == "every process that flew it died"
     assert not row["passed"] and row["rms error of v"] is None
+
+
+def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
+                                             monkeypatch: pytest.MonkeyPatch) -> None:
+    """With trajectories, a sample that hits a stop, and one that is refused, which has its reason in both."""
+    study = planned(tmp_path, native_fmus, keep=["plant.v.position", "controller.v.reference"], vary=[
+        {"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.5, 6.5]},
+        {"set": "controller.sample_time", "kind": "list", "values": [5e-4, 7e-4]}])
+    processes = flown(study, tmp_path / "processes")
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(here, "fly_batches", None)   # which nothing asks for
+    assert flown(study, tmp_path / "threads") == processes
+    table = pq.read_table(tmp_path / "threads" / "study.parquet")
+    refused = [why for why in table["failure"].to_pylist() if why is not None]
+    assert len(refused) == 3
+    assert all("sample_time" in why for why in refused)
+    kept = [(tmp_path / folder / "study.trajectories.parquet").read_bytes() for folder in ("processes", "threads")]
+    assert kept[0] == kept[1]
+
+
+def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also within a sample; what is done is kept, and `--resume` goes on to the same bytes."""
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    study = planned(tmp_path, native_fmus)
+    whole = flown(study, tmp_path / "whole")
+
+    def interrupt(done: int, _all: int) -> None:
+        if done >= 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*--resume"):
+        flown(study, tmp_path / "parts", watch=interrupt)
+    assert not [each.name for each in threading.enumerate() if "fly_waiting" in each.name]
+    assert flown(study, tmp_path / "parts", resume=True) == whole

@@ -1,0 +1,165 @@
+"""A batch: a scenario run with many values, side by side, with its metrics as arrays and no files."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from maglev.api.flown import Run
+from maglev.api.many.studying import made_ready
+from maglev.api.options import FlightOptions
+from maglev.api.running import run as fly
+from maglev.errors import UnknownName, extra, nearest
+from maglev.kinds import reads_native
+from maglev.processes import processors
+from maglev.processes.watching import Say, Watch, unwatched, warn
+
+
+class Batch:
+    """Samples that were run.
+
+    Attributes
+    ----------
+    settings : mapping of str to ndarray, shape (samples,)
+        What each sample sets.
+    columns : mapping of str to ndarray, shape (samples,)
+        Metrics, SI, named as the columns of a study; NaN where a sample did not complete.
+    units : mapping of str to str
+        Of the metrics; "1" of a share, empty text of a count.
+    failures : tuple of str or None
+        Why a sample did not complete.
+    signals : mapping of str to ndarray, shape (samples, points)
+        Trajectories that are kept, at `time` (s).
+    """
+
+    def __init__(self, about: Mapping[str, Any], settings: Mapping[str, npt.NDArray[Any]],
+                 columns: Mapping[str, npt.NDArray[np.float64]], units: Mapping[str, str],
+                 failures: Sequence[str | None], signals: Mapping[str, npt.NDArray[np.float64]],
+                 time: npt.NDArray[np.float64]):
+        self.about = about
+        self.settings, self.columns, self.units = settings, columns, units
+        self.failures, self.signals, self.time = tuple(failures), signals, time
+
+    def __len__(self) -> int:
+        return len(self.failures)
+
+    def __repr__(self) -> str:
+        failed = sum(why is not None for why in self.failures)
+        return (f"<Batch of {self.about['scenario']}: {len(self)} samples, {failed} not completed, "
+                f"{len(self.columns)} metrics>")
+
+    def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
+        """A metric by its name; UnknownName with the nearest if there is none."""
+        if name not in self.columns:
+            raise UnknownName(f"there is no metric {name!r}, nearest is {nearest(name, self.columns)}")
+        return self.columns[name]
+
+    @property
+    def metrics(self) -> Any:
+        """Metrics, and trajectories that are kept, as an xarray.Dataset by sample (extra `data`)."""
+        data: dict[str, Any] = {name: ("sample", values, {"units": self.units[name]})
+                                for name, values in self.columns.items()}
+        data |= {name: (("sample", "time"), values) for name, values in self.signals.items()}
+        coordinates = {name: ("sample", values) for name, values in self.settings.items()}
+        times = {"time": self.time} if self.signals else {}
+        return extra("xarray", "data").Dataset(data, {"sample": np.arange(len(self)), **coordinates, **times},
+                                               {"scenario": self.about["scenario"]})
+
+    def run(self, sample: int) -> Run:
+        """A sample as `maglev.run` runs it, with everything recorded: the same bits."""
+        from maglev.studies.page.again import options_of
+
+        if not 0 <= sample < len(self):
+            raise UnknownName(f"there is no sample {sample}, expected 0 to {len(self) - 1}")
+        return fly(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
+
+
+@reads_native
+def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
+          metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
+          jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+          **options: Unpack[FlightOptions]) -> Batch:
+    """Run a scenario once for each row of values, side by side.
+
+    Native FMUs of this installation are one loop in C, in threads of this process; of a long batch that loop is
+    compiled first, where a compiler is installed. Other FMUs run in processes of their own. The bits are the same.
+
+    Parameters
+    ----------
+    scenario : str or Path
+        As of `run`.
+    values : mapping of str to sequence, shape (samples,)
+        By what they set: a parameter or input `fmu.variable`, a reference `reference.AXIS.amplitude`, or several with
+        commas between. Sample k takes the k-th value of each.
+    metrics : sequence of str, optional
+        Such as "overshoot", "settling time to 10 µm of y"; all without it.
+    keep : sequence of str
+        Signals whose trajectories are kept.
+    keep_interval : float, optional
+        Between their points, s; the scenario's without it.
+    jobs : int, optional
+        Threads or processes; as many as processors if not given.
+    watch, say : callable, optional
+        As of `run_all`.
+    **options
+        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
+
+    Returns
+    -------
+    Batch
+        A sample that does not complete is a row with its reason; the others go on.
+
+    Raises
+    ------
+    MaglevError
+        If something cannot be used: before the first sample.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> found = maglev.batch("2dof-smooth-nonlinear", {"plant.v.mass": [4.0, 4.35, 5.0]})   # doctest: +SKIP
+    >>> found["overshoot of v"].shape                                                       # doctest: +SKIP
+    (3,)
+    """
+    from maglev.studies.flying.batches import flyers
+    from maglev.studies.flying.samples import Flown
+    from maglev.studies.planning import plan_study
+    from maglev.studies.schema import read_study
+
+    entries = [{"set": target.split(","), "kind": "list", "values": np.asarray(given).tolist()}
+               for target, given in values.items()]
+    path = Path("batch")   # what refusals name
+    found = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
+                        else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": list(keep),
+                        **({} if metrics is None else {"metrics": list(metrics)}),
+                        **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
+    with made_ready(found, path, options, False, say or warn, watch or unwatched) as (experiment, flown_with):
+        planned = plan_study(found, experiment, "batch", Path(tempfile.gettempdir()), flown_with)
+        count, job = len(planned.values), planned.job
+        columns = np.full((count, len(job.columns)), np.nan)
+        signals = np.full((count, len(planned.times), len(job.kept)), np.nan)
+        failures: list[str | None] = [None] * count
+        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, jobs or processors()) as fly_batches:
+            tell = partial(watcher, found.scenario)
+            done = 0
+
+            def store(_number: int, flown: Flown) -> None:
+                nonlocal done
+                rows = slice(flown.first, flown.first + len(flown.failures))
+                columns[rows], failures[rows] = flown.values, flown.failures
+                if flown.trajectories is not None:
+                    signals[rows] = flown.trajectories
+                done += len(flown.failures)
+                tell(done, count)
+
+            fly_batches(job, planned.batches, planned.values, store)
+    settings = {target.name: planned.values[:, i].astype(bool) if target.boolean else planned.values[:, i]
+                for i, target in enumerate(job.targets)}
+    return Batch(planned.layout.about, settings,
+                 {column.name: columns[:, i] for i, column in enumerate(job.columns)},
+                 {column.name: column.unit for column in job.columns}, failures,
+                 {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)

@@ -1,0 +1,271 @@
+"""What is measured on a run while it is made: `evaluate` of its recording, bit for bit, without a recording.
+
+The C of `measuring.c` looks at the columns that metrics need, at every communication point; what it finds becomes the
+metrics here.
+"""
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from ctypes import Structure, c_double, c_int64, c_void_p
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from maglev.arrays import Array
+from maglev.cosim.block_loop import BlockLoop
+from maglev.judging.metrics import (
+    STEADY_SHARE,
+    TIME_TOLERANCE,
+    TRANSIENT,
+    Deviation,
+    Effort,
+    EventResponse,
+    Metrics,
+    MotorCurrents,
+    StepResponse,
+    TrackingError,
+    step_samples,
+    step_windows,
+    winding_of,
+)
+from maglev.schema.run_plan import RunPlan
+from plant_fmu.winding import COPPER
+
+SOURCE = Path(__file__).with_name("measuring.c")
+OBSERVER = """\
+/* The struct Observer of measuring.py. */
+struct observer {
+    struct given given;
+    struct meter *meter;
+    struct whole *whole;
+    struct window *windows;
+    struct event *events;
+};
+
+static inline void observe(struct observer *observer, int64_t k, const struct seen *seen)
+{
+    if (k == 0) {
+        begin_measuring(observer->meter, observer->whole);
+    }
+    measure(&observer->given, observer->meter, observer->whole, observer->windows, observer->events, k, seen);
+}
+"""
+
+
+class Observer(Structure):
+    """The struct observer: the struct given of measuring.c, which says what the members are, and what is found."""
+
+    _fields_ = (("points", c_int64), ("step", c_double), ("bands", c_void_p), ("windows", c_int64),
+                ("starts", c_void_p), ("steady", c_void_p), ("tracking", c_int64), ("errors", c_void_p),
+                ("events", c_int64), ("event_starts", c_void_p), ("event_ends", c_void_p), ("resistances", c_void_p),
+                ("every", c_int64), ("kept", c_void_p), ("keeping", c_int64),
+                ("meter", c_void_p), ("whole", c_void_p), ("of_windows", c_void_p), ("of_events", c_void_p))
+
+
+class Measuring:
+    """What is to be measured on the runs of a plan, with its communication points (s).
+
+    Of what is `kept` there is a row at every so many points.
+    """
+
+    def __init__(self, plan: RunPlan, time: Array, kept: Sequence[str] = (), every: int = 1):
+        self.plan, self.time, self.kept, self.every = plan, time, kept, every
+        self.axes = list(plan.axes)
+        self.flags = [flag for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
+        self.amounts = [name for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)]
+        self.bands = [plan.metrics.bands_of(names) for names in plan.axes.values()]
+        self.columns = max(map(len, self.bands), default=1) or 1   # of bands
+
+    def source(self) -> str:
+        """C of the observer, for `block_loop`."""
+        sizes = {"AXES": len(self.axes), "BANDS": self.columns, "MOTORS": len(self.plan.motors),
+                 "AMOUNTS": len(self.amounts), "FLAGS": len(self.flags), "KEPT": len(self.kept)}
+        groups, last = [], 0
+        for motor in self.plan.motors.values():
+            first, last = last, last + len(motor.currents) + len(motor.commands)
+            groups.append(f"{{{first}, {first + len(motor.currents)}, {last}}}")
+        defined = "".join(f"#define {name} {size or 1}\n" for name, size in sizes.items())
+        text = SOURCE.read_text(encoding="utf-8").replace("{copper}", repr(COPPER)).replace(
+            "{transient}", repr(TRANSIENT))
+        return f"{defined}#define AMOUNTS_OF {{{', '.join(groups) or '{0, 0, 0}'}}}\n\n{text}\n{OBSERVER}"
+
+    def seen(self, recorded: Collection[str]) -> dict[str, str]:
+        """Variable by member of the struct seen; `recorded` are those that there are."""
+        plan = self.plan
+        found = {f"{kind}[{i}]": getattr(axis, kind) for i, axis in enumerate(plan.axes.values())
+                 for kind in ("position", "reference")}
+        found |= {f"amount[{i}]": name for i, name in enumerate(self.amounts)}
+        found |= {f"rise[{i}]": name for i, motor in enumerate(plan.motors.values())
+                  if (name := f"{winding_of(motor)}.rise") in recorded}
+        found |= {f"flag[{i}]": name for i, name in enumerate(self.flags)}
+        return found | {f"kept[{i}]": name for i, name in enumerate(self.kept)}
+
+    @cached_property
+    def form(self) -> dict[str, np.dtype[np.void]]:
+        """Forms of the structs with what is found, of numbers alone."""
+        axes, motors, amounts, flags = (max(1, len(each)) for each in (self.axes, self.plan.motors, self.amounts,
+                                                                       self.flags))
+        banded = axes * self.columns
+
+        def struct(**fields: int) -> np.dtype[np.void]:
+            return np.dtype([(name, np.float64, (size,)) for name, size in fields.items()])
+
+        return {"whole": struct(squares=axes, end=axes, tracking=axes, peak=axes, beyond=axes, highest=amounts,
+                                sum=amounts, flag=flags, before=axes, flag_before=flags),
+                "window": struct(highest=axes, lowest=axes, steady=axes, outside=banded, end=axes, flagged=flags,
+                                 flag_at_end=flags),
+                "event": struct(peak=axes, integral=axes, outside=banded, squares=motors, loss=motors, changes=amounts),
+                "meter": np.dtype([("window", np.int64), ("rest", np.float64, (2 * axes + amounts + motors,))])}
+
+
+class Meter:
+    """Memory for the runs of one loop, one after the other: what they are measured by, and what is found.
+
+    Parameters
+    ----------
+    measuring : Measuring
+    references : mapping of str to ndarray, shape (points,)
+        Of each axis, m or rad.
+    """
+
+    def __init__(self, measuring: Measuring, references: Mapping[str, Array]):
+        self.measuring = measuring
+        plan, time, form = measuring.plan, measuring.time, measuring.form
+        points = len(time)
+        self.references = references
+        self.windows = step_windows(references, points)
+        self.own_steps = {axis: {*step_samples(reference)} for axis, reference in references.items()}
+        self.steady = [max(1, round(STEADY_SHARE * (end - start))) for start, end in self.windows]
+        self.tracked = int(np.searchsorted(time, plan.metrics.tracking_from - TIME_TOLERANCE)) \
+            if plan.metrics.tracking_from is not None else points
+        self.events = [(int(first), points if until >= time[-1] - TIME_TOLERANCE else int(last))
+                       for event, until in zip(plan.events, plan.event_ends, strict=True)
+                       for first, last in [np.searchsorted(time, [event.time - TIME_TOLERANCE,
+                                                                  until - TIME_TOLERANCE])]]
+        axes = max(1, len(measuring.axes))
+        bands = np.full((axes, measuring.columns), np.inf)
+        for row, own in zip(bands, measuring.bands, strict=False):   # there is a row where there is no axis, too
+            row[:len(own)] = own
+        whole = np.int64
+        self.arrays: dict[str, npt.NDArray[Any]] = {
+            "bands": bands, "starts": np.array([*(start for start, _ in self.windows), points], whole),
+            "steady": np.array([end - steady for (_, end), steady in zip(self.windows, self.steady, strict=True)],
+                               whole),
+            "event_starts": np.array([first for first, _ in self.events], whole),
+            "event_ends": np.array([last for _, last in self.events], whole),
+            "resistances": np.full(max(1, len(plan.motors)), math.nan)}
+        if self.tracked < points:
+            self.arrays["errors"] = np.empty((axes, points))
+        if measuring.kept:
+            self.arrays["kept"] = np.empty((len(range(0, points, measuring.every)), len(measuring.kept)))
+        self.whole = np.zeros(1, form["whole"])
+        self.found_windows = np.zeros(len(self.windows), form["window"])
+        self.found_events = np.zeros(len(self.events), form["event"])
+        self.meter = np.zeros(1, form["meter"])
+        self.observer = Observer(
+            points, float(time[1] - time[0]) if points > 1 else 0.0, windows=len(self.windows), tracking=self.tracked,
+            events=len(self.events), every=measuring.every, keeping=bool(measuring.kept),
+            meter=self.meter.ctypes.data, whole=self.whole.ctypes.data, of_windows=self.found_windows.ctypes.data,
+            of_events=self.found_events.ctypes.data, **{name: array.ctypes.data for name, array in self.arrays.items()})
+
+    def run(self, loop: BlockLoop, resistances: Mapping[str, float], ended: c_int64) -> int:
+        """Measure a run of a loop, with resistances of the phases by motor (ohm); returns what the loop does."""
+        for i, motor in enumerate(self.measuring.plan.motors):
+            self.arrays["resistances"][i] = resistances.get(motor, math.nan)
+        return loop.run(len(self.measuring.time) - 1, ended, self.observer)
+
+    def metrics(self) -> Metrics | None:
+        """What was found on the run that is done, as `evaluate` has it; None if something of it is no number."""
+        measuring, whole = self.measuring, self.whole[0]
+        plan, points = measuring.plan, len(measuring.time)
+        if not all(np.isfinite(whole[name]).all() for name in ("squares", "sum")):
+            return None
+        contact, tripped = (self.first(flag) for flag in (plan.stop_flag, plan.trip_flag))
+        ends = {axis: abs(float(whole["end"][i])) for i, axis in enumerate(measuring.axes)}
+        return Metrics(
+            steps=tuple(self.step(number, i) for number, (start, _) in enumerate(self.windows)
+                        for i, axis in enumerate(measuring.axes) if start in self.own_steps[axis]),
+            tracking=() if self.tracked == points else tuple(
+                TrackingError(axis, float(whole["tracking"][i]) / (points - self.tracked), float(whole["peak"][i]),
+                              float(measuring.time[int(whole["beyond"][i])] - measuring.time[0])
+                              if whole["beyond"][i] >= 0.0 else 0.0) for i, axis in enumerate(measuring.axes)),
+            motors=tuple(MotorCurrents(motor, *(value for group in (currents, commands) for value in (
+                max((float(whole["highest"][i]) for i in group), default=0.0),
+                max((float(whole["sum"][i]) / points for i in group), default=0.0))))
+                for motor, currents, commands in self.motors()),
+            end_errors=ends,
+            rms_errors={axis: math.sqrt(float(whole["squares"][i]) / points)
+                        for i, axis in enumerate(measuring.axes)},
+            lost=self.lost(), events=tuple(self.event(number) for number in range(len(self.events))),
+            stop_contact=contact, tripped=tripped,
+            failed=(contact is not None or tripped is not None
+                    or any(ends[axis] > self.fail_error(axis) for axis in measuring.axes)))
+
+    def fail_error(self, axis: str) -> float:
+        """Error (m, rad) of an axis that is a failure."""
+        plan = self.measuring.plan
+        return plan.metrics.fail_error_of(plan.axes[axis])
+
+    def motors(self) -> Iterator[tuple[str, range, range]]:
+        """Each motor with the numbers of its currents and of its commands."""
+        last = 0
+        for name, motor in self.measuring.plan.motors.items():
+            first, middle = last, last + len(motor.currents)
+            last = middle + len(motor.commands)
+            yield name, range(first, middle), range(middle, last)
+
+    def first(self, flag: str | None) -> float | None:
+        """Time of the first sample with a flag, s."""
+        sample = -1 if flag is None else int(self.whole[0]["flag"][self.measuring.flags.index(flag)])
+        return None if sample < 0 else float(self.measuring.time[sample])
+
+    def settling(self, outside: npt.NDArray[np.float64], axis: int, start: int, end: int) -> dict[float, float]:
+        """Settling times (s) by band in a window, from the last samples outside."""
+        time, found = self.measuring.time, {}
+        for i, band in enumerate(self.measuring.bands[axis]):
+            last = int(outside[axis * self.measuring.columns + i])
+            found[band] = 0.0 if last < 0 else math.inf if last == end - start - 1 else float(
+                time[start + last] - time[start])
+        return found
+
+    def step(self, number: int, axis: int) -> StepResponse:
+        """Response of an axis to its own step, with which a window begins."""
+        name, found, (start, end) = self.measuring.axes[axis], self.found_windows[number], self.windows[number]
+        before, target = (float(self.references[name][k]) for k in (start - 1, start))
+        beyond = float(found["highest"][axis]) if target > before else -float(found["lowest"][axis])
+        return StepResponse(name, float(self.measuring.time[start]), before, target,
+                            self.settling(found["outside"], axis, start, end),
+                            max(0.0, beyond) / abs(target - before),
+                            float(found["steady"][axis]) / self.steady[number])
+
+    def lost(self) -> tuple[float, ...]:
+        """Times of the steps after which the stage was lost, s."""
+        limits = np.array([self.fail_error(axis) for axis in self.measuring.axes])
+
+        def is_lost(errors: npt.NDArray[np.float64], flags: npt.NDArray[np.float64]) -> bool:
+            return bool((flags != 0.0).any() or (np.abs(errors) > limits).any())
+
+        found, was_lost = [], is_lost(self.whole[0]["before"], self.whole[0]["flag_before"])
+        for (start, _), window in zip(self.windows, self.found_windows, strict=True):
+            now_lost = is_lost(window["end"], window["flag_at_end"])
+            if not was_lost and (now_lost or window["flagged"].any()):
+                found.append(float(self.measuring.time[start]))
+            was_lost = now_lost
+        return tuple(found)
+
+    def event(self, number: int) -> EventResponse:
+        """What the run does in the window of an event."""
+        measuring, found, (start, end) = self.measuring, self.found_events[number], self.events[number]
+        event, time, samples = measuring.plan.events[number], measuring.time, end - start
+        return EventResponse(
+            event.name, event.time, float(time[end - 1]),
+            tuple(Deviation(axis, float(found["peak"][i]), self.settling(found["outside"], i, start, end),
+                            float(found["integral"][i]) / 2.0) for i, axis in enumerate(measuring.axes)),
+            tuple(Effort(motor, math.sqrt(float(found["squares"][i]) / samples / max(1, len(currents))),
+                         float(found["loss"][i]) / 2.0,
+                         max((math.sqrt(float(found["changes"][k]) / (samples - 1) / 2.0) for k in commands
+                              if samples > 1), default=0.0))
+                  for i, (motor, currents, commands) in enumerate(self.motors())))

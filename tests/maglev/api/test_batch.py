@@ -1,0 +1,72 @@
+"""Batches: each sample is the run that `maglev.run` gives, in threads and in processes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import maglev
+from maglev.studies.flying import here
+
+RUN = "2dof-step-1-nonlinear"
+MASSES = np.array([4.0, 4.35, 9.0])
+
+
+@pytest.fixture(params=["threads", "processes"])
+def batch(request: pytest.FixtureRequest, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> maglev.Batch:
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
+    monkeypatch.setattr(here, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
+    # Whether a loop was kept of another test does not count.
+    monkeypatch.setattr("maglev.cosim.block_loop.kept", lambda *_: None)
+    return maglev.batch(RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
+                        keep=["plant.v.position"], keep_interval=0.5, fmus=native_fmus)
+
+
+def test_samples_are_runs(batch: maglev.Batch) -> None:
+    assert len(batch) == 3
+    assert batch.failures == (None,) * 3
+    for sample in range(3):
+        run = batch.run(sample)
+        assert run.metrics is not None
+        assert batch["overshoot of v"][sample] == max(
+            step.overshoot for step in run.metrics.steps if step.axis == "v")
+        assert batch["rms error of h"][sample] == run.metrics.rms_errors["h"]
+        every = round(0.5 / (run.time[1] - run.time[0]))
+        assert np.array_equal(batch.signals["plant.v.position"][sample], run["plant.v.position"][::every])
+        assert run.result.provenance is not None
+        assert f"plant.v.mass = {MASSES[sample]:g}" in " ".join(run.result.provenance.changes) or sample == 1
+    assert len({*batch["overshoot of v"].tolist()}) == 3
+
+
+def test_metrics_are_a_dataset(batch: maglev.Batch) -> None:
+    found = batch.metrics
+    assert found["overshoot of v"].dims == ("sample",)
+    assert found["rms error of v"].attrs["units"] == "m"
+    assert found["plant.v.mass"].values.tolist() == MASSES.tolist()
+    assert found["controller.h.k1"].values.tolist() == [-1662.0, -1500.0, -1662.0]
+    assert found["plant.v.position"].dims == ("sample", "time")
+    assert found["time"].values[-1] == pytest.approx(12.0)
+
+
+def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
+    found = maglev.batch(RUN, {"controller.sample_time": [5e-4, 7e-4]}, metrics=["overshoot of v"], fmus=native_fmus,
+                         jobs=1)
+    assert found.failures[0] is None
+    assert "sample_time" in str(found.failures[1])
+    assert np.isnan(found["overshoot of v"][1])
+    assert repr(found) == f"<Batch of {RUN}: 2 samples, 1 not completed, {len(found.columns)} metrics>"
+    with pytest.raises(maglev.UnknownName, match="nearest is 'overshoot of v'"):
+        found["overshot of v"]
+    with pytest.raises(maglev.UnknownName, match="no sample 2, expected 0 to 1"):
+        found.run(2)
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"plant.v.mass": [4.0, 5.0], "plant.h.mass": [1.5]}, "plant.v.mass: 2, plant.h.mass: 1 values, expected as many"),
+    ({"plant.v.mas": [4.0]}, "plant has no parameter 'v.mas', nearest is 'v.mass'"),
+    ({"plant.v.mass": [-4.0]}, "1 of 1 samples are out of range, the first is -4"),
+    ({"plant.v.mass": [np.nan]}, "vary[0].values[0] = nan"), ({"plant.v.mass": []}, "values")])
+def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, list[float]], words: str) -> None:
+    with pytest.raises(maglev.MaglevError) as refusal:
+        maglev.batch(RUN, values, fmus=native_fmus)
+    assert words in str(refusal.value)

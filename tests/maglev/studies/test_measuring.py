@@ -1,0 +1,119 @@
+"""Metrics of runs that are not recorded: bit for bit `evaluate` of the recordings that calls of the FMUs give."""
+
+import dataclasses
+import math
+from ctypes import c_int64
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from maglev.cosim.order import Order
+from maglev.experiment.preparation import Experiment, prepare
+from maglev.judging.metrics import evaluate, phase_resistances
+from maglev.schema.layers import packaged_runs
+from maglev.schema.loading import load_plan
+from maglev.studies.flying.flight import Changes, Flight
+from maglev.studies.flying.measuring import Measuring
+
+
+def flight_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
+              ended: c_int64 | None = None) -> Flight:
+    """A flight with the loop for it, compiled now."""
+    found = Flight(experiment, None, Measuring(experiment.plan, experiment.times, kept, every), ended)
+    found.load(build=True)
+    assert found.loop is not None
+    return found
+
+
+def require_same(flight: Flight, changes: Changes) -> None:
+    """The same metrics, and the same of what is kept, of both ways."""
+    measured = flight.measure(changes)
+    assert measured is not None
+    metrics, rows = measured
+    plan = flight.experiment.plan
+    time, columns = flight.fly(changes)
+    expected = evaluate(plan, time, columns, phase_resistances(plan, changes))
+    for field in dataclasses.fields(expected):
+        if field.name != "extremes":   # of whole columns, which studies do not keep
+            # As text, a NaN is itself; of a number, text is shortest, and so exact.
+            assert repr(getattr(metrics, field.name)) == repr(getattr(expected, field.name)), field.name
+    assert flight.measuring is not None
+    for i, name in enumerate(flight.measuring.kept):
+        assert rows is not None
+        assert rows[:, i].tobytes() == columns[name][::flight.measuring.every].astype(np.float64).tobytes()
+
+
+def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: Order = "sequential") -> Experiment:
+    plan = load_plan(name)
+    if stop_time is not None:
+        plan = plan.model_copy(update={"stop_time": stop_time, "events": [
+            each for each in plan.events if each.time < stop_time]})
+    return prepare(plan, fmus, {}, {}, order=order)
+
+
+@pytest.mark.parametrize(("name", "stop_time", "order"), [
+    ("2dof-faults-lost", None, "sequential"), ("3dof-setpoints-improved", 7.0, "jacobi"),
+    ("3dof-push", None, "sequential"), ("2dof-effects-heat", None, "sequential"),
+    ("2dof-tracking-pid", None, "sequential"), ("5dof-setpoints", 1.5, "sequential"),
+    ("3dof-measurement-jitter", 1.5, "sequential"), ("2dof-step-4-linear", None, "sequential")])
+def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_time: float | None,
+                                            order: Order) -> None:
+    experiment = experiment_of(native_fmus, name, stop_time, order)
+    kept = [name for axis in experiment.plan.axes.values() for name in (axis.position, axis.reference)]
+    with flight_of(experiment, tuple(kept), 7) as flight:
+        require_same(flight, {})
+        require_same(flight, {})   # nothing is left of the one before
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", list(packaged_runs()))
+def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
+    """With the FMUs' own values where a run takes some from another."""
+    experiment = experiment_of(native_fmus, name)
+    with flight_of(experiment) as flight:
+        if flight.measure({}) is not None:   # else it shows a refusal
+            require_same(flight, {})
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(mass=st.floats(3.0, 6.0), amplitude=st.floats(-0.03, 0.03), start=st.floats(0.012, 0.026),
+       limit=st.floats(0.5, 9.0), friction=st.floats(0.0, 3.0))
+def test_metrics_of_random_flights(random_flight: Flight, mass: float, amplitude: float, start: float, limit: float,
+                                   friction: float) -> None:
+    """Some settle, some hit a stop, some fall: also with other references, which move the windows of steps."""
+    require_same(random_flight, {
+        "plant.v.mass": mass, "reference.h.amplitude": 1.0 + 10.0 * amplitude, "plant.v.position_start": start,
+        "controller.current_limit": limit, "plant.h.friction.coulomb": friction})
+
+
+@pytest.fixture(scope="module")
+def random_flight(native_fmus: Path) -> Flight:
+    return flight_of(experiment_of(native_fmus, "2dof-setpoints", 7.0))
+
+
+def test_what_is_refused_is_left_to_the_calls(native_fmus: Path) -> None:
+    """Of a value that is none, and of a step that does not fit: they say what is wrong."""
+    with flight_of(experiment_of(native_fmus, "2dof-setpoints", 1.5)) as flight:
+        assert flight.measure({"controller.sample_time": 0.7e-3}) is None
+        require_same(flight, {})
+        assert flight.meter is not None
+        flight.meter.references["v"][:] = math.nan   # the row itself
+        assert flight.measure({}) is None
+
+
+def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
+    with flight_of(experiment_of(native_fmus, "2dof-setpoints"), ended=c_int64(1)) as flight, \
+            pytest.raises(KeyboardInterrupt):
+        flight.measure({})
+
+
+def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, fmi3_fmus: Path) -> None:
+    for folder in (fmus, fmi3_fmus):
+        experiment = experiment_of(folder, "3dof-setpoints", 1.5)
+        with Flight(experiment, None, Measuring(experiment.plan, experiment.times)) as flight:
+            flight.load(build=True)
+            assert flight.loop is None
+            assert flight.measure({}) is None
