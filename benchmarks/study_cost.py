@@ -1,11 +1,13 @@
-"""Cost of a study: flights of a scenario on native FMUs as a multiple of the frozen C loop.
+"""Cost of a study: samples of a scenario on native FMUs as a multiple of the frozen C loop.
 
-Processor time counts in one process; of several, wall time, which says little on a machine with other work.
+By calls of the FMUs, and by the loop with their blocks, with metrics. In this thread processor time counts; of threads
+and processes side by side, wall time, which says little on a machine with other work.
 """
 
 import argparse
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter, process_time
 
@@ -17,7 +19,9 @@ from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
 from maglev.catalogue import HOST, build
+from maglev.cosim import block_loop
 from maglev.schema.loading import load_plan
+from maglev.studies.flying import here
 from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Flown, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
@@ -48,7 +52,7 @@ def processor_time(call: Callable[[], object]) -> float:
 
 
 def side_by_side(study: PlannedStudy, jobs: int) -> float:
-    """Wall time of a study in so many processes, s, once they have imported what they need."""
+    """Wall time of a study in so many threads, s."""
     with flyers(None, jobs) as fly:
         fly(study.job, study.batches[:2 * jobs], study.values, lambda _number, _flown: None)
         begin = perf_counter()
@@ -56,10 +60,20 @@ def side_by_side(study: PlannedStudy, jobs: int) -> float:
         return perf_counter() - begin
 
 
+@contextmanager
+def by_calls() -> Iterator[None]:
+    """No loop with the FMUs' blocks is found in a block."""
+    lookup, block_loop.kept = block_loop.kept, lambda *_: None
+    try:
+        yield
+    finally:
+        block_loop.kept = lookup
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=40)
+    parser.add_argument("--samples", type=int, default=80)
     parser.add_argument("--record", action="store_true", help="add the ratio to the history of this commit")
     asked = parser.parse_args()
     samples: int = asked.samples
@@ -71,18 +85,25 @@ def main() -> None:
         steps = round(study.job.experiment.plan.stop_time / study.job.experiment.step)
         loop = reference_loop(pair, steps)
         assert not any(flown(study, 1).failures)   # with it, what is done once
-        alone = processor_time(lambda: flown(study, samples)) / samples
         c = min(processor_time(loop) for _ in range(ROUNDS))
-        table = Table("way", "a sample (ms)", "of the frozen C loop", "wall time of all (s)",
-                      title=f"{samples} flights of {SCENARIO}, {steps} steps each; frozen C loop "
-                            f"{1e3 * c:.1f} ms a flight")
-        table.add_row("one process: processor time", f"{1e3 * alone:.1f}", f"{alone / c:.2f}", "")
-        if asked.record:
-            record(WHOLE, {"a sample of a study": alone / c})
+        table = Table("way", "a sample (ms)", "of the frozen C loop",
+                      title=f"{samples} samples of {SCENARIO}, {steps} steps each; frozen C loop "
+                            f"{1e3 * c:.1f} ms a sample")
+
+        def row(way: str, time: float) -> None:
+            table.add_row(way, f"{1e3 * time:.1f}", f"{time / c:.2f}")
+
+        def alone() -> float:
+            return min(processor_time(lambda: flown(study, samples)) for _ in range(2)) / samples
+
+        with by_calls():
+            row("calls of the FMUs", alone())
+        assert here.loop_for(study.job, study.batches)   # compiles it
+        row("the blocks in one loop", found := alone())
         for jobs in (1, 2):
-            wall = side_by_side(study, jobs)
-            table.add_row(f"{jobs} process{'es' if jobs > 1 else ''} beside this one: wall time",
-                          f"{1e3 * wall / samples:.1f}", f"{wall / samples / c:.2f}", f"{wall:.2f}")
+            row(f"{jobs} side by side: wall time", side_by_side(study, jobs) / samples)
+        if asked.record:
+            record(WHOLE, {"a sample of a study": found / c})
         Console(width=110).print(table)
 
 

@@ -1,4 +1,4 @@
-"""Memory of a study: a hundred thousand short flights, and what the processes of `maglev study` hold all the while.
+"""Memory of a study: a hundred thousand short samples, and what the processes of `maglev study` hold all the while.
 
 What counts is the proportional set size of the command and of all processes that it starts, summed, once a second:
 pages that several share count once. Linux only, which says it.
@@ -16,7 +16,7 @@ SCENARIO = """\
 extends = ["loops/3dof.toml", "gains/3dof-improved.toml"]
 name = "short"
 title = "A short step of the gap"
-stop_time = "0.1 s"
+stop_time = "{stop_time} s"
 
 [[signals]]
 to = "controller.y.reference"
@@ -78,13 +78,14 @@ def main() -> None:
     """Fly, and print the memory every so many seconds and at the end."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=100_000)
+    parser.add_argument("--stop-time", type=float, default=0.1, help="of a sample, s")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", action="store_true", help="keep the trajectory of the gap, every 10 ms")
     parser.add_argument("--every", type=float, default=10.0, help="s between two lines")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         keep = 'keep = ["plant.y.position"]\nkeep_interval = "10 ms"\n' if chosen.keep else ""
-        (Path(folder) / "short.toml").write_text(SCENARIO)
+        (Path(folder) / "short.toml").write_text(SCENARIO.format(stop_time=chosen.stop_time))
         (Path(folder) / "many.toml").write_text(STUDY.format(samples=chosen.samples, keep=keep))
         process = subprocess.Popen([sys.executable, "-m", "maglev", "study", f"{folder}/many.toml", "--out", folder,
                                     "--jobs", str(chosen.jobs)])

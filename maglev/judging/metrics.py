@@ -10,7 +10,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import MeasurementError, nearest
 from maglev.schema.run_plan import Motor, RunPlan
-from plant_fmu.winding import COPPER
+from plant_fmu.winding import COPPER as COPPER
 
 STEADY_SHARE = 0.1      # of a window, at its end
 TRANSIENT = 1.1         # times the steady peak of the tracking error; what is beyond belongs to the transient

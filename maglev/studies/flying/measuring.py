@@ -17,6 +17,7 @@ import numpy.typing as npt
 from maglev.arrays import Array
 from maglev.cosim.block_loop import BlockLoop
 from maglev.judging.metrics import (
+    COPPER,
     STEADY_SHARE,
     TIME_TOLERANCE,
     TRANSIENT,
@@ -32,7 +33,6 @@ from maglev.judging.metrics import (
     winding_of,
 )
 from maglev.schema.run_plan import RunPlan
-from plant_fmu.winding import COPPER
 
 SOURCE = Path(__file__).with_name("measuring.c")
 OBSERVER = """\
