@@ -101,7 +101,9 @@ def two_states(gain: float, epsilon: float, tau: float) -> tuple[float, float, f
         root = sqrt(-discriminant)
         left = exponential(-damping * tau)
         angle = root * tau
-        if angle > LARGEST_REDUCED:   # 1e8 turns within a part of a sample: any phase is as good
+        # 1e8 turns within a part of a sample: e^(−damping τ) with an ε far below every sample, and gains beyond any
+        # field. A phase has no meaning then, but NaN would refuse a sample that the damping alone decides.
+        if angle > LARGEST_REDUCED:
             angle = LARGEST_REDUCED
         sine, cosine = sine_cosine(angle)
         c = left * cosine

@@ -33,7 +33,7 @@ def of_page() -> tuple[str, ...]:
 
 # What makes references, disturbances, noise and metrics of a run; blocks are looked at by tests/test_pyccel_subset.py.
 RECORDED = ("waves.py", "schema", "cosim", "experiment", "judging", "gym", "studies/flying")
-OF_A_LIBRARY = re.compile(r"\b(?:np|math)\.(?:sinh?|cosh?|tanh?|exp\w*|log\w*|arc\w+|power|hypot)\b|"
+OF_A_LIBRARY = re.compile(r"\b(?:np|math)\.(?:sinh?|cosh?|tanh?|exp\w*|log\w*|arc\w+|power|hypot|pow|cbrt)\b|np\.fft|"
                           r"from (?:math|scipy)[\w.]* import .*\b(?:sin|cos|exp|log|tan|atan)")
 
 
@@ -46,7 +46,7 @@ def test_what_is_recorded_calls_no_mathematical_library() -> None:
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", range(len(tool().QUICK)))
 def test_bits_of_one_run(number: int) -> None:
     """Of the 3-DOF loop, in what the gate can afford."""
     require_native_tools()
@@ -58,10 +58,10 @@ def test_bits_of_one_run(number: int) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("number", range(15))
+@pytest.mark.parametrize("number", range(len(tool().QUICK + tool().THOROUGH)))
 def test_bits_of_all_runs(number: int) -> None:
     require_native_tools()
-    environment = (*tool().QUICK, *tool().THOROUGH)[number]
+    environment = (tool().QUICK + tool().THOROUGH)[number]
     found = environment.digests()
     if isinstance(found, str):
         pytest.skip(f"{environment.name}: {found}")

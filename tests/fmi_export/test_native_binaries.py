@@ -72,12 +72,12 @@ def description(native_fmus: Path) -> ModelDescription:
     return fmpy.read_model_description(str(native_fmus / f"{NAME}.fmu"))
 
 
-def unpacked_library(native_fmus: Path, folder: Path) -> Path:
+def unpacked_library(native_fmus: Path, folder: Path, name: str = NAME) -> Path:
     """The library of this machine, which is Linux, out of the FMU that is built for it alone."""
     if platform.system() != "Linux":
         pytest.skip("this machine is not Linux")
-    with zipfile.ZipFile(native_fmus / f"{NAME}.fmu") as archive:
-        return Path(archive.extract(f"binaries/linux64/{NAME}.so", folder))
+    with zipfile.ZipFile(native_fmus / f"{name}.fmu") as archive:
+        return Path(archive.extract(f"binaries/linux64/{name}.so", folder))
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -128,6 +128,28 @@ def check_linux_binary(path: Path, processor: int) -> None:
     assert not re.search("R(UN)?PATH", dynamic)
     versions = {tuple(map(int, found.split("."))) for found in re.findall(r"GLIBC_([\d.]+)", symbols)}
     assert max(versions) <= (2, 17)
+
+
+OF_A_LIBRARY = "a?(?:sin|cos|tan)h?|atan2|exp(?:2|m1)?|log(?:2|10|1p)?|pow|fmod|cbrt|hypot|erfc?|[lt]gamma|fma"
+
+
+def test_no_fmu_asks_for_a_mathematical_function(native_fmus: Path, tmp_path: Path) -> None:
+    """Neither its binary of another library, nor its C at all, which a compiler's own library could answer."""
+    paths = sorted(native_fmus.glob("*.fmu"))
+    assert {path.stem[:5] for path in paths} >= {"Plant", "Regul", "Close", "Estim", "Measu"}
+    for path in paths:
+        with zipfile.ZipFile(path) as archive:
+            sources = [name for name in archive.namelist() if name.endswith((".c", ".h"))]
+            assert len(sources) > 10
+            for name in sources:
+                text = re.sub(r"/\*.*?\*/|//[^\n]*", "", archive.read(name).decode("utf-8"), flags=re.DOTALL)
+                found = re.findall(rf"\b({OF_A_LIBRARY})f? ?\(", text)
+                assert not found, (path.name, name, found)
+        symbols = subprocess.run([require_command("readelf"), "-W", "--dyn-syms",
+                                  unpacked_library(native_fmus, tmp_path / path.stem, path.stem)],
+                                 check=True, capture_output=True, text=True).stdout
+        undefined = {line.split()[-1].partition("@")[0] for line in symbols.splitlines() if " UND " in line}
+        assert not {name for name in undefined if re.fullmatch(rf"({OF_A_LIBRARY})f?", name)}, path.name
 
 
 @pytest.mark.thorough

@@ -12,6 +12,7 @@ from maglev.cosim.fmu import Fmu
 from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
 from maglev.schema.loading import load_plan
+from maglev.schema.run_plan import read_start_value
 
 # Every law, with encoders and without, sinusoids and steps.
 RUNS = ("2dof-smooth-linear", "2dof-smooth-pid", "2dof-tracking-nonlinear", "3dof-smooth-scheduled",
@@ -55,8 +56,12 @@ def test_it_refuses_in_the_words_of_the_native_fmu(wasm_fmus: Path, load_native:
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Path, name: str) -> None:
+@pytest.mark.parametrize("rough", [False, True])
+def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Path, name: str, rough: bool) -> None:
+    """Also on rough guides, whose tracks are the same."""
     plan = load_plan(name).model_copy(update={"stop_time": 1.2})
+    if rough:
+        plan.fmus["plant"].start.update({f"{axis}.roughness.rms": read_start_value(0.1) for axis in plan.axes})
     files = {part: native_fmus / f"{fmu.model}.fmu" for part, fmu in plan.fmus.items()}
     experiment = Experiment(plan, files, plan.step)
     there = experiment.run(None).columns

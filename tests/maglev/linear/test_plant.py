@@ -64,6 +64,16 @@ def test_ripple_along_every_axis(name: str, place: tuple[float, ...]) -> None:
 
 
 @pytest.mark.parametrize(("name", "place"), PLACES[1:5:3])
+def test_roughness_is_left_out(name: str, place: tuple[float, ...]) -> None:
+    """Its slope is a random number at each place: neither model nor place of rest know of it."""
+    rough = {f"{axis}.roughness.rms": 0.1 for axis in AXES[name]}
+    with_it, without = (linearise(name, at(name, place), forces=True, parameters={**given, **QUIET[name]})
+                        for given in (rough, {}))
+    for one, other in ((with_it.A, without.A), (with_it.B, without.B)):
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize(("name", "place"), PLACES[1:5:3])
 @pytest.mark.parametrize("heavier", [0.9, 1.15])
 def test_payload(name: str, place: tuple[float, ...], heavier: float) -> None:
     """The forces of motors and guide stay the same, so that their accelerations shrink; gravity and bias do not."""
