@@ -33,7 +33,7 @@ class Flight:
         self.experiment = experiment
         self.wanted = wanted
         self.measuring = measuring
-        self.ended = ended or c_int64()
+        self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
         self.loop: BlockLoop | None = None
         self.meter: Meter | None = None   # of the references as they are now
         self.resettable = not any(map(is_foreign, experiment.files.values()))

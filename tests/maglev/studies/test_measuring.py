@@ -105,9 +105,12 @@ def test_what_is_refused_is_left_to_the_calls(native_fmus: Path) -> None:
 
 
 def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
-    with flight_of(experiment_of(native_fmus, "2dof-setpoints"), ended=c_int64(1)) as flight, \
-            pytest.raises(KeyboardInterrupt):
-        flight.measure({})
+    ended = c_int64()
+    with flight_of(experiment_of(native_fmus, "2dof-setpoints"), ended=ended) as flight:
+        assert flight.measure({}) is not None
+        ended.value = 1   # as another thread says it
+        with pytest.raises(KeyboardInterrupt):
+            flight.measure({})
 
 
 def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, fmi3_fmus: Path) -> None:
