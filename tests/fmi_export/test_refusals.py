@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from dividing_block import DIVIDER
+from event_mode import Instance, unpacked
 from fmu_access import outputs, put, read, refusal, step
 
 from fmi_export.build import build_fmu
@@ -45,6 +46,23 @@ def test_input_that_is_no_sensible_number(load: Load, name: str, variable: str, 
     assert not math.isnan(value) or read(component, variable) == before
     assert f"{variable} = {value}" in text
     assert "expected a number from" in text
+
+
+@pytest.mark.parametrize("begun", [False, True], ids=["start value", "in a run"])
+@pytest.mark.parametrize(("name", "events", "good", "bad"), [
+    ("Plant3DOF", False, "x.force", "z.force"), ("Plant3DOF", False, "y.force", "y.mass"),
+    ("Regulator3DOF", False, "y.reference", "x.measured"), ("Regulator3DOF", True, "z.measured", "z.reference_rate")])
+def test_no_number_is_refused_by_fmi_3_when_it_is_set(fmi3_fmus: Path, tmp_path: Path, name: str, events: bool,
+                                                      good: str, bad: str, begun: bool) -> None:
+    """As by FMI 2.0, in the same words; of a call with several values none is taken."""
+    one = Instance(unpacked(fmi3_fmus / f"{name}.fmu", tmp_path), events=events)
+    if begun:   # with event mode, in an event
+        one.begin()
+    references = [one.references[good], one.references[bad]]
+    before = one.fmu.getFloat64(references)
+    said = one.refusal(lambda: one.fmu.setFloat64(references, [0.125, math.nan]))
+    assert f"{bad} = nan" in said and "expected a number from" in said
+    assert one.fmu.getFloat64(references) == before and before[0] != 0.125
 
 
 def test_corrected_input_is_accepted(load: Load) -> None:

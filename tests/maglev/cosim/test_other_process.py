@@ -15,10 +15,11 @@ import pytest
 from faulty_fmus import AT, claiming, faulty, faulty_run
 from left_processes import require_none
 from psutil import Process
+from small_fmus import small_fmu
 
 from maglev.cosim.fmu import FATAL, OWN_TOOL, Fmu, read_description
-from maglev.cosim.master import Recording, RunFailed, RunInterrupted
-from maglev.cosim.other_process.run import Follower
+from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
+from maglev.cosim.other_process.run import Follower, run_apart
 from maglev.errors import FmuError
 from maglev.experiment.execution import execute
 from maglev_files.scratch import remove_leftovers
@@ -109,6 +110,33 @@ def test_a_fault_after_the_end_loses_nothing(fmus: Path, healthy: Recording, tmp
     require_beginning(recording, healthy, 601)
     assert recording.notes == (f"controller (pd_controller.fmu) ended its process with {end} in fmi2FreeInstance, "
                                "after the end of the run",)
+
+
+def small_run(folder: Path, hole: str) -> Recording:
+    """A run of the small FMU of FMI 3.0 apart, which aborts in a hole."""
+    fmu = small_fmu(folder, {hole: "if (late(f)) abort();" if hole == "IN_STEP" else "abort();"})
+    return run_apart([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)})
+
+
+@pytest.mark.usefixtures("slow", "unpacked")
+@pytest.mark.parametrize(("hole", "call", "time", "points"), [
+    ("IN_STEP", "fmi3DoStep", "0.1", 3), ("IN_TERMINATE", "fmi3Terminate", "0.3", 7)])
+def test_a_fault_of_fmi_3_is_named_as_it_is_called_there(tmp_path: Path, hole: str, call: str, time: str,
+                                                         points: int) -> None:
+    with pytest.raises(RunFailed) as failure:
+        small_run(tmp_path, hole)
+    assert str(failure.value) == f"at t = {time} s: small (small.fmu) ended its process with SIGABRT in {call}"
+    assert len(failure.value.recording.time) == points
+
+
+@pytest.mark.usefixtures("slow", "unpacked")
+def test_a_fault_of_fmi_3_after_the_end_is_named_as_it_is_called_there(tmp_path: Path) -> None:
+    """Not fmi2FreeInstance; and nothing of the run is lost."""
+    recording = small_run(tmp_path, "IN_FREE")
+    assert recording.notes == ("small (small.fmu) ended its process with SIGABRT in fmi3FreeInstance, after the end of "
+                               "the run",)
+    np.testing.assert_allclose(recording.columns["small.y"], np.exp(-recording.time), rtol=1e-12)
+    assert len(recording.time) == 7
 
 
 @pytest.mark.parametrize(("fault", "time", "message"), [
