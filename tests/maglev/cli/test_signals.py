@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from faulty_fmus import faulty
-from left_processes import processes_with, require_none
+from left_processes import AT_ONCE, ended, processes_with, require_none
 from native_builds import require_native_tools
 
 from maglev.baselines.update import update_all
@@ -30,6 +30,7 @@ class Command:
     def __init__(self, folder: Path, *arguments: str | Path, **environment: str):
         self.unpacked = folder / "unpacked"
         self.unpacked.mkdir()
+        self.begun = time.monotonic()
         self.process = subprocess.Popen([sys.executable, "-m", "maglev", *arguments], text=True, stderr=subprocess.PIPE,
                                         stdout=subprocess.PIPE, cwd=folder, start_new_session=True,
                                         env={**os.environ, "TMPDIR": str(self.unpacked), "PYTHONUNBUFFERED": "1",
@@ -44,14 +45,17 @@ class Command:
             time.sleep(0.02)
 
     def ended(self, number: int) -> tuple[int, list[str]]:
-        """Exit code and lines of standard error after a signal; Ctrl-C goes to every process of a terminal."""
+        """Exit code and lines of standard error after a signal, which it obeys at once, whatever still goes on.
+
+        Ctrl-C goes to every process of a terminal.
+        """
         if number == signal.SIGINT:
             os.killpg(self.process.pid, number)
         else:
             self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=120.0)
+        errors = ended(self.process, self.begun)
         assert list(self.unpacked.iterdir()) == []
-        require_none(self.unpacked)
+        require_none(self.unpacked, AT_ONCE)
         return self.process.returncode, errors.splitlines()
 
 

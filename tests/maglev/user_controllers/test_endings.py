@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from left_processes import require_none
+from left_processes import ended, require_none
 from written_controllers import controller, flight
 
 # What a controller leaves behind at its last step, by name; and what is said of it.
@@ -101,14 +101,15 @@ def test_one_signal_is_enough_after_the_end(fastest_fmus: Path, tmp_path: Path, 
                                             word: str) -> None:
     """The results are there when the signal comes, as the process of the run does not end; it lets nobody wait."""
     path = leaving(tmp_path, "a thread")
+    begun = time.monotonic()
     process = subprocess.Popen(command(flight(tmp_path), fastest_fmus, path, tmp_path, "10 min"), text=True, env=marked,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
-    end = time.monotonic() + 120.0
+    end = begun + 120.0
     while not (tmp_path / "flight.json").exists():
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.02)
     os.killpg(process.pid, number)
-    _, errors = process.communicate(timeout=60)
+    errors = ended(process, begun)
     assert (process.returncode, errors.splitlines()[-1]) == (
         128 + number, f"maglev: {word} after the end of the run; its results are in {tmp_path / 'flight.csv'}")
     assert "Traceback" not in errors
