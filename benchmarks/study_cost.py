@@ -19,7 +19,7 @@ from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
 from maglev.catalogue import HOST, build
-from maglev.cosim import block_loop
+from maglev.cosim.blocks import block_loop
 from maglev.schema.loading import load_plan
 from maglev.studies.flying import here
 from maglev.studies.flying.batches import flyers

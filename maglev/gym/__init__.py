@@ -14,4 +14,5 @@ from pmlsm.rigs import RIGS
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
 for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):
-    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage", kwargs=given)
+    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage",
+             vector_entry_point="maglev.gym.stages:Stages", kwargs=given)

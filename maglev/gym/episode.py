@@ -111,28 +111,34 @@ class References:
         if isinstance(kind, str) and kind not in KINDS:
             raise ScenarioError(f"reference = {kind!r}, expected {', '.join(map(repr, KINDS))}, or an array")
         self.low, self.high = low, high
-        self.times = sample_time * np.arange(count)
+        times = sample_time * np.arange(count)
         self.given = table(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
-
-    def draw(self, random: np.random.Generator, start: Array) -> Array:
-        """References of an episode that starts at places (m), shape (samples, axes)."""
-        axes = len(self.low)
-        found = np.empty((len(self.times), axes))
+        self.most = int(times[-1] / SETPOINT_TIME) + 2   # set-points: one more than a rounding of times can ask for
+        self.which = np.zeros(count, int)   # of the points of an episode, by sample
+        self.wave = np.zeros(count)         # times the amplitudes of an episode
         if self.kind == "table":
-            found[:len(self.given)] = self.given
-            found[len(self.given):] = self.given[-1]
+            self.which = np.minimum(np.arange(count), len(self.given) - 1)
         elif self.kind == "setpoints":
-            # One more than a rounding of times can ask for.
+            self.which = (times / SETPOINT_TIME + 1e-9).astype(int)
+        elif self.kind == "sinusoids":
+            self.wave = sines_cosines(OMEGA0 * times)[0]
+
+    def draw(self, random: np.random.Generator, start: Array) -> tuple[Array, Array]:
+        """Of an episode that starts at places (m): its points, shape (points, axes), and amplitudes, shape (axes,)."""
+        points, amplitudes = start[None, :].copy(), np.zeros(len(self.low))
+        if self.kind == "table":
+            points = self.given
+        elif self.kind == "setpoints":
             quarter = 0.25 * (self.high - self.low)
-            points = random.uniform(self.low + quarter, self.high - quarter,
-                                    (int(self.times[-1] / SETPOINT_TIME) + 2, axes))
-            found[:] = points[(self.times / SETPOINT_TIME + 1e-9).astype(int)]
-        else:
-            found[:] = start
-            if self.kind == "sinusoids":
-                room = np.minimum(found[0] - self.low, self.high - found[0])
-                amplitudes = random.uniform(0.0, np.minimum(room, 0.25 * (self.high - self.low)))
-                found += np.outer(sines_cosines(OMEGA0 * self.times)[0], amplitudes)
+            points = random.uniform(self.low + quarter, self.high - quarter, (self.most, len(self.low)))
+        elif self.kind == "sinusoids":
+            room = np.minimum(start - self.low, self.high - start)
+            amplitudes = random.uniform(0.0, np.minimum(room, 0.25 * (self.high - self.low)))
+        return points, amplitudes
+
+    def at(self, sample: int, points: Array, amplitudes: Array) -> Array:
+        """References of a sample of an episode, m."""
+        found: Array = points[self.which[sample]] + self.wave[sample] * amplitudes
         return found
 
 

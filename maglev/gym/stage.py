@@ -2,7 +2,9 @@
 
 import warnings
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import add
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,7 +35,7 @@ class State(NamedTuple):
     """State of an environment between two samples."""
 
     stage: Saved
-    episode: Array
+    episode: tuple[Array, Array]
     sample: int
     observers: tuple[tuple[float, float], ...]   # of each axis: position and velocity
     random: Mapping[str, Any]
@@ -135,7 +137,7 @@ class Stage(gymnasium.Env[Array, Array]):
         self.observer_filter = ObserverFilter()
         self.observer_filter.prepare(self.sample_time)
         self.observers = [VelocityObserver() for _ in stops]
-        self.episode = np.zeros((1, len(stops)))   # references, sample by sample
+        self.episode = np.zeros((1, len(stops))), np.zeros(len(stops))   # what `References` draws
         self.sample = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -157,7 +159,7 @@ class Stage(gymnasium.Env[Array, Array]):
                                 "without it there is no such block")
         stage.start(drawn, self.peak, behind)
         self.episode = self.references.draw(self.np_random, stage.positions)
-        stage.references[:] = self.episode[0]
+        stage.references[:] = self.references.at(0, *self.episode)
         for observer, measured in zip(self.observers, self.measured(), strict=True):
             observer.seed(measured)
         self.sample = 0
@@ -173,12 +175,12 @@ class Stage(gymnasium.Env[Array, Array]):
         if not stage.advance(self.samples):
             return stage.observation.copy(), 0.0, True, False, {"refused": stage.said()}
         self.sample += 1
-        references = self.episode[min(self.sample, self.last)]
+        references = self.references.at(min(self.sample, self.last), *self.episode)
         stage.references[:] = references
         of_errors = of_currents = 0.0
         for weight, reference, position in zip(self.error_weights, references.tolist(), stage.positions.tolist(),
                                                strict=True):
-            of_errors -= weight * (reference - position) ** 2
+            of_errors -= weight * ((reference - position) * (reference - position))
         for current in stage.currents.tolist():
             of_currents -= self.current_weight * current * current
         reward = 1.0 + of_errors + of_currents
@@ -209,13 +211,13 @@ class Stage(gymnasium.Env[Array, Array]):
     def clone_state(self) -> State:
         """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
         observers = tuple((each.position, each.velocity) for each in self.observers)
-        return State(self.stage.save(), self.episode.copy(), self.sample, observers,
+        return State(self.stage.save(), self.episode, self.sample, observers,
                      self.np_random.bit_generator.state)
 
     def restore_state(self, state: State) -> None:
         """Go back to a state of this environment, or of one made with the same options that has been reset."""
         self.stage.restore(state.stage)
-        self.episode, self.sample = state.episode.copy(), state.sample
+        self.episode, self.sample = state.episode, state.sample
         for observer, (position, velocity) in zip(self.observers, state.observers, strict=True):
             observer.position, observer.velocity = position, velocity
         self.np_random.bit_generator.state = state.random
@@ -244,8 +246,7 @@ class Stage(gymnasium.Env[Array, Array]):
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""
         encoders = self.stage.encoders
-        found: list[float] = (self.measuring @ encoders if self.rig.rotations else encoders).tolist()
-        return found
+        return [float(each) for each in positions(self.measuring if self.rig.rotations else None, encoders)]
 
     def ends(self, place: str) -> tuple[float, float]:
         """Stops of an axis or at a motor, m."""
@@ -264,6 +265,17 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def close(self) -> None:
         self.freed()
+
+
+def positions(measuring: Array | None, encoders: Array) -> Sequence[Array]:
+    """Positions of the axes, shape (axes, …), from encoders, shape (encoders, …): themselves, or by least squares.
+
+    Sums go in the order of the encoders, whatever a library would do: one stage and many have the same bits.
+    """
+    if measuring is None:
+        return [*encoders]
+    return [reduce(add, (weight * encoder for weight, encoder in zip(row, encoders, strict=True)))
+            for row in measuring.tolist()]
 
 
 def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:

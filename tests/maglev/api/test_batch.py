@@ -17,7 +17,7 @@ def batch(request: pytest.FixtureRequest, native_fmus: Path, monkeypatch: pytest
     monkeypatch.setattr(here, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
     monkeypatch.setattr(here, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
     # Whether a loop was kept of another test does not count.
-    monkeypatch.setattr("maglev.cosim.block_loop.kept", lambda *_: None)
+    monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
     return maglev.batch(RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
                         keep=["plant.v.position"], keep_interval=0.5, fmus=native_fmus)
 

@@ -164,13 +164,19 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     sources = sources_of(wiring, observer, seen)
     if sources is None:
         return None
+    found = loop_of(sources, build)
+    return None if found is None else BlockLoop(found, wiring)
+
+
+def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
+    """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
     key = hashlib.sha256(repr((sorted(sources.items()), FLAGS, platform)).encode("utf-8")).hexdigest()[:32]
     place = f"block_loops/{key}"
     found = kept(place, LIBRARY)
     if found is None and build:
         found = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
-    return None if found is None else BlockLoop(found, wiring)
+    return found
 
 
 def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
@@ -187,17 +193,10 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str]) -> dict[s
               for column, name in enumerate(track.names)}
     if not {*seen.values()} <= {*places}:
         return None
-    parts: dict[int, Part] = {}
-    for number, fmu in enumerate(fmus_of(calls)):
-        build = own_build(fmu.path) if fmu.fmi is FMI2 and not fmu.scales else None
-        if build is None or build.kind != "native":
-            return None
-        parts[id(fmu)] = Part(number, definition(build.name), files_of_block(fmu.path))
-    files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
-    for part in parts.values():
-        others = {name for other in parts.values() if other is not part for name in other.files}
-        if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
-            return None
+    found = parts_of(fmus_of(calls))
+    if found is None:
+        return None
+    files, parts = found
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     return {**files, "loop.c": SOURCE.format(
         function=FUNCTION, observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
@@ -209,6 +208,22 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str]) -> dict[s
                         *(f"struct {part.definition.block.__name__} {part.block} = *(const struct "
                           f"{part.definition.block.__name__} *)instances[{part.number}]->state->block;"
                           for part in parts.values())), 4))}
+
+
+def parts_of(fmus: Iterable[Fmu]) -> tuple[dict[str, str], dict[int, Part]] | None:
+    """C files of blocks by name, and FMUs by identity, where each is a native one of this installation."""
+    parts: dict[int, Part] = {}
+    for number, fmu in enumerate(fmus):
+        build = own_build(fmu.path) if fmu.fmi is FMI2 and not fmu.scales else None
+        if build is None or build.kind != "native":
+            return None
+        parts[id(fmu)] = Part(number, definition(build.name), files_of_block(fmu.path))
+    files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
+    for part in parts.values():
+        others = {name for other in parts.values() if other is not part for name in other.files}
+        if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
+            return None
+    return files, parts
 
 
 def first_rows(tracks: Sequence[Track]) -> Iterator[str]:
@@ -281,11 +296,16 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
         if getting:
             yield f"{value} = {part.value(variable)};"
             continue
-        low, high = (bound if given is None else float(given)
-                     for bound, given in ((-inf, variable.minimum), (inf, variable.maximum)))
-        if not variable.boolean:   # as set_reals of variables.c has it
-            yield f"refused = refused || !({value} >= {literal(low)} && {value} <= {literal(high)});"
+        if not variable.boolean:
+            yield f"refused = refused || {out_of_range(variable, value)};"
         yield f"{part.value(variable)} = {value}{' != 0' if variable.boolean else ''};"
+
+
+def out_of_range(variable: Variable, value: str) -> str:
+    """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
+    low, high = (bound if given is None else float(given)
+                 for bound, given in ((-inf, variable.minimum), (inf, variable.maximum)))
+    return f"!({value} >= {literal(low)} && {value} <= {literal(high)})"
 
 
 def indented(lines: Iterable[str], by: int) -> str:

@@ -1,0 +1,1 @@
+"""FMUs whose blocks are compiled into one loop, in place of calls of them."""

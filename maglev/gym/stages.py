@@ -1,0 +1,320 @@
+"""Many stages as one Gymnasium vector environment: their blocks lie side by side, and one C function steps them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from ctypes import CDLL, POINTER, c_double, c_int64, c_void_p
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from maglev.arrays import Array
+from maglev.cosim.blocks.block_loop import Part, header_of, indented, loop_of, out_of_range, parts_of
+from maglev.errors import FmuError, ScenarioError
+from maglev.gym.compiled_stage import CompiledStage
+from maglev.gym.stage import Stage, positions
+from maglev.processes import processors
+
+FEWEST = 32   # environments for which a thread is worth its start
+
+SOURCE = """\
+#include "instance.h"
+{includes}
+
+#if defined _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+/* The blocks of one stage. */
+struct stage {{
+    {members}
+}};
+
+EXPORT int64_t maglev_stage_size(void);
+int64_t maglev_stage_size(void) {{ return (int64_t)sizeof(struct stage); }}
+
+/* Take over the blocks of instances that have just been started. */
+EXPORT void maglev_take(struct Instance *const *instances, struct stage *stage);
+void maglev_take(struct Instance *const *instances, struct stage *stage)
+{{
+    {take}
+}}
+
+/* Go on by samples with stages first to before last, from the numbers of samples that they have made on; each has a row
+   as compiled_stage.py says. A stage that refuses a command says so, and stays as it was. */
+EXPORT void maglev_advance(struct stage *stages, double *rows, int64_t width, const int64_t *made, double step,
+                           int64_t samples, int64_t first, int64_t last, int64_t *refused, int64_t *at_stop);
+void maglev_advance(struct stage *stages, double *rows, int64_t width, const int64_t *made, double step,
+                    int64_t samples, int64_t first, int64_t last, int64_t *refused, int64_t *at_stop)
+{{
+    for (int64_t i = first; i < last; ++i) {{
+        struct stage *const stage = &stages[i];
+        double *const row = rows + i * width;
+        bool wrong = {wrong};
+        for (int64_t k = made[i]; !wrong && k < made[i] + samples; ++k) {{
+            const double time = (double)k * step;
+{step}
+        }}
+        refused[i] = wrong;
+        at_stop[i] = {at_stop};
+    }}
+}}
+"""
+
+
+def exchanges(stage: CompiledStage) -> Iterator[tuple[str, str, Sequence[str], Sequence[str]]]:
+    """What a sample of a stage does: "set", "get" or "step", the part, its variables, and C of what they are.
+
+    These are the calls of `CompiledStage`, in their order.
+    """
+    rig = stage.rig
+    seen = rig.encoders
+    used = seen if rig.rotations else seen[1:]
+    given = [f"{current}_cmd" for current in rig.phase_names]
+    found = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
+    commands = stage.commands.size
+
+    def row(names: Sequence[str], place: int) -> list[str]:
+        return [f"row[{place + i}]" for i in range(len(names))]
+
+    behind = commands + len(used)
+    if stage.commutation is None:
+        yield "set", "plant", given, row(given, 0)
+    else:
+        asked = [*(f"{current}_reference" for current in rig.dq_names),
+                 *(name.replace("encoder", "measured") for name in used)]
+        yield "set", "commutation", asked, row(asked, 0)
+        yield "step", "commutation", (), ("time",)
+        yield "set", "plant", given, [f"commutation:{name}" for name in given]
+    yield "step", "plant", (), ("time",)
+    if stage.measurement is None:
+        yield "get", "plant", [*used, *found, *seen], row([*used, *found, *seen], commands)
+        return
+    measured = [name.replace("encoder", "measured") for name in seen]
+    yield "get", "plant", found, row(found, behind)
+    yield "set", "measurement", seen, [f"plant:{name}" for name in seen]
+    yield "step", "measurement", (), ("(double)(k + 1) * step",)
+    yield "get", "measurement", [name.replace("encoder", "measured") for name in used], row(used, commands)
+    yield "get", "measurement", measured, row(measured, behind + len(found))
+
+
+def sources_of(stage: CompiledStage) -> dict[str, str]:
+    """C files by name; FmuError where an FMU is none of this installation."""
+    found = parts_of(stage.fmus)
+    if found is None:
+        raise FmuError("expected native FMUs of this installation")
+    files, by_fmu = found
+    names = {id(fmu): name for name, fmu in (("plant", stage.plant), ("commutation", stage.commutation),
+                                             ("measurement", stage.measurement)) if fmu is not None}
+    parts: dict[str, Part] = {names[key]: part for key, part in by_fmu.items()}
+
+    def value(part: str, name: str) -> str:
+        variable = next(each for each in parts[part].definition.variables if each.name == name)
+        return f"stage->{part}.{variable.place}"
+
+    lines, wrong = [], ["false"]
+    for verb, part, variables, texts in exchanges(stage):
+        if verb == "step":
+            lines.append(f"wrong = wrong || {parts[part].definition.block.__name__}__step(&stage->{part}, {texts[0]}, "
+                         "step) != 0;")
+        for name, text in zip(variables, texts, strict=False):
+            text = value(*text.split(":")) if ":" in text else text
+            if verb == "get":
+                lines.append(f"{text} = {value(part, name)};")
+                continue
+            lines.append(f"{value(part, name)} = {text};")
+            if text.startswith("row[") and int(text[4:-1]) < stage.commands.size:
+                variable = next(each for each in parts[part].definition.variables if each.name == name)
+                wrong.append(out_of_range(variable, text))
+    blocks = {name: part.definition.block.__name__ for name, part in parts.items()}
+    return {**files, "stages.c": SOURCE.format(
+        includes="\n".join(f'#include "{header_of(part.definition)}"' for part in parts.values()),
+        members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
+        take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
+                           for name, part in parts.items()),
+        wrong=" || ".join(wrong), step=indented(lines, 12), at_stop=value("plant", "at_stop"))}
+
+
+class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
+    """Environments like `Stage`, with its options, side by side: the same episodes, bit for bit, in one step.
+
+    Environment i has the seed `seed + i`, as in Gymnasium's own vectors. One that is done begins anew in the next step,
+    whose action it ignores (`AutoresetMode.NEXT_STEP`).
+
+    Parameters
+    ----------
+    num_envs : int
+    rig, **options
+        As of `Stage`.
+    threads : int, optional
+        As many as processors if not given.
+
+    Raises
+    ------
+    MaglevError
+        If an option cannot be used, or there is no compiler for the loop, which is kept in the user's cache.
+    """
+
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(self, num_envs: int, rig: str, threads: int | None = None, **options: Any):
+        if num_envs < 1:
+            raise ScenarioError(f"num_envs = {num_envs}, expected at least 1")
+        self.one = Stage(rig, **options)   # begins every episode
+        self.num_envs = num_envs
+        self.single_action_space: gymnasium.Space[Any] = self.one.action_space
+        self.single_observation_space: gymnasium.Space[Any] = self.one.observation_space
+        self.action_space = batch_space(self.one.action_space, num_envs)
+        self.observation_space = batch_space(self.one.observation_space, num_envs)
+        stage = self.one.stage
+        library = loop_of(sources_of(stage), build=True)
+        assert library is not None
+        self.c = CDLL(str(library.path.absolute()))
+        self.c.maglev_stage_size.restype = c_int64
+        self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
+        self.c.maglev_advance.argtypes = [c_void_p, c_void_p, c_int64, c_void_p, c_double, c_int64, c_int64, c_int64,
+                                          c_void_p, c_void_p]
+        self.instances = (c_void_p * len(stage.fmus))(*(fmu.handle() for fmu in stage.fmus))
+        size = int(self.c.maglev_stage_size())
+        self.blocks = np.zeros((num_envs, size // 8), np.int64)   # aligned as doubles are
+        self.rows = np.zeros((num_envs, stage.row.size))
+        axes, start = len(self.one.rig.axes), stage.commands.size
+        behind = self.rows.shape[1] - stage.observation.size
+        self.commands = self.rows[:, :start]
+        self.currents = self.rows[:, behind - stage.currents.size:behind]
+        self.positions = self.rows[:, behind - stage.currents.size - axes:behind - stage.currents.size]
+        self.observations = self.rows[:, behind:]
+        self.encoders, self.velocities = self.observations[:, :-2 * axes], self.observations[:, -2 * axes:-axes]
+        self.references = self.observations[:, -axes:]
+        self.made = np.zeros(num_envs, np.int64)      # samples of the rig
+        self.sample = np.zeros(num_envs, np.int64)    # of the environment
+        self.refused, self.at_stop = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
+        self.over = np.zeros(num_envs, bool)
+        self.filtered = np.zeros((num_envs, axes))    # positions, of the velocity observers
+        # Those of a table are one for all.
+        self.points = np.zeros((0 if self.one.references.kind == "table" else num_envs,
+                                self.one.references.most if self.one.references.kind == "setpoints" else 1, axes))
+        self.everyone = np.arange(num_envs)
+        self.amplitudes = np.zeros((num_envs, axes))
+        self.generators: list[np.random.Generator | None] = [None] * num_envs
+        count = max(1, min(threads or processors(), num_envs // FEWEST))
+        self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
+        self.pool = ThreadPoolExecutor(count) if count > 1 else None
+
+    def reset(self, *, seed: int | Sequence[int | None] | None = None,
+              options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Begin an episode everywhere; `info["parameters"]` has the parameters of each environment."""
+        seeds = [None if seed is None else seed + i for i in range(self.num_envs)] \
+            if seed is None or isinstance(seed, int) else list(seed)
+        if len(seeds) != self.num_envs:
+            raise ScenarioError(f"seed: {len(seeds)} of them, expected {self.num_envs}")
+        drawn = {i: self.begin(i, each, options) for i, each in enumerate(seeds)}
+        return self.observations.copy(), self.told(drawn)
+
+    def begin(self, i: int, seed: int | None, options: dict[str, Any] | None = None) -> dict[str, Any]:
+        """Begin an episode of an environment; what `Stage.reset` tells of it."""
+        one = self.one
+        if seed is None and self.generators[i] is not None:
+            one.np_random = self.generators[i]   # type: ignore[assignment]  # goes on
+        elif seed is None:
+            one.np_random = np.random.default_rng()
+        _, info = one.reset(seed=seed, options=options)
+        self.generators[i] = one.np_random
+        self.c.maglev_take(self.instances, self.blocks[i].ctypes.data)
+        self.rows[i] = one.stage.row
+        points, self.amplitudes[i] = one.episode
+        if len(self.points):
+            self.points[i] = points
+        self.filtered[i] = [each.position for each in one.observers]
+        self.made[i] = self.sample[i] = 0
+        self.over[i] = False
+        return info
+
+    def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
+                                            dict[str, Any]]:
+        """Hold the currents (A) of actions, shape (num_envs, currents), for a sample."""
+        actions = np.asarray(actions, np.float64)
+        if actions.shape != self.commands.shape:
+            raise ScenarioError(f"actions of shape {actions.shape}, expected {self.commands.shape}: for each "
+                                "environment the currents (A) of the action space")
+        one, begun = self.one, np.flatnonzero(self.over)
+        self.commands[:] = actions
+        self.advance()
+        refused = self.refused != 0
+        self.made += one.samples
+        self.sample += ~refused
+        sample = np.minimum(self.sample, one.last)
+        which, wave = one.references.which[sample], one.references.wave[sample]
+        points = self.points[self.everyone, which] if len(self.points) else one.references.given[which]
+        np.copyto(self.references, points + wave[:, None] * self.amplitudes, where=~refused[:, None])
+        of_errors, of_currents = np.zeros(self.num_envs), np.zeros(self.num_envs)
+        for weight, reference, position in zip(one.error_weights, self.references.T, self.positions.T, strict=True):
+            of_errors -= weight * ((reference - position) * (reference - position))
+        for current in self.currents.T:
+            of_currents -= one.current_weight * current * current
+        rewards = np.where(refused, 0.0, 1.0 + of_errors + of_currents)
+        self.observe(~refused)
+        observations = self.observations.copy()
+        crashed = (self.at_stop != 0) & ~refused
+        clipped = ~refused if one.stage.measurement is not None else crashed
+        observations[clipped] = np.clip(observations[clipped], one.lowest, one.highest)
+        terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
+        infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(actions[i])} for i in np.flatnonzero(
+            refused & ~self.over)}
+        for i in begun.tolist():
+            infos[i] = self.begin(i, None)
+            observations[i], rewards[i] = self.observations[i], 0.0
+            terminated[i] = truncated[i] = False
+        self.over = terminated | truncated
+        going = ~refused
+        going[begun] = False
+        told = self.told(infos)
+        for name, values in (("reward_error", of_errors), ("reward_current", of_currents)):
+            told |= {name: np.where(going, values, 0.0), f"_{name}": going.copy()}
+        return observations, rewards, terminated, truncated, told
+
+    def advance(self) -> None:
+        """Step all stages, those that are over as well: they begin anew."""
+        def share(ends: tuple[int, int]) -> None:
+            self.c.maglev_advance(self.blocks.ctypes.data, self.rows.ctypes.data, self.rows.shape[1],
+                                  self.made.ctypes.data, self.one.rig.sample_time, self.one.samples, *ends,
+                                  self.refused.ctypes.data, self.at_stop.ctypes.data)
+
+        for _ in map(share, self.shares) if self.pool is None else self.pool.map(share, self.shares):
+            pass
+
+    def observe(self, chosen: npt.NDArray[np.bool_]) -> None:
+        """Velocities of the chosen environments, as `VelocityObserver` has them."""
+        one = self.one
+        shares = one.observer_filter
+        measured = positions(one.measuring if one.rig.rotations else None, self.encoders.T)
+        for k, of_axis in enumerate(measured):
+            change = shares.share1 * (of_axis - self.filtered[:, k])
+            velocity = self.velocities[:, k]
+            self.filtered[:, k] = np.where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
+            velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
+
+    def why(self, action: Array) -> str:
+        """What an FMU says of an action that is refused."""
+        stage = self.one.stage
+        stage.start({}, self.one.peak, {})
+        stage.commands[:] = action
+        return "" if stage.advance(1) else stage.said()
+
+    def told(self, infos: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
+        """Infos of environments as those of Gymnasium's vectors."""
+        found: dict[str, Any] = {}
+        for i, info in infos.items():
+            found = self._add_info(found, dict(info), i)
+        return found
+
+    def close_extras(self, **_: Any) -> None:
+        """Free the FMUs."""
+        if self.pool is not None:
+            self.pool.shutdown()
+        self.one.close()

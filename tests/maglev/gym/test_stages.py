@@ -1,0 +1,77 @@
+"""Many stages in one environment: the bits of Gymnasium's vector of single ones, through ends and beginnings."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import maglev.gym  # noqa: F401 - registers
+from maglev.errors import ScenarioError
+from maglev.gym import stages
+
+OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "2-DOF": ("Stage2DOF", {"parameters": {"v.mass": (4.0, 5.0), "v.position_start": (0.015, 0.024)}}),
+    "2-DOF, phases": ("Stage2DOF", {"action": "phases", "reference": "sinusoids"}),
+    "3-DOF, measured": ("Stage3DOF", {"measurement": {"y.noise": "1 um", "delay": "0.4 ms"}, "reference": "hold"}),
+    "3-DOF, slow samples": ("Stage3DOF", {"sample_time": "2 ms",
+                                          "reference": [[0.025, 0.0, 0.0], [0.024, 0.001, 0.0]]}),
+    "5-DOF": ("Stage5DOF", {"sample_time": "1 ms"})}
+
+
+@pytest.mark.parametrize("what", OPTIONS)
+def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "FEWEST", 2)   # so that there are threads
+    name, options = OPTIONS[what]
+    options = {"duration": 0.04, "fmus": folder, **options}
+    ours = gymnasium.make_vec(f"maglev/{name}-v0", 5, "vector_entry_point", threads=2, **options)
+    theirs = gymnasium.make_vec(f"maglev/{name}-v0", 5, "sync", **options)
+    assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    for space in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(ours, space) == getattr(theirs, space)
+    found, expected = ours.reset(seed=7), theirs.reset(seed=7)
+    require_same(found, expected)
+    theirs.action_space.seed(3)
+    ends = 0
+    for k in range(int(0.1 / theirs.envs[0].unwrapped.sample_time)):   # type: ignore[attr-defined]
+        actions = theirs.action_space.sample()
+        if k == 30:
+            actions[1, 0] = np.nan
+            actions[2, 1] = 1e6
+        one, other = ours.step(actions), theirs.step(actions)
+        require_same(one, other)
+        ends += int((one[2] | one[3]).sum())
+        assert ours.observation_space.contains(one[0]) or k >= 30   # type: ignore[operator]
+    assert ends > 5
+    ours.close()
+    theirs.close()
+
+
+def require_same(found: tuple[Any, ...], expected: tuple[Any, ...]) -> None:
+    for one, other in zip(found[:-1], expected[:-1], strict=True):
+        assert one.dtype == other.dtype
+        assert one.tobytes() == other.tobytes()
+    require_same_info(found[-1], expected[-1])
+
+
+def require_same_info(found: dict[str, Any], expected: dict[str, Any]) -> None:
+    assert {*found} >= {*expected}
+    for name, values in expected.items():
+        if isinstance(values, dict):
+            require_same_info(found[name], values)
+        else:
+            assert np.array_equal(found[name], values), (name, found[name], values)
+
+
+def test_actions_of_another_shape_are_refused(folder: Path) -> None:
+    envs = stages.Stages(3, "2dof", fmus=folder)
+    envs.reset(seed=1)
+    with pytest.raises(ScenarioError, match=r"actions of shape \(2,\), expected \(3, 2\)"):
+        envs.step(np.zeros(2))
+    with pytest.raises(ScenarioError, match="seed: 2 of them, expected 3"):
+        envs.reset(seed=[1, 2])
+    envs.close()
+    with pytest.raises(ScenarioError, match="num_envs = 0, expected at least 1"):
+        stages.Stages(0, "2dof", fmus=folder)
