@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.block_loop import DONE, ENDED, BlockLoop, block_loop
+from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
 from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import Metrics, phase_resistances

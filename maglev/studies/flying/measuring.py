@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from maglev.arrays import Array
-from maglev.cosim.block_loop import BlockLoop
+from maglev.cosim.blocks.block_loop import BlockLoop
 from maglev.judging.metrics import (
     COPPER,
     STEADY_SHARE,
