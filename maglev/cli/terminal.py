@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 PIPED_WIDTH = 120   # characters, where no terminal sets the width
 MOST_NAMED = 10     # files that are named one by one
+FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over those of a quick build
 MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
 
 
@@ -100,7 +101,7 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         def watch(name: str, done: int, steps: int) -> None:
             if name not in tasks:
                 tasks[name] = bar.add_task(name)
-            bar.update(tasks[name], completed=done, total=steps)
+            bar.update(tasks[name], completed=done, total=steps, refresh=steps <= FEW_STEPS)
             if done == steps:
                 bar.remove_task(tasks[name])
                 bar.advance(whole)
