@@ -1,6 +1,7 @@
 """The blocks stay in the subset of Python that pyccel translates to C."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ ROOT = Path(__file__).parents[1]
 # Of `math` blocks use what is exact on every machine: the standard says all bits of a square root, and the rest are no
 # computations. Everything else is another library's last bit elsewhere; pmlsm/elementary has it.
 EXACT = {"sqrt", "fabs", "pi", "inf", "nan"}
+TEMPLATES = ROOT / "maglev" / "rig" / "templates"   # blocks of a stage of the user's, and what a controller begins with
 FORBIDDEN_CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "set", "print",
                    "open", "getattr", "setattr"}
 FORBIDDEN_SYNTAX = (ast.Raise, ast.Try, ast.TryStar, ast.With, ast.Assert, ast.Lambda, ast.Yield,
@@ -88,6 +90,35 @@ def test_only_what_c_needs_no_library_for(name: str) -> None:
             # pyccel takes `dt != self.dt` for a comparison of dt with itself, and leaves out what follows.
             names = [getattr(side, "attr", getattr(side, "id", None)) for side in (node.left, *node.comparators)]
             assert len({name for name in names if name}) == sum(bool(name) for name in names), where
+
+
+def from_math(text: str) -> set[str]:
+    """Names that a text, Python or a template of it, takes from `math`, or `math` itself."""
+    lines = re.findall(r"^\s*from math import (\([^)]*\)|.*)", text, re.MULTILINE)
+    whole = re.findall(r"^\s*import (?:.*\b)?(math)\b", text, re.MULTILINE)
+    return {*whole, *(name for line in lines for name in re.findall(r"[\w*]+", line))}
+
+
+def test_blocks_take_from_math_what_is_exact_alone() -> None:
+    """And all of it: each is allowed because it is needed."""
+    assert set().union(*(from_math(path.read_text(encoding="utf-8")) for path in BLOCKS.values())) == EXACT
+
+
+def test_templates_of_blocks_take_no_more() -> None:
+    paths = [path for path in TEMPLATES.rglob("*.j2") if ".py" in path.suffixes or path.parent.name == "parts"]
+    assert len(paths) > 30
+    for path in paths:
+        text = path.read_text(encoding="utf-8")
+        assert from_math(text) <= EXACT, path.name
+        assert not re.search(r"^\s*(?:from|import) (?:numpy|scipy|cmath|statistics)\b", text, re.MULTILINE), path.name
+
+
+@pytest.mark.parametrize(("text", "names"), [
+    ("from math import pi, sin", {"pi", "sin"}), ("from math import (\n    sqrt,\n    exp,\n)", {"sqrt", "exp"}),
+    ("import math", {"math"}), ("import os, math as m", {"math"}), ("    from math import *", {"*"}),
+    ("{% if a %}\nfrom math import tanh\n{% endif %}", {"tanh"}), ("from maglev import math", set())])
+def test_what_is_taken_from_math_is_found(text: str, names: set[str]) -> None:
+    assert from_math(text) == names
 
 
 @pytest.mark.usefixtures("slow")

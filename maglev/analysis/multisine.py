@@ -7,9 +7,11 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.errors import LinearModelError
+from maglev.waves import sines_cosines
 
 CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
 CLIPPINGS = 40
+DIGITS = 9           # of a phase in rad: beyond them it is a library's, and another machine's others
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ def multisine(grid: Grid, peak: float, seed: int) -> Array:
     phases = random.uniform(0.0, 2.0 * pi, len(lines))
     best, least = sum_of(grid, phases), np.inf
     for _ in range(CLIPPINGS if len(lines) > 1 else 1):
+        phases = phases.round(DIGITS)
         signal = sum_of(grid, phases)
         if crest_factor(signal) < least:
             best, least = signal, crest_factor(signal)
@@ -65,10 +68,13 @@ def multisine(grid: Grid, peak: float, seed: int) -> Array:
 
 
 def sum_of(grid: Grid, phases: Array) -> Array:
-    """One period of sines, shape (samples,)."""
-    spectrum = np.zeros(grid.samples // 2 + 1, dtype=complex)
-    spectrum[list(grid.harmonics)] = np.exp(1j * phases)
-    return np.fft.irfft(spectrum, grid.samples) * grid.samples / 2.0
+    """One period of cosines, shape (samples,), with the same bits on every machine."""
+    sines, cosines = sines_cosines(2.0 * pi / grid.samples * np.arange(grid.samples))
+    signal = np.zeros(grid.samples)
+    for number, sine, cosine in zip(grid.harmonics, *sines_cosines(phases), strict=True):
+        turned = number * np.arange(grid.samples) % grid.samples
+        signal += cosine * cosines[turned] - sine * sines[turned]
+    return signal
 
 
 def crest_factor(signal: Array) -> float:

@@ -33,6 +33,17 @@ def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.Monkey
     assert clipped < 0.9 * np.mean([crest_factor(multisine(grid, 1.0, seed)) for seed in range(6)])
 
 
+def test_an_excitation_has_the_same_bits_with_another_fourier_transform(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose last digits are a library's."""
+    grid, transform = make_grid(3.0, 300.0, 20, 1e-3), np.fft.rfft
+    signal = multisine(grid, 2e-4, 5)
+    turned = 1.0 + 1e-13 * np.exp(1j * np.arange(grid.samples // 2 + 1))
+    monkeypatch.setattr(np.fft, "rfft", lambda x: transform(x) * turned)
+    assert multisine(grid, 2e-4, 5).tobytes() == signal.tobytes()
+    monkeypatch.setattr("maglev.analysis.multisine.DIGITS", 15)
+    assert multisine(grid, 2e-4, 5).tobytes() != signal.tobytes()
+
+
 def response_of(controller: object, fmus: Path, **given: object) -> FrequencyResponse:
     """Of h of the 2-DOF stage, without what is not smooth in the plant, and in h without a bias."""
     found = frequency_response("Plant2DOF", controller, {"v": 20e-3}, "h", smooth=True, fmus=fmus,
