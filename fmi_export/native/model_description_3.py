@@ -104,7 +104,8 @@ def build_description(name: str, units: Sequence[str]) -> str:
     SubElement(files, "PreprocessorDefinition", {
         "name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": "true",
         "description": "For a shared library: the functions of FMI under their own names"})
-    SubElement(configuration, "Library", {"name": "m", "external": "true", "description": "Where libm is a library"})
+    SubElement(configuration, "Library", {
+        "name": "m", "external": "true", "description": "For square roots alone, where a compiler sets errno by them"})
     return xml_file(root).decode("utf-8")
 
 
