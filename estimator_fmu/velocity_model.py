@@ -4,9 +4,11 @@ from math import sqrt
 
 from pmlsm.elementary.exponential import exponential
 from pmlsm.elementary.logarithm import logarithm_one_plus
-from pmlsm.elementary.sine_cosine import LARGEST_REDUCED, sine_cosine
+from pmlsm.elementary.sine_cosine import LARGEST_REDUCED, sine_cosine, sine_of_turns
+from pmlsm.elementary.whole_numbers import fraction
 
 LARGEST_GROWTH = 0.05        # of Σ, in the direction of the regressor, over one part of a sample
+ONE_OVER_TWO_PI = 0.15915494309189535
 NEARLY_CRITICAL = 1.0e-8     # (r τ)² below which the two rates of the filter count as one
 
 
@@ -101,11 +103,12 @@ def two_states(gain: float, epsilon: float, tau: float) -> tuple[float, float, f
         root = sqrt(-discriminant)
         left = exponential(-damping * tau)
         angle = root * tau
-        # 1e8 turns within a part of a sample: e^(−damping τ) with an ε far below every sample, and gains beyond any
-        # field. A phase has no meaning then, but NaN would refuse a sample that the damping alone decides.
-        if angle > LARGEST_REDUCED:
-            angle = LARGEST_REDUCED
-        sine, cosine = sine_cosine(angle)
+        if angle > LARGEST_REDUCED:   # as close as the angle is, whose own rounding is the larger part by far
+            turns = fraction(ONE_OVER_TWO_PI * angle)
+            sine = sine_of_turns(turns)
+            cosine = sine_of_turns(turns + 0.25)
+        else:
+            sine, cosine = sine_cosine(angle)
         c = left * cosine
         s = left * sine / root
     else:

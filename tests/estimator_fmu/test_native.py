@@ -1,5 +1,6 @@
 """The native FMUs against the blocks they are made of, bit for bit."""
 
+import math
 from collections.abc import Callable
 from operator import attrgetter
 
@@ -37,3 +38,13 @@ def test_same_bits(flight: Callable[..., dict[str, np.ndarray]], load_native: Ca
         assert block.step(k * dt, dt) == 0
         ours = dict(zip(names, values_of(block), strict=True))
         assert bits([outputs(fmu)]) == bits([ours]), k
+
+
+@pytest.mark.parametrize("weight", [1e-20, 1e-18, 1e-12])
+def test_the_smallest_weights(load_either: Callable[[str], Fmu], weight: float) -> None:
+    """With which an undamped error goes through more turns in a sample than an angle keeps digits of."""
+    fmu = load_either("Estimator2DOF")
+    fmu.initialise({"gamma": 1.0, "epsilon": 1e-3, "C1_weight": weight}, 0.0, 10.0)
+    put(fmu, {"motor.i_q": 1000.0, "h.measured": 1e-3})
+    fmu.instance.doStep(0.0, 5e-4)
+    assert all(map(math.isfinite, outputs(fmu).values()))

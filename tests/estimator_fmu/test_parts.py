@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from direct_loop import RIGS
@@ -70,6 +71,23 @@ def test_two_states(gain: float, epsilon: float, tau: float) -> None:
     unit = math.sqrt(gain / epsilon) if gain > 1e-3 else 1.0
     exact = expm(tau * np.array([[-1 / epsilon, -unit], [gain / epsilon / unit, 0.0]]))
     assert np.array([[p, -q * unit], [r / unit, k]]) == pytest.approx(exact, rel=1e-7, abs=1e-7)
+
+
+@given(st.floats(1e17, 1e24), st.floats(1e-3, 0.1))
+def test_two_states_of_more_turns_than_an_angle_keeps(gain: float, epsilon: float) -> None:
+    """As close as the rounding of the angle lets them be, and no wave is lost where that is a turn and more."""
+    tau = 5e-4
+    p, q, r, k = two_states(gain, epsilon, tau)
+    with mpmath.workdps(60):
+        damping, stiffness = 1 / (2 * mpmath.mpf(epsilon)), mpmath.mpf(gain) / mpmath.mpf(epsilon)
+        root = mpmath.sqrt(stiffness - damping ** 2)
+        angle, left = root * tau, mpmath.exp(-damping * tau)
+        c, s = mpmath.cos(angle), mpmath.sin(angle) / root
+        scales = [left, left / root, left * root, left]
+        exact = [left * each for each in (c - damping * s, s, stiffness * s, c + damping * s)]
+        for found, expected, scale in zip((p, q, r, k), exact, scales, strict=True):
+            assert abs(float((found - expected) / scale)) < 5.0 * 2.0**-53 * float(angle) + 1e-6
+        assert float((p / scales[0]) ** 2 + (q / scales[1]) ** 2) == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("epsilon", [0.001, 0.01])
