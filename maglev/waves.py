@@ -3,6 +3,8 @@
 NumPy has its own on every kind of processor; its sums, products and comparisons are exact everywhere.
 """
 
+from collections.abc import Iterable
+from math import pi
 from typing import Any, cast
 
 import numpy as np
@@ -36,3 +38,13 @@ def sines_cosines(angles: NDArray[np.floating[Any]]) -> tuple[Array, Array]:
     for place in np.argwhere(~quick | (np.abs(r) < CLOSE_TO_QUARTER)):
         sines[tuple(place)], cosines[tuple(place)] = sine_cosine(float(angles[tuple(place)]))
     return sines, cosines
+
+
+def period_of(samples: int, harmonics: Iterable[int], phases: Array) -> Array:
+    """One period of a sum of cosines, shape (samples,): so many periods of each harmonic, with its phase (rad)."""
+    sines, cosines = sines_cosines(2.0 * pi / samples * np.arange(samples))
+    found = np.zeros(samples)
+    for number, sine, cosine in zip(harmonics, *sines_cosines(phases), strict=True):
+        turned = number * np.arange(samples) % samples
+        found += cosine * cosines[turned] - sine * sines[turned]
+    return found

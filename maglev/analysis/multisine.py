@@ -7,7 +7,7 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.errors import LinearModelError
-from maglev.waves import sines_cosines
+from maglev.waves import period_of
 
 CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
 CLIPPINGS = 40
@@ -56,25 +56,15 @@ def multisine(grid: Grid, peak: float, seed: int) -> Array:
     random = np.random.default_rng(seed)
     lines = np.array(grid.harmonics)
     phases = random.uniform(0.0, 2.0 * pi, len(lines))
-    best, least = sum_of(grid, phases), np.inf
+    best, least = np.zeros(0), np.inf
     for _ in range(CLIPPINGS if len(lines) > 1 else 1):
         phases = phases.round(DIGITS)
-        signal = sum_of(grid, phases)
+        signal = period_of(grid.samples, grid.harmonics, phases)
         if crest_factor(signal) < least:
             best, least = signal, crest_factor(signal)
         most = CLIP * np.abs(signal).max()
         phases = np.angle(np.fft.rfft(np.clip(signal, -most, most))[lines])
     return np.asarray(peak / np.abs(best).max() * best)
-
-
-def sum_of(grid: Grid, phases: Array) -> Array:
-    """One period of cosines, shape (samples,), with the same bits on every machine."""
-    sines, cosines = sines_cosines(2.0 * pi / grid.samples * np.arange(grid.samples))
-    signal = np.zeros(grid.samples)
-    for number, sine, cosine in zip(grid.harmonics, *sines_cosines(phases), strict=True):
-        turned = number * np.arange(grid.samples) % grid.samples
-        signal += cosine * cosines[turned] - sine * sines[turned]
-    return signal
 
 
 def crest_factor(signal: Array) -> float:
