@@ -30,6 +30,9 @@ from fmi_export.native.build import translated_blocks
 from fmi_export.native.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
 from fmi_export.native.translation import files_of, literal
 from fmi_export.sources import carried_modules
+from fmi_export.target.freestanding import template
+from maglev.microcontroller.emulator import OPTIONS, PROGRAM
+from maglev.microcontroller.image import FLAGS as CORTEX_M7
 from maglev.own_fmus import definition
 from maglev.user_controllers.own_modules import PACKAGES
 from maglev_files.scratch import scratch
@@ -197,16 +200,25 @@ def by_gcc(run: Run) -> str:
         return printed(folder / "bits")
 
 
-def by_zig(target: str, flags: tuple[str, ...], emulator: str, run: Run) -> str:
-    """A target of zig's, on this machine as it is or by an emulator."""
-    before = [command(emulator)] if emulator else []
+def by_zig(target: str, flags: tuple[str, ...], emulator: str, run: Run,
+           further: Mapping[str, str] | None = None) -> str:
+    """A target of zig's, perhaps with further files, on this machine as it is or by an emulator, with its options."""
+    before = [*map(command, emulator.split()[:1]), *emulator.split()[1:]]
     ending = ".exe" if "windows" in target else ""
     with scratch() as folder:
         program = folder / f"bits{ending}"
-        program.write_bytes(library(sources(run), "bits", Platform((target,), ending, flags)))
+        program.write_bytes(library({**sources(run), **(further or {})}, "bits", Platform((target,), ending, flags)))
         program.chmod(0o700)
         return printed(*before, program, environment={
             "WINEDEBUG": "-all", "WINEPREFIX": wine_prefix(), "DISPLAY": ""} if emulator == "wine" else {})
+
+
+def on_cortex_m7(run: Run) -> str:
+    """A microcontroller that QEMU emulates, without an operating system or a library."""
+    files = {"math.h": template("arithmetic.h"), "stdlib.h": "", "board.ld": template("qemu/mps2_an500.ld"),
+             "bare.h": (HOSTS / "bare.h").read_text(encoding="utf-8")}
+    return by_zig("thumb-freestanding-eabihf", (*CORTEX_M7, "-T", "board.ld"), " ".join([PROGRAM, *OPTIONS]), run,
+                  files)
 
 
 @cache
@@ -301,6 +313,7 @@ THOROUGH = (
           ("32-bit ARM, musl", "arm-linux-musleabihf", "qemu-arm"),
           ("32-bit x86, musl", "x86-linux-musl", "qemu-i386"),
           ("IBM z, highest byte first, musl", "s390x-linux-musl", "qemu-s390x"))),
+    Environment("C, Cortex-M7, no library", "zig, qemu-system-arm", on_cortex_m7),
     Environment("C, x86-64 Windows", "zig, Wine", partial(by_zig, "x86_64-windows-gnu", (), "wine")),
     Environment("WebAssembly", "zig, Chromium", chromium))
 
