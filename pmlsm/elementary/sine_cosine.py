@@ -1,4 +1,4 @@
-"""Sine and cosine within 0.8 ULP for angles up to 8.4e8 rad, NaN beyond; sine of turns, of any number, within 1.8 ULP.
+"""Sine and cosine within 0.8 ULP for angles up to 8.4e8 rad, NaN beyond; sine of turns, of any number, within 2 ULP.
 
 Reduction by multiples of π/2 in parts (W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980),
 then minimax polynomials on ±π/4, of turns on ±π/2. Two parts of π/2 are enough for angles of 1024 quarter turns that
