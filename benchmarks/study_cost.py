@@ -6,10 +6,10 @@ and processes side by side, wall time, which says little on a machine with other
 
 import argparse
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter, process_time
+from unittest.mock import patch
 
 from loops import PAIRS
 from reference_loop import reference_loop
@@ -60,16 +60,6 @@ def side_by_side(study: PlannedStudy, jobs: int) -> float:
         return perf_counter() - begin
 
 
-@contextmanager
-def by_calls() -> Iterator[None]:
-    """No loop with the FMUs' blocks is found in a block."""
-    lookup, block_loop.kept = block_loop.kept, lambda *_: None
-    try:
-        yield
-    finally:
-        block_loop.kept = lookup
-
-
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -96,7 +86,7 @@ def main() -> None:
         def alone() -> float:
             return min(processor_time(lambda: flown(study, samples)) for _ in range(2)) / samples
 
-        with by_calls():
+        with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
             row("calls of the FMUs", alone())
         assert here.loop_for(study.job, study.batches)   # compiles it
         row("the blocks in one loop", found := alone())
