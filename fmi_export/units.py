@@ -44,7 +44,7 @@ def factors(unit: str) -> tuple[tuple[str, int], ...]:
     signs, next_sign, place, expects_symbol = [1], 1, 0, True
     while place < len(unit.rstrip()):
         match = WORD.match(unit, place)
-        if match is None or (match[1] not in ("(",) and match[2] is None) == expects_symbol:
+        if match is None or (match[1] != "(" and match[2] is None) == expects_symbol:
             raise UnknownUnit(unit)
         place = match.end()
         if match[1] == "(":

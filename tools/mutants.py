@@ -107,7 +107,7 @@ def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
 def chosen(mutations: Sequence[Mutation], words: Sequence[str]) -> list[tuple[int, Mutation]]:
     """Numbered mutations, those that any of the words is for."""
     return [(k, mutation) for k, mutation in enumerate(mutations, 1)
-            if not words or any(word == str(k) or not word.isdigit() and word in f"{mutation.group} {mutation}"
+            if not words or any(word == str(k) or (not word.isdigit() and word in f"{mutation.group} {mutation}")
                                 for word in words)]
 
 

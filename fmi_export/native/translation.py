@@ -170,7 +170,7 @@ def finished_source(name: str, source: str, constants: Iterable[str]) -> str:
         source = re.sub(rf"^\w+ {constant};\n", "", source, flags=re.MULTILINE)
     source = INITIALISER.sub("", source.replace("bool initialised = 0;\n", ""))
     source = FUNCTION.sub(used_names_only, source)
-    if re.search(r"initialised|__init\(", source) or re.search(r"^(double|int64_t|bool) \w+( =.*)?;", source, re.M):
+    if re.search(r"initialised|__init\(|(?m:^(double|int64_t|bool) \w+( =.*)?;)", source):
         raise ExportError(f"{name}: the C that pyccel has made of it has global variables, expected none to be left")
     return marked(source)
 

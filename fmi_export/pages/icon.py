@@ -5,6 +5,7 @@ import struct
 import zlib
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def disc(x: float, y: float, radius: float, colour: str) -> Shape:
 def stroke(points: Sequence[Point], width: float, colour: str) -> list[Shape]:
     """Line through points, with round ends and corners."""
     shapes = [disc(x, y, width / 2, colour) for x, y in points]
-    for (x0, y0), (x1, y1) in zip(points, points[1:], strict=False):
+    for (x0, y0), (x1, y1) in pairwise(points):
         scale = width / 2 / math.hypot(x1 - x0, y1 - y0)
         across, up = round(scale * (y0 - y1), 3), round(scale * (x1 - x0), 3)
         shapes.append((colour, ((x0 + across, y0 + up), (x1 + across, y1 + up), (x1 - across, y1 - up),

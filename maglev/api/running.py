@@ -133,7 +133,7 @@ def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
     return [f"{name}: {each.verdict}: {each.claim.text}" + (f" ({each.claim.criterion}: {each.measured_text})"
                                                             if each.measured is not None else "")
             for each in claims if each.verdict in ("not met", "no difference", "not reproduced")
-            or each.claim.own and each.verdict in ("not run", "not testable")]
+            or (each.claim.own and each.verdict in ("not run", "not testable"))]
 
 
 def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:

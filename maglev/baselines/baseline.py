@@ -204,7 +204,7 @@ def read_options(path: Path, signals: Sequence[str]) -> Options:
         key = cells[0].strip()
         if key not in (*RUN_KEYS, *SIGNAL_KEYS):
             raise refused(path, line, "key", key, f"unknown, nearest is {nearest(key, (*RUN_KEYS, *SIGNAL_KEYS))}")
-        if not (len(cells) == 2 and key in RUN_KEYS or len(cells) == 3 and key in SIGNAL_KEYS):
+        if not ((len(cells) == 2 and key in RUN_KEYS) or (len(cells) == 3 and key in SIGNAL_KEYS)):
             raise refused(path, line, "row", ",".join(cells), OPTION_FORM)
         signal = cells[1] if len(cells) == 3 else None
         label = ",".join(cells[:-1])

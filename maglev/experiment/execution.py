@@ -52,7 +52,7 @@ class RunResult:
     """
 
     plan: RunPlan
-    recording: Recording = Recording(np.zeros(0), {})
+    recording: Recording = field(default_factory=lambda: Recording(np.zeros(0), {}))
     metrics: Metrics | None = None
     failure: str | None = None
     traceback: str = ""

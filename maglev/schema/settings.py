@@ -49,7 +49,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
             continue
         variable = name.partition(".")[2]
         unit = unit_of(plan, variable)
-        if value.unit is not None and not measures(value.unit, unit) or isinstance(value.value, bool):
+        if (value.unit is not None and not measures(value.unit, unit)) or isinstance(value.value, bool):
             raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
         changed_plan = with_reference(plan, variable, float(value.value))
         if changed_plan.signals != plan.signals:

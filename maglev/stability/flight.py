@@ -102,7 +102,7 @@ class Flights:
             raise StabilityError(f"{self.names[1]}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")
         dt = self.blocks[0].sample_time
-        count, before = int(round((BEFORE + SHOWN) / dt)), int(round(BEFORE / dt))
+        count, before = round((BEFORE + SHOWN) / dt), round(BEFORE / dt)
         resting = np.arange(count + 1) < before
         drives = {f"controller.{axis}.reference": np.where(resting, start[axis], end[axis]).tolist()
                   for axis in self.rig.axis_names}

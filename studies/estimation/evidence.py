@@ -33,7 +33,7 @@ def residual(result: ClaimResult, largest: float) -> float:
     what never settles: 1.
     """
     claim, measured = result.claim, result.measured
-    if claim.quantity is None or result.verdict in ("reproduced", "met") and claim.relation != "about":
+    if claim.quantity is None or (result.verdict in ("reproduced", "met") and claim.relation != "about"):
         return 0.0
     if measured is None:
         return largest   # the run failed

@@ -32,9 +32,8 @@ def with_defaults(plan: RunPlan, defaults: Defaults, following: Defaults) -> Run
     for name, fmu in plan.fmus.items():
         given = {*fmu.start, *fmu.start_from}
         start = {**of_model(defaults, fmu.model, absent=given), **fmu.start}
-        for variable, value in of_model(following, fmu.model).items():
-            if variable in fmu.start and fmu.start[variable].value != 0:
-                start[variable] = value
+        start |= {variable: value for variable, value in of_model(following, fmu.model).items()
+                  if variable in fmu.start and fmu.start[variable].value != 0}
         fmus[name] = fmu.model_copy(update={"start": start})
     return plan.model_copy(update={"fmus": fmus})
 

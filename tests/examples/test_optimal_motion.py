@@ -1,6 +1,7 @@
 """The planned motions: limits and mechanics of the files, bounds on any motion, their flights, CasADi's optimum."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,7 @@ def test_it_holds_to_the_limits_from_rest_to_rest(name: str) -> None:
         np.testing.assert_allclose(row[4:7], 0.0, atol=1e-7)
     assert rows[:, 1].min() >= LEAST_GAP and rows[:, 1].max() <= 30e-3
     largest = [max(map(abs, (*phases(row[7], row[8], place[2]), *phases(row[9], row[10], place[3]))))
-               for row, end in zip(rows[:-1], rows[1:], strict=True) for place in (row, end)]
+               for row, end in pairwise(rows) for place in (row, end)]
     assert max(largest) < LIMIT + 5e-3   # between the points of the collocation a little above
     if name == "fastest":   # as the maximum principle has it: always at a limit
         assert min(largest) > 0.99 * LIMIT

@@ -1,6 +1,5 @@
 """What tools expect of the files: valid descriptions, runs with nothing set, reproducible bytes, documentation."""
 
-import datetime
 import hashlib
 import os
 import subprocess
@@ -156,4 +155,4 @@ def test_source_date_epoch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     description = fmpy.read_model_description(str(tmp_path / "Plant2DOF.fmu"))
     assert description.generationDateAndTime == "2001-09-09T01:46:40Z"
     with zipfile.ZipFile(tmp_path / "Plant2DOF.fmu") as archive:
-        assert {datetime.datetime(*i.date_time).year for i in archive.infolist()} == {2001}
+        assert {i.date_time[0] for i in archive.infolist()} == {2001}

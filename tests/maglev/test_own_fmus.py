@@ -1,6 +1,5 @@
 """Which FMU files are the ones that this installation makes: by their content, whatever they say and are called."""
 
-import os
 import re
 import shutil
 import zipfile
@@ -149,5 +148,5 @@ def test_a_file_that_is_replaced_is_looked_at_again(ours: Path, tmp_path: Path) 
     copy = Path(shutil.copy(ours, tmp_path))
     assert built_here(copy)
     other = changed(ours, tmp_path / "other", every(".so", lambda library: library + b"\0"))
-    os.replace(other, copy)
+    other.replace(copy)
     assert not built_here(copy)

@@ -39,13 +39,13 @@ def taken(node: ast.expr | ast.stmt) -> Iterator[str]:
     if isinstance(node, ast.ImportFrom) and node.module and not node.level:
         package, *parts = node.module.split(".")
         for name in (*parts, *(alias.name for alias in node.names)):
-            if package in WHOLE or name in LIBRARIES.get(package, ()) or name == "*" and package in LIBRARIES:
+            if package in WHOLE or name in LIBRARIES.get(package, ()) or (name == "*" and package in LIBRARIES):
                 yield f"{node.module}: {name}"
     elif isinstance(node, ast.Import):
         for alias in node.names:
             package, *parts = alias.name.split(".")
             known = LIBRARIES.get(package, set())
-            if package in WHOLE or known & {*parts} or known and not parts and alias.asname != USUAL[package]:
+            if package in WHOLE or known & {*parts} or (known and not parts and alias.asname != USUAL[package]):
                 yield alias.name
     elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
         if node.attr in BY_NAME.get(node.value.id, ()):
@@ -58,5 +58,5 @@ def taken(node: ast.expr | ast.stmt) -> Iterator[str]:
 
 def of_whole(power: ast.BinOp) -> bool:
     """Whether a power is a product, or of two numbers that are written down."""
-    return isinstance(power.right, ast.Constant) and isinstance(power.right.value, int) or not any(
+    return (isinstance(power.right, ast.Constant) and isinstance(power.right.value, int)) or not any(
         isinstance(node, (ast.Name, ast.Attribute, ast.Call, ast.Subscript)) for node in ast.walk(power))

@@ -93,7 +93,7 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
     own = {} if put_in else planned.start
     theirs = {**planned.inherited, **planned.start} if put_in else planned.inherited
     driven = [signal.to.removeprefix(f"{name}.") for signal in plan.signals if put_in]
-    shared = replacement.keep_settings or (planned.file is None) == put_in and built_here(replacement.path)
+    shared = replacement.keep_settings or ((planned.file is None) == put_in and built_here(replacement.path))
     variables = {variable.name: variable for variable in replacement.description(name).modelVariables}
     left_out = {}
     for variable in [*own, *theirs, *planned.start_from]:

@@ -109,7 +109,7 @@ def test_an_object_flies_as_it_is(fastest_fmus: Path, tmp_path: Path, pd: Any) -
 def test_many_runs_of_a_class(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
     results = maglev.run_all([scenario(tmp_path), NAME], controller=pd, fmus=fastest_fmus, out=tmp_path, jobs=2)
     assert not [each.failure for each in results.runs if each.failure]
-    assert list(results)[0] == "flight"
+    assert next(iter(results)) == "flight"
 
 
 def test_what_no_copy_can_be_made_of(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pytest import TempPathFactory
 
 from maglev.baselines.outcome import CheckResult, write_junit
 
@@ -31,7 +31,7 @@ def test_every_status(tmp_path: Path) -> None:
 
 
 @given(text=st.text(st.characters(codec=None)))
-def test_any_text_gives_xml_that_parses(tmp_path_factory: TempPathFactory, text: str) -> None:
+def test_any_text_gives_xml_that_parses(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.mktemp("junit") / "report.xml"
     write_junit(path, [result(text, "deviated", text), result(text, "error", text)])
     assert len(ElementTree.parse(path).getroot().findall("testcase")) == 2

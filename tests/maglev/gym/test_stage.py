@@ -226,7 +226,7 @@ def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
         assert same_bits(alone, np.ascontiguousarray(np.array(found)[:, i]))
 
 
-@pytest.mark.parametrize("options, error, words", [
+@pytest.mark.parametrize(("options", "error", "words"), [
     ({"y.masss": 7.0}, UnknownName, "nearest is 'y.mass'"),
     ({"y.mass": "7 mm"}, ScenarioError, "y.mass = '7 mm' is in mm, expected a quantity in kg"),
     ({"y.mass": -1.0}, ScenarioError, "y.mass = -1.0 kg, expected a number from 0.001"),

@@ -1,6 +1,7 @@
 """Studies in processes of this machine: the result is the same whatever dies, whenever it is interrupted."""
 
 import threading
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -116,7 +117,7 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
     words = study.command(5).split()
     assert words[:3] == ["maglev", "run", str(scenario(tmp_path).absolute())]
     run = maglev.run(scenario(tmp_path), fmus=fastest_fmus,
-                     set=[setting for flag, setting in zip(words, words[1:], strict=False) if flag == "--set"])
+                     set=[setting for flag, setting in pairwise(words) if flag == "--set"])
     assert run.metrics.rms_errors["h"] == frame["rms error of h"][5]
     again = study.run(5)
     assert again.keys() == run.keys() and all(again[name].tobytes() == run[name].tobytes() for name in run)

@@ -1,5 +1,6 @@
 """A user's controller, a Python file, in studies: its FMU is built for the workers, and flies what the file flies."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ def test_samples_are_what_the_file_flies(fastest_fmus: Path, tmp_path: Path, mon
     assert frame["plant.h.friction.coulomb"].nunique() == 3
     words = study.command(2).split()
     assert str(path) in words
-    settings = [setting for flag, setting in zip(words, words[1:], strict=False) if flag == "--set"]
+    settings = [setting for flag, setting in pairwise(words) if flag == "--set"]
     run = maglev.run(flight(tmp_path), fmus=fastest_fmus, controller=path, set=settings)
     assert run.metrics.rms_errors["v"] == frame["rms error of v"][2] != nominal.metrics.rms_errors["v"]
     assert study.run(2).metrics == run.metrics
