@@ -4,8 +4,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from maglev.cli.options import RIG_NAMES, Debug, Out
 from maglev.cli.terminal import one_line_errors, report_console
@@ -13,6 +11,8 @@ from maglev.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from maglev.identification.identify import Identification
 
 LEFT_OUT = ("The standard error is scatter alone. Left out: what friction, bias, ripple and modulation, of the size "
@@ -67,8 +67,10 @@ def read_guesses(texts: list[str]) -> dict[str, str]:
     return guesses
 
 
-def show(console: Console, found: "Identification") -> None:
+def show(console: "Console", found: "Identification") -> None:
     """Print constants, rows and warnings."""
+    from rich.table import Table
+
     from maglev.identification.identify import HORIZON
 
     recording, estimate = found.recording, found.estimate

@@ -3,6 +3,7 @@
 import io
 import os
 import sys
+from inspect import cleandoc
 from typing import Any
 
 import typer
@@ -60,6 +61,27 @@ class Commands(TyperGroup):
             say("--native is --kind native now, and runs need neither: results are the same")
             args = [word for each in args for word in (("--kind", "native") if each == "--native" else (each,))]
         return super().parse_args(ctx, args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the page of all commands without rich: what its pages import takes longer than NumPy's import."""
+        super(TyperGroup, self).format_help(ctx, formatter)
+
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """Write what stands before the options; without the marks of Markdown, which nothing reads here."""
+        formatter.write_paragraph()
+        with formatter.indentation():
+            formatter.write_text(cleandoc(self.help or "").replace("`", ""))
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, each with its first paragraph, in the panels that they name."""
+        panels: dict[str, list[tuple[str, str]]] = {}
+        for name, each in self.commands.items():
+            if not each.hidden:
+                first = cleandoc(each.help or "").split("\n\n")[0].replace("`", "")
+                panels.setdefault(getattr(each, "rich_help_panel", None) or "Commands", []).append((name, first))
+        for panel, rows in panels.items():
+            with formatter.section(panel):
+                formatter.write_dl(rows)
 
 
 class CommandLine(typer.Typer):

@@ -11,9 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import SCRIPTS, error_line, maglev, run_script
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
+from maglev.cli.app import app
 
 SHORT = """
 extends = "{loop}"
@@ -181,6 +184,29 @@ def test_help_teaches() -> None:
         result = maglev(command, "--help")
         assert result.exit_code == 0
         assert f"maglev {command}" in result.output
+
+
+def test_help_imports_less_than_numpy_takes() -> None:
+    """The command line itself, and what that cannot do without: neither NumPy nor parts of rich."""
+    code = ("import sys\nbefore = set(sys.modules)\nfrom maglev.__main__ import main\nsys.argv = ['maglev', '--help']\n"
+            "try:\n    main()\nfinally:\n    print(*sorted(set(sys.modules) - before), file=sys.stderr)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    imported = set(done.stderr.split())
+    assert {"maglev.cli.app", "typer.main"} <= imported
+    assert {name.split(".")[0] for name in imported} - sys.stdlib_module_names <= {
+        "maglev", "maglev_files", "pmlsm", "fmi_export",
+        "typer", "click", "shellingham", "typing_extensions", "annotated_doc", "rich", "colorama"}
+    assert not [name for name in imported if name.startswith("rich.")]
+
+
+def test_help_names_every_command() -> None:
+    said = maglev("--help").output
+    listed = dict(re.findall(r"^  ([a-z][a-z-]*) {2,}(\S.*)$", said.partition("\nOptions:")[2], re.MULTILINE))
+    group = get_command(app)
+    assert isinstance(group, TyperGroup)
+    assert listed.keys() == {name for name, each in group.commands.items() if not each.hidden}
+    assert listed["list"].startswith("List the FMUs and the scenarios, or ")
+    assert "`" not in said
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof"])
