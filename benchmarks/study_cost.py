@@ -41,7 +41,7 @@ def planned(folder: Path, samples: int) -> PlannedStudy:
 
 def flown(study: PlannedStudy, samples: int) -> Flown:
     """So many samples of a study flown in this process."""
-    return gathered(study.job, 0, samples, each_flown(study.job, study.values[:samples]))
+    return gathered(study.job, 0, each_flown(study.job, study.values[:samples]))
 
 
 def processor_time(call: Callable[[], object]) -> float:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from maglev.api.comparing import Comparison, compare
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
-    from maglev.api.many.batch import Batch, batch
+    from maglev.api.many.batch import Batch, BatchInterrupted, batch
     from maglev.api.many.studying import Study, study, sweep
     from maglev.api.many.tuning import Tuned, tune
     from maglev.api.repository import new_repository
@@ -56,7 +56,8 @@ if TYPE_CHECKING:
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
-    "Batch": "maglev.api.many.batch", "batch": "maglev.api.many.batch",
+    "Batch": "maglev.api.many.batch", "BatchInterrupted": "maglev.api.many.batch",
+    "batch": "maglev.api.many.batch",
     "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.response",
     "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
@@ -79,7 +80,7 @@ PLACES = {
     "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
 
 __all__ = [
-    "BaselineError", "Batch", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError",
+    "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError",
     "FrequencyResponse", "IdentificationError", "LinearModelError", "MaglevError", "MeasurementError",
     "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError",
     "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check", "check_fmus", "compare", "fmus",

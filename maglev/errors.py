@@ -18,7 +18,8 @@
 
     KeyboardInterrupt
     └── Interrupted            Ctrl-C or SIGTERM ended what was going on
-        └── RunInterrupted     the same in a co-simulation; what was recorded until then is in `cosim.master`
+        ├── RunInterrupted     the same in a co-simulation; what was recorded until then is in `cosim.master`
+        └── BatchInterrupted   the same in `maglev.batch`; the samples that were done are in its `batch`
 
 Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
 """

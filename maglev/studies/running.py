@@ -53,6 +53,7 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
         return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in kinds)}
 
     done = whole_batches()
+    by_number = {batch.number: batch for batch in planned.batches}
     lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
     kept_samples = sum(batch.last - batch.first for batch in done)
     if parts.files and not resume:
@@ -68,6 +69,8 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
 
     def store(number: int, flown: Flown) -> None:
         nonlocal kept_samples
+        if not by_number[number].is_whole(flown):
+            return   # parts are whole
         if schema is not None:
             kept = trajectories_table(planned.job, flown, planned.times, schema)
             parts.write(part("trajectories", number), as_bytes(kept))

@@ -66,7 +66,7 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
 
 def fly_samples(job: Job, first: int, values: Array) -> Flown:
     """Fly samples in this process, whatever their limit of time."""
-    return gathered(job, first, len(values), each_flown(job, values))
+    return gathered(job, first, each_flown(job, values))
 
 
 def of_a_crash(fmus: Path, folder: Path, **changed: Any) -> PlannedStudy:

@@ -13,10 +13,20 @@ from maglev.api.flown import Run
 from maglev.api.many.studying import made_ready
 from maglev.api.options import FlightOptions
 from maglev.api.running import run as fly
-from maglev.errors import UnknownName, extra, nearest
+from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
 from maglev.kinds import reads_native
 from maglev.processes import processors
 from maglev.processes.watching import Say, Watch, unwatched, warn
+
+UNDONE = "was not run: the batch was interrupted"
+
+
+class BatchInterrupted(Interrupted):
+    """Ctrl-C or SIGTERM ended a batch; `batch` has the samples that were done until then."""
+
+    def __init__(self, message: str, batch: "Batch", number: int):
+        super().__init__(message, number)
+        self.batch = batch
 
 
 class Batch:
@@ -117,6 +127,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     ------
     MaglevError
         If something cannot be used: before the first sample.
+    BatchInterrupted
+        After Ctrl-C; its `batch` has the samples that were done.
 
     Examples
     --------
@@ -142,7 +154,16 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
         count, job = len(planned.values), planned.job
         columns = np.full((count, len(job.columns)), np.nan)
         signals = np.full((count, len(planned.times), len(job.kept)), np.nan)
-        failures: list[str | None] = [None] * count
+        failures: list[str | None] = [UNDONE] * count
+
+        def made() -> Batch:
+            settings = {target.name: planned.values[:, i].astype(bool) if target.boolean else planned.values[:, i]
+                        for i, target in enumerate(job.targets)}
+            return Batch(planned.layout.about, settings,
+                         {column.name: columns[:, i] for i, column in enumerate(job.columns)},
+                         {column.name: column.unit for column in job.columns}, failures,
+                         {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
+
         with (watch or unwatched)([found.scenario]) as watcher, flyers(None, jobs or processors()) as fly_batches:
             tell = partial(watcher, found.scenario)
             done = 0
@@ -150,16 +171,16 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
             def store(_number: int, flown: Flown) -> None:
                 nonlocal done
                 rows = slice(flown.first, flown.first + len(flown.failures))
-                columns[rows], failures[rows] = flown.values, flown.failures
+                columns[rows] = flown.values
                 if flown.trajectories is not None:
                     signals[rows] = flown.trajectories
+                failures[rows] = flown.failures
                 done += len(flown.failures)
                 tell(done, count)
 
-            fly_batches(job, planned.batches, planned.values, store)
-    settings = {target.name: planned.values[:, i].astype(bool) if target.boolean else planned.values[:, i]
-                for i, target in enumerate(job.targets)}
-    return Batch(planned.layout.about, settings,
-                 {column.name: columns[:, i] for i, column in enumerate(job.columns)},
-                 {column.name: column.unit for column in job.columns}, failures,
-                 {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
+            try:
+                fly_batches(job, planned.batches, planned.values, store)
+            except KeyboardInterrupt as error:
+                raise BatchInterrupted(f"{name_of(error)}: {done} of {count} samples were done, and are in the batch "
+                                       "of this exception", made(), signal_of(error)) from None
+    return made()

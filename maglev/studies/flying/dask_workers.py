@@ -113,7 +113,7 @@ def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, sto
         deadly = list(fly_in_turn(client, plugin.name, batches, values, store))
         for batch in deadly:
             numbers = range(batch.first, batch.last)
-            store(batch.number, gathered(job, batch.first, len(numbers), (
+            store(batch.number, gathered(job, batch.first, (
                 alone(client, plugin.name, number, values, job) for number in numbers)))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove

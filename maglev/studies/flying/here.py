@@ -13,7 +13,7 @@ from threading import Thread
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
 from maglev.errors import MaglevError
-from maglev.processes.side_by_side import Idle, Progress, side_by_side
+from maglev.processes.side_by_side import Idle, Progress, Stopped, side_by_side
 from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.measuring import Measuring
 from maglev.studies.flying.samples import (
@@ -27,6 +27,7 @@ from maglev.studies.flying.samples import (
     flown_batch,
     gathered,
     only_sample,
+    until_interrupted,
 )
 
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
@@ -36,7 +37,8 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
     Of a batch whose process dies, the samples are flown again one by one; one whose process dies then, too, has a row
-    that says so. MaglevError if a batch cannot be flown at all; Stopped after Ctrl-C or SIGTERM.
+    that says so. MaglevError if a batch cannot be flown at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
+    done until then is stored.
     """
     if loop_for(job, batches):
         fly_in_threads(jobs, job, batches, values, store)
@@ -45,7 +47,7 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     fly_batches(jobs, idle, job, batches, values, store, deadly.append)
     for batch in deadly:
         samples = [alone(idle, job, number, values) for number in range(batch.first, batch.last)]
-        store(batch.number, gathered(job, batch.first, len(samples), samples))
+        store(batch.number, gathered(job, batch.first, samples))
 
 
 def loop_for(job: Job, batches: list[Batch]) -> bool:
@@ -69,7 +71,7 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
         while (batch := waiting.get()) is not None and not ended:
             samples = each_flown(job, values[batch.first:batch.last], ended=ended)
             try:
-                done.put((batch.number, gathered(job, batch.first, batch.last - batch.first, samples)))
+                done.put((batch.number, gathered(job, batch.first, until_interrupted(samples))))
             except BaseException as error:   # of this thread, for the one that waits
                 done.put((batch.number, error))
 
@@ -84,10 +86,22 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
             if isinstance(flown, BaseException):
                 raise flown
             store(number, flown)
+    except KeyboardInterrupt:
+        end(threads, ended)
+        while not done.empty():
+            number, flown = done.get()
+            if isinstance(flown, Flown):
+                store(number, flown)
+        raise
     finally:
-        ended.value = 1
-        for thread in threads:
-            thread.join()
+        end(threads, ended)
+
+
+def end(threads: list[Thread], ended: c_int64) -> None:
+    """End threads that look at `ended`."""
+    ended.value = 1
+    for thread in threads:
+        thread.join()
 
 
 def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
@@ -100,19 +114,25 @@ def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
 
 def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,
                 died: Callable[[Batch], None]) -> None:
-    """Fly each batch once; store it, or say whose process died."""
+    """Fly each batch once; store it, or say whose process died, or was told to end by somebody else."""
     by_name = {str(batch.number): batch for batch in batches}
 
     def take(name: str, flown: Flown | MaglevError | None) -> None:
         if isinstance(flown, MaglevError):
             raise flown
-        if flown is None:
+        if flown is None or not by_name[name].is_whole(flown):
             died(by_name[name])
         else:
             store(by_name[name].number, flown)
 
-    side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
-                  for name, batch in by_name.items()}, jobs, lambda _name, _why: None, unwatched, idle, take=take)
+    try:
+        side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
+                      for name, batch in by_name.items()}, jobs, lambda _name, _why: None, unwatched, idle, take=take)
+    except Stopped as stopped:
+        for name, flown in stopped.results.items():   # of those that were under way
+            if isinstance(flown, Flown):
+                store(by_name[name].number, flown)
+        raise
 
 
 def fly_task(job: Job, first: int, values: Array, _progress: Progress) -> Flown | MaglevError | None:

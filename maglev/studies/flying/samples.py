@@ -1,6 +1,7 @@
 """Samples of a study flown one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import dataclass
 from functools import partial
@@ -57,8 +58,13 @@ class Batch(NamedTuple):
     first: int
     last: int
 
+    def is_whole(self, flown: Flown) -> bool:
+        """Whether all samples were flown."""
+        return len(flown.failures) == self.last - self.first
 
-Store = Callable[[int, Flown], None]   # what is done with a batch by its number
+
+# What is done with a batch by its number; after Ctrl-C there may be but its first samples, those that were done.
+Store = Callable[[int, Flown], None]
 
 
 class Sample(NamedTuple):
@@ -104,22 +110,22 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
                 yield failed(job, in_one_line(error))
                 continue
             found = named_values(plan, measured[0])
-            yield Sample(np.array([found.get(column.name, (nan, ""))[0] for column in job.columns]), None, measured[1])
+            values_found = np.array([found.get(column.name, (nan, ""))[0] for column in job.columns])
+            # The next flight writes where this one has.
+            yield Sample(values_found, None, None if measured[1] is None else measured[1].copy())
 
 
-def gathered(job: Job, first: int, count: int, samples: Iterable[Sample]) -> Flown:
-    """A batch of so many samples from the number `first` on; a sample that fails has a row that says why."""
-    rows = np.full((count, len(job.columns)), nan)
-    failures: list[str | None] = []
+def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:
+    """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
+    done = list(samples)
+    rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
+    given = {row: sample.trajectories for row, sample in enumerate(done) if sample.trajectories is not None}
     kept = None
-    for row, sample in enumerate(samples):
-        rows[row] = sample.values
-        failures.append(sample.failure)
-        if sample.trajectories is not None:
-            if kept is None:
-                kept = np.full((count, *sample.trajectories.shape), nan)
-            kept[row] = sample.trajectories
-    return Flown(first, rows, tuple(failures), kept)
+    if given:
+        kept = np.full((len(done), *next(iter(given.values())).shape), nan)
+        for row, trajectories in given.items():
+            kept[row] = trajectories
+    return Flown(first, rows, tuple(sample.failure for sample in done), kept)
 
 
 def only_sample(flown: Flown) -> Sample:
@@ -128,9 +134,18 @@ def only_sample(flown: Flown) -> Sample:
 
 
 def flown_batch(job: Job, first: int, values: Array) -> Flown:
-    """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin."""
-    return gathered(job, first, len(values), each_flown(job, values) if job.limit is None else
-                    each_flown_apart(job, values, job.limit))
+    """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
+
+    After Ctrl-C or SIGTERM it is the first samples, those that were done.
+    """
+    return gathered(job, first, until_interrupted(each_flown(job, values) if job.limit is None else
+                                                  each_flown_apart(job, values, job.limit)))
+
+
+def until_interrupted(samples: Iterable[Sample]) -> Iterator[Sample]:
+    """Samples that are done before Ctrl-C or SIGTERM."""
+    with suppress(KeyboardInterrupt):
+        yield from samples
 
 
 def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:

@@ -1,23 +1,36 @@
 """Batches: each sample is the run that `maglev.run` gives, in threads and in processes."""
 
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import maglev
-from maglev.studies.flying import here
+from maglev.studies.columns import named_values
+from maglev.studies.flying import here, samples
+from maglev.studies.flying.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
 
 
 @pytest.fixture(params=["threads", "processes"])
-def batch(request: pytest.FixtureRequest, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> maglev.Batch:
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Who flies, and nobody else."""
     monkeypatch.setattr(here, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
     monkeypatch.setattr(here, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
     # Whether a loop was kept of another test does not count.
     monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
+    return str(request.param)
+
+
+@pytest.fixture
+def batch(way: str, native_fmus: Path) -> maglev.Batch:
     return maglev.batch(RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
                         keep=["plant.v.position"], keep_interval=0.5, fmus=native_fmus)
 
@@ -36,6 +49,57 @@ def test_samples_are_runs(batch: maglev.Batch) -> None:
         assert run.result.provenance is not None
         assert f"plant.v.mass = {MASSES[sample]:g}" in " ".join(run.result.provenance.changes) or sample == 1
     assert len({*batch["overshoot of v"].tolist()}) == 3
+
+
+def of_ten(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What is run, 40 samples, in batches of ten."""
+    monkeypatch.setattr("maglev.studies.planning.batches_of", lambda _job, count, *_: [
+        Batch(first // 10, first, first + 10) for first in range(0, count, 10)])
+    return {"scenario": RUN, "values": {"plant.v.mass": np.linspace(4.0, 5.0, 40)}, "metrics": ["rms error of v"],
+            "jobs": 2}
+
+
+def require_done(error: maglev.BatchInterrupted, least: int) -> None:
+    """The samples of an interrupted batch that were done are runs, and no others have values."""
+    found = error.batch
+    done = np.array([why is None for why in found.failures])
+    assert least <= done.sum() < 40
+    assert str(error) == f"interrupted: {done.sum()} of 40 samples were done, and are in the batch of this exception"
+    assert {*found.failures} == {None, "was not run: the batch was interrupted"}
+    assert np.array_equal(np.isfinite(found["rms error of v"]), done)
+    last = int(np.flatnonzero(done)[-1])
+    run = found.run(last)
+    assert run.metrics is not None and found["rms error of v"][last] == run.metrics.rms_errors["v"]
+
+
+def test_what_was_done_is_there_after_an_interrupt(way: str, native_fmus: Path,
+                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def watch(_names: Sequence[str]) -> Iterator[Any]:
+        def interrupt(_name: str, _done: int, _all: int) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+        yield interrupt
+
+    with pytest.raises(maglev.BatchInterrupted) as error:
+        maglev.batch(**of_ten(monkeypatch), watch=watch, fmus=native_fmus)
+    require_done(error.value, 10)
+
+
+def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: Path,
+                                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    measured = []
+
+    def interrupt(*arguments: Any) -> Any:
+        measured.append(1)
+        if len(measured) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return named_values(*arguments)
+
+    monkeypatch.setattr(samples, "named_values", interrupt)
+    with pytest.raises(maglev.BatchInterrupted) as error:
+        maglev.batch(**of_ten(monkeypatch), fmus=native_fmus)
+    require_done(error.value, 3)
 
 
 def test_metrics_are_a_dataset(batch: maglev.Batch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from psutil import Process
+from psutil import STATUS_ZOMBIE, Process
 from tiny_study import fly_samples, of_a_crash, planned, scenario
 
 import maglev
@@ -30,14 +30,17 @@ def flown(study: PlannedStudy, out: Path, **options: Any) -> bytes:
     return run_study(study, out, 2, None, **options).read_bytes()
 
 
-def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", ["kill", "terminate"])
+def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, end: str) -> None:
+    """Also one that is asked to end, and gives what it has done."""
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, Flown] = {}
 
     def store(number: int, batch: Flown) -> None:
         if not found:
-            victim = next(each for each in Process().children(recursive=True) if "beside" in " ".join(each.cmdline()))
-            victim.kill()
+            victim = next(each for each in Process().children(recursive=True)
+                          if each.status() != STATUS_ZOMBIE and "beside" in " ".join(each.cmdline()))
+            getattr(victim, end)()
         found[number] = batch
 
     with flyers(None, 2) as fly:

@@ -34,7 +34,7 @@ def of_a_fault(fault: str, fmus: Path, folder: Path) -> PlannedStudy:
 def test_the_same_samples_as_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     expected = fly_samples(study.job, 0, study.values)
-    found = gathered(study.job, 0, len(study.values), each_flown_apart(study.job, study.values, 60.0))
+    found = gathered(study.job, 0, each_flown_apart(study.job, study.values, 60.0))
     assert np.array_equal(found.values, expected.values, equal_nan=True)
     assert found.trajectories is not None and expected.trajectories is not None
     assert np.array_equal(found.trajectories, expected.trajectories)
