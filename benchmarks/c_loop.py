@@ -24,7 +24,7 @@ from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import files_of, literal
 from fmi_export.sources import carried_modules
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 LOOP = """\
 #include "{controller_header}"

@@ -13,7 +13,7 @@ from pythonfmu import FmuBuilder
 
 from fmi_export.ssp import write_ssp
 from maglev.own_fmus import DEFINITIONS, definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 SLAVE = '''
 from operator import attrgetter

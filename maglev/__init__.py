@@ -25,6 +25,7 @@ from maglev.errors import (
     StabilityError,
     UnknownName,
 )
+from maglev.packages import require_own_packages
 
 if TYPE_CHECKING:
     from maglev.analysis.frequency_response import frequency_response
@@ -92,6 +93,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in PLACES:
         raise AttributeError(f"module 'maglev' has no attribute {name!r}")
+    require_own_packages()
     return getattr(import_module(PLACES[name]), name)
 
 

@@ -2,14 +2,21 @@
 
 import sys
 
+from maglev.errors import MaglevError
+from maglev.packages import require_own_packages
+
 
 def main() -> None:
-    """Run the command line; Ctrl-C while it is still being imported is one line, too."""
+    """Run the command line; what goes wrong while it is still being imported is one line, too."""
     try:
+        require_own_packages()
         from maglev.cli.app import app
     except KeyboardInterrupt:
         print("maglev: interrupted", file=sys.stderr)
         raise SystemExit(130) from None
+    except MaglevError as error:
+        print(f"maglev: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
     app()
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from importlib.metadata import distribution
 from pathlib import Path
 
-from maglev.user_controllers.own_modules import OURS
+from maglev.packages import OURS
 
 HERE = Path(__file__).parents[1]
 COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is flown

@@ -16,8 +16,8 @@ from fmi_export.recognition import is_native_build, is_python_build
 from maglev.copies import original
 from maglev.errors import OF_OWN_STAGE, BuildError, FmuError, ScenarioError, nearest
 from maglev.own_stage.adoption import OWN, know_stage
+from maglev.packages import PACKAGES
 from maglev.rig.modules import definitions
-from maglev.user_controllers.own_modules import PACKAGES
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 

@@ -34,17 +34,19 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu", "plant_f
            "maglev.own_stage": {"controller_fmu"},
            # What currents lose is a matter of the plant's windings.
            "maglev.judging": {"plant_fmu"},
+           # All of them are imported before anything that could be called the same.
+           "maglev.packages": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu"},
            # A controller of the user's can be made of any part.
            "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
                                        "closed_loop_fmu"}}
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels", "csv_table",
-         "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification", "user_controllers",
-         "installation", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability", "maps", "pages",
-         "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures", "report",
-         "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
+ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels",
+         "csv_table", "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification",
+         "user_controllers", "installation", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability",
+         "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
+         "report", "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")

@@ -10,7 +10,7 @@ from fmi_export.native.translation import translated
 from fmi_export.sources import carried_modules
 from maglev.catalogue import DEFINITIONS
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 ROOT = Path(__file__).parents[1]
 # Of `math` blocks use what is exact on every machine: the standard says all bits of a square root, and the rest are no

@@ -78,12 +78,16 @@ def home(tmp_path: Path) -> Path:
     return folder
 
 
-def said(installed: Path, home: Path, *arguments: str | Path) -> str:
-    """What a program of the environment writes, in the user's folder; it must succeed."""
-    program, *rest = arguments
+def ran(installed: Path, home: Path, program: str | Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """A program of the environment as it ended, in the user's folder."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    done = subprocess.run([installed / "environment" / "bin" / program, *rest], cwd=home, env=kept,
+    return subprocess.run([installed / "environment" / "bin" / program, *arguments], cwd=home, env=kept,
                           capture_output=True, text=True)
+
+
+def said(installed: Path, home: Path, *arguments: str | Path) -> str:
+    """What such a program writes; it must succeed."""
+    done = ran(installed, home, *arguments)
     assert done.returncode == 0, f"{done.stdout[-2000:]}{done.stderr[-2000:]}"
     return done.stdout
 
@@ -120,6 +124,37 @@ def test_entry_point(installed: Path, home: Path) -> None:
     found = said(installed, home, "maglev", "list")
     assert "Regulator3DOF" in found
     assert "3dof-setpoints-improved" in found
+
+
+@pytest.fixture
+def clash(home: Path) -> Path:
+    """Folder of a user whose own packages have names of ours, as the layout of pythonfmu suggests."""
+    (home / "plant_fmu").mkdir()
+    for file in ("plant_fmu/__init__.py", "controller_fmu.py"):
+        (home / file).write_text("raise ImportError('executed, expected to be refused before')\n", encoding="utf-8")
+    return home
+
+
+def test_the_command_runs_beside_packages_of_our_names(installed: Path, clash: Path) -> None:
+    """Its own folder comes first where Python imports, not the user's; so does what an FMU carries."""
+    said(installed, clash, "maglev", "build", "Plant2DOF", "PID2DOF")
+    said(installed, clash, "maglev", "run", "excited.toml", "--fmus", "fmus")
+    assert (clash / "results" / "excited.csv").is_file()
+    assert "Regulator3DOF" in said(installed, clash, "python", "-P", "-m", "maglev", "list")
+
+
+@pytest.mark.parametrize("python", [["-m", "maglev", "run", "excited.toml"], ["-c", "import maglev; maglev.run('x')"],
+                                    ["-c", "import maglev.gym"], ["-c", "from maglev import Run"]])
+def test_packages_of_our_names_are_refused(installed: Path, clash: Path, python: list[str]) -> None:
+    """By one line, before anything of theirs or ours is executed: it says which is in the way, and what to do."""
+    done = ran(installed, clash, "python", *python)
+    last = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == (2 if "-m" in python else 1)
+    assert len(done.stderr.strip().splitlines()) == 1 or "-m" not in python
+    packages, = (installed / "environment").glob("lib/python*/site-packages")
+    assert f"import plant_fmu: finds {clash / 'plant_fmu' / '__init__.py'}, expected the package of maglev-fmus in " \
+           f"{packages / 'plant_fmu'}: give the other one another name" in last
+    assert not (clash / "results").exists()
 
 
 def test_build_run_report_identify(installed: Path, home: Path) -> None:

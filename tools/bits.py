@@ -34,7 +34,7 @@ from fmi_export.target.freestanding import template
 from maglev.microcontroller.emulator import OPTIONS, PROGRAM
 from maglev.microcontroller.image import FLAGS as CORTEX_M7
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 from maglev_files.scratch import scratch
 
 ROOT = Path(__file__).parents[1]

@@ -19,10 +19,10 @@ from maglev.own_fmus import DEFINITIONS as DEFINITIONS
 from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
 from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
+from maglev.packages import PACKAGES
 from maglev.processes import processors
 from maglev.schema.layers import PACKAGED
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
-from maglev.user_controllers.own_modules import PACKAGES
 from maglev.user_controllers.source import is_class
 from maglev_files.cache import PLACE, cache_folder
 from maglev_files.programs import programs_side_by_side

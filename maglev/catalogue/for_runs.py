@@ -19,10 +19,10 @@ from maglev.installation import HERE, digest_of
 from maglev.kinds import KindName
 from maglev.own_fmus import definition, kind_folder, places
 from maglev.own_stage.adoption import OWN, OwnStage, know_stage
+from maglev.packages import PACKAGES
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.rig.modules import definitions
 from maglev.schema.layers import PACKAGED
-from maglev.user_controllers.own_modules import PACKAGES
 from maglev_files.cache import FMUS, cache_folder, keep, kept
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch

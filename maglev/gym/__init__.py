@@ -10,7 +10,11 @@ The first is of any stage: `gymnasium.make("maglev/Stage-v0", rig="mine.toml")`.
 
 from gymnasium.envs.registration import register
 
-from pmlsm.rigs import RIGS
+from maglev.packages import require_own_packages
+
+require_own_packages()
+
+from pmlsm.rigs import RIGS  # noqa: E402  # ours, as is known now
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
 for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):

@@ -13,8 +13,8 @@ from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import freestanding
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
+from maglev.packages import PACKAGES
 from maglev.user_controllers.build import Buildable, buildable, finished, named_lines
-from maglev.user_controllers.own_modules import PACKAGES
 from maglev.user_controllers.source import is_written
 
 MAKER = "Maglev FMUs"

@@ -8,10 +8,8 @@ from pathlib import Path
 
 from fmi_export.sources import PARSING
 from fmi_export.user_classes.trouble import OWN
-
-# Packages of ours whose modules an FMU can carry.
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
-OURS = (*PACKAGES, "fmi_export", "maglev_files", "maglev")
+from maglev.errors import ControllerError
+from maglev.packages import HERE, OURS, PACKAGES
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,8 @@ class OwnModules:
 def own_modules(file: Path) -> OwnModules:
     """Read a controller's file, and what it imports from its folder.
 
-    SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python.
+    SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python, ControllerError if it imports a module
+    beside it by a name of ours.
     """
     reader = Reader(file.absolute().parent)
     waiting: list[tuple[str, Path]] = [(file.stem, file)]
@@ -77,8 +76,13 @@ class Reader:
         return next((path for path in (beside.with_suffix(".py"), beside / "__init__.py") if path.is_file()), None)
 
     def own(self, module: str) -> bool:
-        """Whether a module is the user's; it is then to be read as well."""
-        path = None if module.split(".")[0] in OURS else self.path(module)
+        """Whether a module is the user's; it is then to be read as well. ControllerError if it is called as ours."""
+        path, top = self.path(module), module.split(".")[0]
+        if top in OURS:
+            if path is not None and HERE not in path.resolve().parents:
+                raise ControllerError(f"{path}: {module} is imported of maglev-fmus, expected another name for what is "
+                                      "beside the controller")
+            path = None
         if path is not None:
             self.found.append((module, path))
         return path is not None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fmi_export.sources import PARSING
 from fmi_export.user_classes.declaration import TABLES
 from fmi_export.user_classes.trouble import OWN
-from maglev.user_controllers.own_modules import OURS, PACKAGES
+from maglev.packages import OURS, PACKAGES
 
 # Syntax that pyccel does not know, or for which its C needs a library; and what to write in its place.
 SYNTAX: dict[type[ast.AST], str] = {

@@ -25,7 +25,7 @@ from fmi_export.native.build import translated_blocks
 from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import REFUSED_VALUE, freestanding, member, ports_of, template
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 NAMES = ("Regulator2DOF", "ScheduledRegulator3DOF", "PID3DOF", "LinearRegulator5DOF", "Estimator2DOF",
          "Measurement2DOF")

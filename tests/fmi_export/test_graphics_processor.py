@@ -18,7 +18,7 @@ from fmi_export.native.translation import files_of
 from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import template
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 NAMES = ("ClosedLoop2DOF", "ClosedLoop3DOF", "ClosedLoop5DOF")
 

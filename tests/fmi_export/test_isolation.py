@@ -13,7 +13,7 @@ from fmi_export.sources import carried_modules
 from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.own_fmus import definition
-from maglev.user_controllers.own_modules import PACKAGES
+from maglev.packages import PACKAGES
 
 
 def falling(path: Path) -> float:

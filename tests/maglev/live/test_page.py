@@ -32,11 +32,11 @@ from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reaso
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import OWN, forget, know_stage
 from maglev.own_stage.new import new_stage
+from maglev.packages import PACKAGES
 from maglev.pages.shell import scene
 from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
-from maglev.user_controllers.own_modules import PACKAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions

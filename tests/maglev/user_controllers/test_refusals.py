@@ -50,6 +50,24 @@ def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
     assert message in str(refusal.value)
 
 
+@pytest.mark.parametrize(("beside", "line"), [("controller_fmu.py", "import controller_fmu\n"),
+                                              ("plant_fmu/__init__.py", "from plant_fmu import anything\n"),
+                                              ("pmlsm/motor.py", "from pmlsm.motor import constants\n")])
+def test_a_module_beside_it_has_a_name_of_ours(tmp_path: Path, beside: str, line: str) -> None:
+    """Python would take ours in some processes, theirs in others; one that is only there is in nobody's way."""
+    other = tmp_path / beside
+    other.parent.mkdir(exist_ok=True)
+    other.write_text("raise ImportError('executed')\n", encoding="utf-8")
+    path = controller(tmp_path)
+    assert load(path).file == path
+    path.write_text(line + path.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    module = beside.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    assert str(refusal.value) == (f"{other}: {module} is imported of maglev-fmus, expected another name for what is "
+                                  "beside the controller")
+
+
 EXECUTED = {
     "a syntax error": ("LARGEST = (6.0\n", "SyntaxError: '(' was never closed"),
     "a module that is not there": ("import nowhere_at_all\n", "ModuleNotFoundError: No module named 'nowhere_at_all'"),
