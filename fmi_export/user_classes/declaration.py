@@ -5,7 +5,7 @@ A port or parameter "y.measured" is the attribute `self.y.measured`, or `self.y_
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from inspect import isasyncgenfunction, iscoroutinefunction, isgeneratorfunction
 from math import isfinite
 from numbers import Real
@@ -24,6 +24,14 @@ DEFAULT_STEP = 0.5e-3   # s, of the default experiment of a class without sample
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides its sample_time = {sample_time} s into a "
                 "whole number of steps and does not step over a sample")
+
+
+class Undeclared(ExportError):
+    """What a class declares cannot be used; `word` is the port, the parameter or the table that is wrong."""
+
+    def __init__(self, text: str, word: str):
+        super().__init__(text)
+        self.word = word
 
 
 @dataclass(frozen=True)
@@ -49,7 +57,7 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
     clock : type
         Clock of the samples, with `fits` and `due`.
     icon, sketch : Drawing, optional
-        As of `FmuDefinition`.
+        As of `FmuDefinition`; the sketch is drawn for whether the class has samples, 0 or 1.
     requires : tuple of str
         Packages of the importer's Python that the class needs.
 
@@ -75,12 +83,14 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
     for table, causality in TABLES.items():
         for port, unit in tables[table].items():
             if port in starts:
-                raise ExportError(f"class {name}: {table} has {port!r}, expected a name that no other table has")
+                raise Undeclared(f"class {name}: {table} has {port!r}, expected a name that no other table has", port)
             path = attribute_path(law, port, f"class {name}: {table} has {port!r}")
             value = attrgetter(path)(law)
-            require_number(value, f"class {name}: {port} starts as {value!r}")
+            if not (isinstance(value, Real) and isfinite(value)):
+                raise Undeclared(f"class {name}: {port} starts as {value!r}, expected a finite number, or True or "
+                                 "False", port)
             boolean = isinstance(value, bool)
-            starts[port] = value if boolean else float(value)
+            starts[port] = bool(value) if boolean else float(value)
             variables.append(Variable(
                 port, causality, variability(causality, port, written, boolean),
                 f"{causality} of the class {name}",
@@ -102,7 +112,7 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
         variable_step=not sampled,
         sampled=sampled,
         icon=icon,
-        sketch=sketch,
+        sketch=None if sketch is None else replace(sketch, arguments=(int(sampled),)),
         arguments=(written, clock, tuple(v.place for v in ports), sampled),
         slave=("fmi_export.user_classes.slave", "WrittenSlave"),
         author="",
@@ -156,17 +166,17 @@ def read_table(written: type, table: str) -> dict[str, str]:
     found = getattr(written, table, {})
     place = f"class {written.__name__}: {table}"
     if not isinstance(found, Mapping):
-        raise ExportError(f"{place} = {found!r}, expected a table from names to units, such as {{\"y.measured\": "
-                          "\"m\"}")
+        raise Undeclared(f"{place} = {found!r}, expected a table from names to units, such as {{\"y.measured\": "
+                         "\"m\"}", table)
     for port, unit in found.items():
         if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
-            raise ExportError(f"{place} has {port!r}, expected a name such as \"y.measured\"")
+            raise Undeclared(f"{place} has {port!r}, expected a name such as \"y.measured\"", port)
         try:
             exponents(unit or "1")
         except (UnknownUnit, TypeError):
-            raise ExportError(f"{place} has {port!r} in {unit!r}, expected one that is made of SI units without "
-                              f"prefixes, such as \"m/s2\" or \"V.s/rad\", or \"\"; symbols are {', '.join(SYMBOLS)}"
-                              ) from None
+            raise Undeclared(f"{place} has {port!r} in {unit!r}, expected one that is made of SI units without "
+                             f"prefixes, such as \"m/s2\" or \"V.s/rad\", or \"\"; symbols are {', '.join(SYMBOLS)}",
+                             port) from None
     return dict(found)
 
 
@@ -180,13 +190,7 @@ def attribute_path(law: Any, port: str, place: str) -> str:
         return path
     flat = port.replace(".", "_")
     either = f"self.{port}" + (f" or self.{flat}" if flat != port else "")
-    raise ExportError(f"{place}, expected an attribute {either} that __init__ sets")
-
-
-def require_number(value: object, place: str) -> None:
-    """Refuse what is neither a finite number nor a Boolean."""
-    if not (isinstance(value, Real) and isfinite(value)):
-        raise ExportError(f"{place}, expected a finite number, or True or False")
+    raise Undeclared(f"{place}, expected an attribute {either} that __init__ sets", port)
 
 
 def variability(causality: str, port: str, written: type, boolean: bool) -> str:

@@ -122,7 +122,7 @@ class Experiment:
             apply(ports, descriptions[name])
         require_essential(self.plan, {name: self.files[name] for name in self.ports}, descriptions)
         check_names(self.plan, {name: {v.name: v for v in description.modelVariables}
-                                    for name, description in descriptions.items()})
+                                    for name, description in descriptions.items()}, self.files)
         return descriptions
 
     def require_current(self) -> None:

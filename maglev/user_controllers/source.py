@@ -16,16 +16,17 @@ from pathlib import Path
 from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.errors import ExportError
-from fmi_export.user_classes.declaration import WrittenDefinition, definition_of
+from fmi_export.user_classes.declaration import Undeclared, WrittenDefinition, definition_of
 from fmi_export.user_classes.trouble import RAISED, described
 from maglev.copies import copied, original
 from maglev.errors import ControllerError, nearest, nearest_file
 from maglev.user_controllers.own_modules import OwnModules, own_modules
+from maglev.user_controllers.subset import declaring_line
 
 SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
 GIVEN = "class "                                           # begins the name of a path that stands for a class
 
-HELP = "`maglev new controller lqi.py --stage 3dof` writes one to begin with"
+HELP = "`maglev new controller lqi.py` and `maglev new plant mover.py` write one to begin with"
 
 # Functions of `math` that every machine rounds alike, and modules of Python in which none can be told.
 EXACT = {"pi", "tau", "e", "inf", "nan", "sqrt", "fabs", "floor", "ceil", "trunc", "fmod", "remainder", "copysign",
@@ -240,7 +241,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
             raise ControllerError(in_file(error, file)) from error
         classes = {each.__name__: each for each in vars(module).values()
                    if isinstance(each, type) and each.__module__ == unique}
-        return declared(chosen(file, name, classes), file.name)
+        return declared(chosen(file, name, classes), file)
 
 
 def in_file(error: BaseException, file: Path) -> str:
@@ -285,12 +286,26 @@ def load_class(path: Path) -> Written:
         sha256: tuple[tuple[str, str], ...] = ()   # it was typed, and not kept
     else:
         sha256 = ((str(path), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
-    return Written(declared(found, ""), None, (), sha256)
+    return Written(declared(found, None), None, (), sha256)
 
 
-def declared(found: type, file: str) -> WrittenDefinition:
-    """Definition of a class; ControllerError names its file."""
+def declared(found: type, file: Path | None) -> WrittenDefinition:
+    """Definition of a class; ControllerError names its file, and the line in it."""
     try:
         return definition_of(found, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH)
+    except Undeclared as error:
+        place = f"{line_in(file, found.__name__, error.word)}: " if file else ""
+        raise ControllerError(f"{place}{error}") from error
     except ExportError as error:
-        raise ControllerError(f"{file}: {error}" if file else str(error)) from error
+        raise ControllerError(f"{file.name}: {error}" if file else str(error)) from error
+
+
+def line_in(file: Path, name: str | None, word: str) -> str:
+    """File and line in which a class declares a port, a parameter or a table; the file alone if it has no such line."""
+    line = declaring_line(file.read_text(encoding="utf-8-sig"), name, word)
+    return file.name if line is None else f"{file.name}, line {line}"
+
+
+def declared_in(path: Path, word: str) -> str:
+    """The same of the class that a path names, and nothing is executed; its name if it was given as a class."""
+    return str(path) if is_class(path) else line_in(*file_of(path), word)

@@ -82,13 +82,24 @@ def annotations(node: ast.AST) -> Iterator[ast.AST]:
         yield node.annotation
 
 
-def table_lines(tree: ast.Module, name: str) -> list[tuple[int, int]]:
-    """First and last lines of the tables of a class."""
+def table_lines(tree: ast.Module, name: str | None) -> list[tuple[int, int]]:
+    """First and last lines of the tables of a class; of all without a name."""
     return [(node.lineno, node.end_lineno or node.lineno) for each in tree.body
-            if isinstance(each, ast.ClassDef) and each.name == name for node in each.body
+            if isinstance(each, ast.ClassDef) and name in (None, each.name) for node in each.body
             if isinstance(node, (ast.Assign, ast.AnnAssign))
             and any(isinstance(target, ast.Name) and target.id in TABLES
                     for target in (node.targets if isinstance(node, ast.Assign) else [node.target]))]
+
+
+def declaring_line(text: str, name: str | None, word: str) -> int | None:
+    """Line in which a class, or any, declares a port, a parameter, or a table of these; None if there is none."""
+    with PARSING:
+        tree = ast.parse(text)
+    tables = table_lines(tree, name)
+    words = [(node.lineno, node.value if isinstance(node, ast.Constant) else node.id)
+             for node in ast.walk(tree) if isinstance(node, ast.Constant | ast.Name)]
+    return next((line for line, found in words if found == word
+                 and any(first <= line <= last for first, last in tables)), None)
 
 
 def without_tables(text: str, name: str) -> str:

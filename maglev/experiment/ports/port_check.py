@@ -1,12 +1,14 @@
 """Check of the names, causalities, types and units in a run against the FMUs it runs."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.signals.kinds import Steps
 from maglev.units import known_unit, measures
+from maglev.user_controllers.source import declared_in, is_written
 
 REAL = ("Real", "Float64", "Float32")
 INTEGER = ("Integer", "Int64", "Int32", "Int16", "Int8", "UInt64", "UInt32", "UInt16", "UInt8", "Enumeration")
@@ -28,8 +30,9 @@ Descriptions = Mapping[str, Mapping[str, Variable]]
 class PortCheck:
     """The check of one scenario; refusals name its file."""
 
-    def __init__(self, plan: RunPlan, descriptions: Descriptions):
+    def __init__(self, plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]):
         self.plan = plan
+        self.files = files
         self.descriptions = descriptions
         self.fed: dict[str, str] = {}   # input: key that feeds it
         self.origin = ""                # of the value that is looked at, if it is not the file
@@ -75,11 +78,17 @@ class PortCheck:
             output = self.variable(ends[0], start, "output")
             target = self.feed(ends[1], end)
             if output.type != target.type:
-                raise self.refuse(key, [start, end],
-                                  f"connects {output.type} to {target.type}, expected the same type")
+                raise self.refuse(key, [start, end], f"connects {output.type} to {target.type}, expected the same type"
+                                                     f"{self.declared(start, end)}")
             if output.unit and target.unit and not compatible(output.unit, target.unit):
-                raise self.refuse(key, [start, end],
-                                  f"connects {output.unit} to {target.unit}, expected the same unit")
+                raise self.refuse(key, [start, end], f"connects {output.unit} to {target.unit}, expected the same unit"
+                                                     f"{self.declared(start, end)}")
+
+    def declared(self, *ports: str) -> str:
+        """Where ports of users' Python files are declared."""
+        ends = [(self.files.get(fmu), name) for fmu, _, name in (port.partition(".") for port in ports)]
+        return "".join(f"; {name} stands in {declared_in(path, name)}" for path, name in ends
+                       if path is not None and is_written(path))
 
     def signals(self) -> None:
         """Check that signals feed inputs of their type and dimension."""
@@ -184,7 +193,7 @@ def expected_start(start: StartValue, variable: Variable) -> str:
     return "a number" if boolean or variable.type not in REAL else ""
 
 
-def check_names(plan: RunPlan, descriptions: Descriptions) -> None:
+def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
     """Check a run against the FMUs it runs.
 
     Parameters
@@ -193,13 +202,15 @@ def check_names(plan: RunPlan, descriptions: Descriptions) -> None:
         The scenario.
     descriptions : mapping
         By name of FMU in the plan: its variables by name.
+    files : mapping of str to Path
+        By the same: its file.
 
     Raises
     ------
     ScenarioError
         If a port is missing, of another causality, type or unit than needed, or an input is fed twice.
     """
-    check = PortCheck(plan, descriptions)
+    check = PortCheck(plan, descriptions, files)
     check.connections()
     check.signals()
     check.start_values()

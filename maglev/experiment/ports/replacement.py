@@ -16,7 +16,7 @@ from maglev.own_fmus import built_here, definition, places
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
 from maglev.units import known_unit
-from maglev.user_controllers.source import Given, is_written, path_of
+from maglev.user_controllers.source import Given, declared_in, is_written, path_of
 
 LACKING = "it has no such variable"
 MOST_NAMED = 3           # start values that are named one by one
@@ -173,9 +173,11 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
             free = [v.name for v in descriptions[name].modelVariables
                     if v.causality == causality and v.name not in needed]
             lines.append(f"{causality} {port}" + (f" (nearest is {nearest(port, free)})" if free else ""))
+        tables = dict.fromkeys(f"{causality}s" for causality in missing.values())
+        place = " and ".join(f"the table of {declared_in(path, table)}" for table in tables) if is_written(path) else ""
         raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "
-                            "expected them under these names, or --map with a file that says what they are called "
-                            "(docs/importing.md)")
+                            f"expected them under these names{f' in {place}' if place else ''}, or --map with a file "
+                            "that says what they are called (docs/importing.md)")
 
 
 def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:

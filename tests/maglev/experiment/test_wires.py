@@ -85,7 +85,7 @@ def test_inputs_of_several_files_and_variants_are_merged(loop: Path) -> None:
     assert list(coarse.wires.values()) == [*loop_wires, ("plant.y.encoder", "watcher.y.measured"),
                                            ("controller.force", "watcher.force")]
     for run in (exact, coarse):
-        check_names(run, DESCRIPTIONS)
+        check_names(run, DESCRIPTIONS, {})
 
 
 SIGNAL = '[[signals]]\nto = "controller.y.measured"\nkind = "constant"\nvalue = 0\n'
@@ -111,7 +111,7 @@ def test_inputs_that_do_not_fit_are_refused_by_their_key(loop: Path, old: str, n
     assert LOOP.count(old) == 1
     loop.write_text(LOOP.replace(old, new))
     with pytest.raises(ScenarioError) as caught:
-        check_names(load_plan(loop), DESCRIPTIONS)
+        check_names(load_plan(loop), DESCRIPTIONS, {})
     assert all(word in str(caught.value) for word in [str(loop), *words]), str(caught.value)
 
 

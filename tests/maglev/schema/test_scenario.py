@@ -213,7 +213,7 @@ def descriptions():
 
 
 def check(path, descriptions):
-    check_names(load_plan(path), descriptions)
+    check_names(load_plan(path), descriptions, {})
 
 
 def test_names_that_fit_pass(write, descriptions):

@@ -46,8 +46,11 @@ def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
     path = controller(tmp_path, change)
     with pytest.raises(tool.ControllerError) as refusal:
         load(path)
-    assert str(refusal.value).startswith("pd.py: class PD: ")
-    assert message in str(refusal.value)
+    said, tables = str(refusal.value), {"no table": "parameters = 3", "one name twice": '"v.measured": "m", "h.meas'}
+    word = tables.get(case) or next((f'"{name}":' for name in ("v.mesured", "bandwidth", "damping") if name in said
+                                     and "sample_time" not in said), None)
+    assert said.startswith(f"pd.py, line {line_of(path, word)}: class PD: " if word else "pd.py: class PD: ")
+    assert message in said
 
 
 @pytest.mark.parametrize(("beside", "line"), [("controller_fmu.py", "import controller_fmu\n"),
