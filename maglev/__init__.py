@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
     from maglev.studies.new import new_study
-    from maglev.user_controllers.new import new_controller
+    from maglev.user_controllers.new import new_controller, new_plant
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
@@ -69,8 +69,8 @@ PLACES = {
     "linearise_numerically": "maglev.analysis.numerical",
     "know_stage": "maglev.own_stage.adoption",
     "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
-    "new_repository": "maglev.api.repository", "new_scenario": "maglev.own_stage.new",
-    "new_stage": "maglev.own_stage.new",
+    "new_plant": "maglev.user_controllers.new", "new_repository": "maglev.api.repository",
+    "new_scenario": "maglev.own_stage.new", "new_stage": "maglev.own_stage.new",
     "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
     "region": "maglev.stability.analysis", "run": "maglev.api.running",
     "run_all": "maglev.api.running",
@@ -86,8 +86,9 @@ __all__ = [
     "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError",
     "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check", "check_fmus", "compare", "fmus",
     "frequency_response", "identify", "know_stage", "linearise", "linearise_loop", "linearise_numerically",
-    "new_controller", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference", "region", "run",
-    "run_all", "scenarios", "study", "sweep", "target", "tune", "update", "write_identification", "write_live"]
+    "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference",
+    "region", "run", "run_all", "scenarios", "study", "sweep", "target", "tune", "update", "write_identification",
+    "write_live"]
 
 
 def __getattr__(name: str) -> Any:

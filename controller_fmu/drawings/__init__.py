@@ -5,6 +5,6 @@ from fmi_export.definition import Drawing
 ICONS = "controller_fmu.drawings.icons"
 DIAGRAMS = "controller_fmu.drawings.block_diagrams"
 
-# Of a controller that somebody has written in a Python file.
+# Of a class that somebody has written in a Python file.
 WRITTEN_ICON = Drawing(ICONS, "controller", ("written",))
 WRITTEN_SKETCH = Drawing(DIAGRAMS, "written")

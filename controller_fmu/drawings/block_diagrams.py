@@ -56,13 +56,14 @@ def commutation() -> str:
         measured(m, None, 80))
 
 
-def written() -> str:
-    """A controller of which its inputs and outputs are known, and its samples."""
+def written(sampled: int) -> str:
+    """A class of which its inputs and outputs are known, and whether it has samples, 1, or not, 0."""
+    when, said = (("every sample_time", "at every sample the class computes its outputs from its inputs; they hold in "
+                                        "between") if sampled else
+                  ("every communication step", "in every communication step the class goes on by it, its inputs held"))
     return sketch(
-        620, 90, "Block diagram: at every sample the class computes its outputs from its inputs; they hold in between.",
-        words(80, 50, "inputs"), arrow([(110, 45), (190, 45)]), box(190, 15, 230, 60, "step of the class,",
-                                                                   "every sample_time"),
-        arrow([(420, 45), (500, 45)]), words(540, 50, "outputs"))
+        620, 90, f"Block diagram: {said}.", words(80, 50, "inputs"), arrow([(110, 45), (190, 45)]),
+        box(190, 15, 230, 60, "step of the class,", when), arrow([(420, 45), (500, 45)]), words(540, 50, "outputs"))
 
 
 def limit_and_commutation(x: float, m: float, label: bool = True) -> str:

@@ -33,9 +33,30 @@ def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
     with one_line_errors(debug):
         from maglev.user_controllers.new import new_controller
 
-        file = new_controller(path, stage)
-        flown = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
-        typer.echo(f"{file}: flies with `maglev run {flown} --controller {file}`")
+        say_how(new_controller(path, stage), stage, "--controller")
+
+
+@new.command()
+def plant(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
+          stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
+    """Write a plant in Python that flies as it is, an ideal levitated mass with the ports of a stage.
+
+    **Examples:**
+
+    `maglev new plant mover --stage 2dof`
+
+    `maglev run 2dof-setpoints --plant mover.py`
+    """
+    with one_line_errors(debug):
+        from maglev.user_controllers.new import new_plant
+
+        say_how(new_plant(path, stage), stage, "--plant")
+
+
+def say_how(file: Path, stage: str, option: str) -> None:
+    """Print the command that flies a controller or a plant of a stage."""
+    flown = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
+    typer.echo(f"{file}: flies with `maglev run {flown} {option} {file}`")
 
 
 @new.command()

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from maglev.errors import ControllerError
-from maglev.rig.modules import controller
+from maglev.rig.modules import written_class
 from pmlsm.rig import Rig
 
 WIDTH = 118       # of a line
@@ -50,7 +50,7 @@ def waves_text() -> str:
 
 def python_law(rig: Rig) -> str:
     """What a user of a rig begins with."""
-    return controller(rig, "Law", "law.py")
+    return written_class("controller", rig, "Law", "law.py")
 
 
 def collect(text: str, found: dict[str, str]) -> None:

@@ -49,9 +49,9 @@ def module(path: str, rig: Rig) -> str:
     return fitted(text) if path.endswith(".py") else text
 
 
-def controller(rig: Rig, name: str, file: str) -> str:
-    """Text of a controller for a user of a rig to begin with: a class of a name, in a file."""
-    return fitted(render(template("new/controller_{}.py", bool(rig.rotations)), rig, name=name, file=file))
+def written_class(kind: str, rig: Rig, name: str, file: str) -> str:
+    """Text of a "controller" or a "plant" for a user of a rig to begin with: a class of a name, in a file."""
+    return fitted(render(template(f"new/{kind}_{{}}.py", bool(rig.rotations)), rig, name=name, file=file))
 
 
 def written(rig: Rig) -> dict[str, str]:

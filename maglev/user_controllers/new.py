@@ -1,11 +1,11 @@
-"""A controller to begin with, as a file."""
+"""A controller or a plant to begin with, as a file."""
 
 from pathlib import Path
 
 from maglev.errors import ControllerError, RigError
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import file_named, write_new
-from maglev.rig.modules import controller
+from maglev.rig.modules import written_class
 from pmlsm.rigs import EXAMPLE
 
 LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
@@ -37,6 +37,27 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     >>> maglev.new_controller("my_regulator.py", stage="2dof").name
     'my_regulator.py'
     """
+    return new_class("controller", path, stage)
+
+
+def new_plant(path: str | Path, stage: str = EXAMPLE) -> Path:
+    """Write a plant that flies, an ideal levitated mass with the ports of a stage; nothing is overwritten.
+
+    Parameters, file and errors are those of `new_controller`.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> file = maglev.new_plant("mover.py", stage="2dof")
+    >>> run = maglev.run("2dof-setpoints", plant=file, set={"plant.v.mass": "4.5 kg"})
+    >>> bool(run["plant.at_stop"].any())
+    False
+    """
+    return new_class("plant", path, stage)
+
+
+def new_class(kind: str, path: str | Path, stage: str) -> Path:
+    """Write a "controller" or a "plant"."""
     file = file_named(path, ".py")
     try:
         rig = rig_named(stage)
@@ -46,7 +67,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
                               "class in it is named after it")
-    text = controller(rig, name, file.name)
+    text = written_class(kind, rig, name, file.name)
     text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
     write_new(file, text, ControllerError)
     return file

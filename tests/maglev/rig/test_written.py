@@ -11,7 +11,7 @@ from jinja2.meta import find_referenced_templates
 
 from maglev.api.repository import FILES as REPOSITORY
 from maglev.rig.description import PACKAGED, read_rig
-from maglev.rig.modules import MODULES, PAGES, controller, paths, template, written
+from maglev.rig.modules import MODULES, PAGES, paths, template, written, written_class
 from maglev.rig.text import LONGEST
 from maglev.rig.writer import TEMPLATES, environment, own_names
 from pmlsm.rig import Rig, RigMotor
@@ -48,8 +48,9 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
 
 def test_no_template_is_left_over() -> None:
     used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)}
-    used |= {f"new/{what}.j2" for what in ("controller.py", "controller_tilting.py", "stage.toml", "scenario.toml",
-                                          "study.toml", *(f"repository/{name}" for name in REPOSITORY))}
+    used |= {f"new/{what}.j2" for what in (
+        "controller.py", "controller_tilting.py", "plant.py", "plant_tilting.py", "stage.toml", "scenario.toml",
+        "study.toml", *(f"repository/{name}" for name in REPOSITORY))}
     reached: set[str] = set()
     while used - reached:
         name = (used - reached).pop()
@@ -87,7 +88,7 @@ def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
 def test_lines_of_code_are_within_their_length_for_any_number_of_motors(name: str) -> None:
     rig = crowded(RIGS[name])
     modules = {path: text for path, text in written(rig).items() if path.endswith(".py")}
-    modules["controller"] = controller(rig, "Mine", "mine.py")
+    modules |= {kind: written_class(kind, rig, "Mine", "mine.py") for kind in ("controller", "plant")}
     assert len(modules) > len(MODULES)
     for path, text in modules.items():
         documentation = {line for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Expr)

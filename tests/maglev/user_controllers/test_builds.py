@@ -12,17 +12,18 @@ from written_controllers import controller, flight, line_of
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.schema.loading import load_plan
-from maglev.user_controllers.new import new_controller
+from maglev.user_controllers.new import new_class
 from pmlsm.rigs import RIGS
 
 
-# What is written of a controller differs by what its stage has: most where it tilts.
+# What is written of a controller or a plant differs by what its stage has: most where it tilts.
 @pytest.mark.parametrize("stage", [pytest.param(name, marks=[] if rig.rotations else pytest.mark.thorough)
                                    for name, rig in RIGS.items()])
-def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
+@pytest.mark.parametrize("kind", ["controller", "plant"])
+def test_three_forms_of_one_class(fastest_fmus: Path, tmp_path: Path, stage: str, kind: str) -> None:
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""
     require_native_tools()
-    path = new_controller(tmp_path / "lqi.py", stage)
+    path = new_class(kind, tmp_path / "mine.py", stage)
     forms = [path, *tool.build(path, fmus=tmp_path), *tool.build(path, fmus=tmp_path, kind="native", target="host")]
     run = tmp_path / "short.toml"
     run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "1.2 s"\n')
@@ -30,7 +31,7 @@ def test_three_forms_of_one_controller(fastest_fmus: Path, tmp_path: Path, stage
     for number, form in enumerate(forms):
         assert form.suffix == ".py" or validate_fmu(str(form)) == []
         out = tmp_path / str(number)
-        result = maglev("run", run, "--fmus", fastest_fmus, "--out", out, "--controller", form)
+        result = maglev("run", run, "--fmus", fastest_fmus, "--out", out, f"--{kind}", form)
         assert result.exit_code == 0, result.output
         written.add((out / "short.csv").read_bytes())
     assert len(forms) == 3
