@@ -44,7 +44,7 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels",
          "csv_table", "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification",
-         "user_controllers", "installation", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability",
+         "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability",
          "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
          "report", "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
 

@@ -15,11 +15,11 @@ from typing import get_args
 from maglev.catalogue import PYTHON, Kind, build, uncacheable
 from maglev.copies import copied
 from maglev.errors import BuildError, ScenarioError
-from maglev.installation import HERE, digest_of
 from maglev.kinds import KindName
 from maglev.own_fmus import definition, kind_folder, places
 from maglev.own_stage.adoption import OWN, OwnStage, know_stage
 from maglev.packages import PACKAGES
+from maglev.packages.installed import HERE, digest_of
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.rig.modules import definitions
 from maglev.schema.layers import PACKAGED

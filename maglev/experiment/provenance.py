@@ -17,8 +17,8 @@ from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import HERE
 from maglev.cosim.step_loop import LIBRARY
-from maglev.installation import code, edited
 from maglev.own_fmus import built_here, own_kind, stale
+from maglev.packages.installed import code, edited
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written, requirements

@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 from maglev.cosim.step_loop import LIBRARY
 from maglev.experiment.preparation import Experiment
-from maglev.installation import code
+from maglev.packages.installed import code
 
 
 def code_of_package() -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from maglev.packages import OURS
 
-HERE = Path(__file__).parents[1]
+HERE = Path(__file__).parents[2]
 COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is flown
 
 

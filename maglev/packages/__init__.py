@@ -11,7 +11,7 @@ from maglev.errors import MaglevError
 PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 OURS = (*PACKAGES, "fmi_export", "maglev_files", "maglev")
 
-HERE = Path(__file__).resolve().parents[1]
+HERE = Path(__file__).resolve().parents[2]
 
 
 @cache
