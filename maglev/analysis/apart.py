@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from maglev.analysis import participant
+from maglev.analysis.differences import participant
 from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import ControllerError, FmuError

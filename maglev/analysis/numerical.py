@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from maglev.analysis.apart import apart
-from maglev.analysis.derivatives import Derivative, derivative
+from maglev.analysis.differences.derivatives import Derivative, derivative
+from maglev.analysis.differences.realisation import Realisation, realise
 from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
-from maglev.analysis.realisation import Realisation, realise
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT

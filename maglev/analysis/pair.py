@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from maglev.analysis.participant import Participant
+from maglev.analysis.differences.participant import Participant
 from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description

@@ -7,8 +7,8 @@ from threading import Lock
 import numpy as np
 import pytest
 
-from maglev.analysis.derivatives import Derivative, derivative
-from maglev.analysis.participant import Participant
+from maglev.analysis.differences.derivatives import Derivative, derivative
+from maglev.analysis.differences.participant import Participant
 from maglev.cosim.master import FmuSetup
 from maglev.errors import LinearModelError
 from maglev.user_controllers.source import path_of
@@ -58,6 +58,20 @@ class Narrow(Law):
         return 200.0 * max(-5e-6, min(5e-6, deviation))
 
 
+class Slower(Law):
+    """Samples every third time, and holds what it found."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waiting = 1   # at the point where it is pushed: neither this nor the next sample is one of its own
+
+    def step(self, t: float) -> None:
+        self.waiting -= 1
+        if self.waiting < 0:
+            super().step(t)
+            self.waiting = 2
+
+
 class Random(Law):
     def __init__(self) -> None:
         super().__init__()
@@ -103,7 +117,7 @@ def test_a_cubic_law_has_its_slope_within_the_estimate() -> None:
 
 @pytest.mark.parametrize(("law", "says"), [
     (Rounded, "no response to 2 µ, one to more: a rounding or a dead zone"), (Relay, "a step: 0.1 µ change it as much"),
-    (Kinked, "a kink: up and down differ by 40 %")])
+    (Kinked, "a kink: up and down differ by 40 %"), (Slower, "samples more slowly, or varies with time")])
 def test_what_has_no_derivative_is_named(law: type, says: str) -> None:
     found = slope(law)
     assert says in found.verdict

@@ -1,7 +1,8 @@
 """Derivatives of what a participant does, by central differences of its responses, with what they are worth.
 
 An input is pushed by ± a size for one sample, and the responses are taken apart; at six sizes, so that what has no
-derivative is found: a rounding, a dead zone or a step changes with the size, a kink with the sign. Of the largest two
+derivative is found: a rounding, a dead zone or a step changes with the size, a kink with the sign; and some samples
+later, for a law that samples more slowly than its loop is no linear system at the loop's samples. Of the largest two
 sizes at which the law is smooth Richardson's extrapolation is taken; how far it is from the smaller of them is the
 estimate of the error.
 """
@@ -11,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from maglev.analysis.participant import Participant
+from maglev.analysis.differences.participant import Participant
 from maglev.arrays import Array
 
 SIZES = (20.0, 10.0, 2.0, 1.0, 0.2, 0.1)   # of a push, in units of the input's scale
 LARGE = (100.0, 1000.0)                    # of one that has no response to these
 WINDOW = 40         # samples, in which all sizes are compared
+LATER = 8           # samples by which a push comes later at most
 SAME = 1e-2         # relative difference of responses that are the same but for their curvature
 KINK = 5e-2         # relative difference of the responses to a push and to a pull where there is a derivative
 ROUND_OFF = 1e-15   # relative to the outputs: below it a response is nothing
@@ -77,7 +79,8 @@ def derivative(part: Participant, base: Array, number: int, scale: float, sample
     first, holds_to = 0, pushes[0]
     if check:
         smooth, why = look(part, base, number, pushes)
-        if smooth is None:
+        why = why or varying(part, base, number, pushes[smooth or 0])
+        if smooth is None or why:
             nothing = np.zeros((samples, len(part.outputs)))
             return Derivative(part.inputs[number], nothing, nothing, np.inf, 0.0, why)
         first, holds_to = smooth, pushes[smooth]
@@ -89,17 +92,27 @@ def derivative(part: Participant, base: Array, number: int, scale: float, sample
     return Derivative(part.inputs[number], best, small, error, holds_to)
 
 
-def central(part: Participant, base: Array, number: int, push: float, samples: int) -> Array:
-    """Central difference of the responses to a push of one sample and to its opposite."""
-    up, down = (part.response(pushed(base, number, sign * push, samples)) for sign in (1.0, -1.0))
+def central(part: Participant, base: Array, number: int, push: float, samples: int, later: int = 0) -> Array:
+    """Central difference of the responses, from then on, to a push of one sample and to its opposite."""
+    up, down = (part.response(pushed(base, number, size, samples + later, later))[later:] for size in (push, -push))
     return (up - down) / (2.0 * push)
 
 
-def pushed(base: Array, number: int, push: float, samples: int) -> Array:
+def pushed(base: Array, number: int, push: float, samples: int, later: int = 0) -> Array:
     """Inputs that are held but for one sample of one of them."""
     rows = np.tile(base, (samples, 1))
-    rows[0, number] += push
+    rows[later, number] += push
     return rows
+
+
+def varying(part: Participant, base: Array, number: int, push: float) -> str:
+    """Why this is no linear system at these samples: a later push has another response; empty if it has the same."""
+    now = central(part, base, number, push, WINDOW)
+    for later in range(1, LATER + 1):
+        then = central(part, base, number, push, WINDOW, later)
+        if np.abs(then - now).max() > KINK * max(np.abs(now).max(), np.abs(then).max()) > ROUND_OFF / push:
+            return f"a push {later} samples later has another response: it samples more slowly, or varies with time"
+    return ""
 
 
 def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -> tuple[int | None, str]:
