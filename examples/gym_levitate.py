@@ -1,8 +1,9 @@
 """Train a small agent that levitates the 2-DOF stage and brings it to setpoints, with nothing but NumPy.
 
-The agent is linear: each current is a weighted sum of the errors, of what they add up to, of the velocities and of one.
-Its weights are found by the cross-entropy method: try many, keep the best, draw around these the next ones. All
-candidates of a generation run side by side in one vector environment. What was learned becomes a controller file:
+First a linear agent: each current is a weighted sum of the errors, of what they add up to, of the velocities and of
+one. Then a network on top of it, whose hidden units see errors, velocity and gap, and add to both currents. Weights are
+found by the cross-entropy method: try many, keep the best, draw around these the next ones. All candidates of a
+generation run side by side in one vector environment. What was learned becomes a controller file:
 
     python gym_levitate.py
     maglev compare 2dof-setpoints --controller Regulator2DOF --controller learned.py
@@ -20,20 +21,30 @@ import maglev.gym  # noqa: F401 - registers the environments
 
 SAMPLE_TIME = 2e-3     # s, four samples of the rig
 TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints", "error_weight": 10.0,
-            "parameters": {"v.position_start": ("15 mm", "22 mm"), "h.position_start": ("-5 mm", "5 mm")}}
+            "parameters": {"v.position_start": ("13 mm", "24 mm"), "h.position_start": ("-5 mm", "5 mm")}}
 
-CANDIDATES = 64        # in a generation
-BEST = 10              # of them draw the next one
+CANDIDATES = 64        # in a generation; of those of a network as many again
+BEST = 8               # one of so many draws the next generation
 EPISODES = 3           # for each candidate, the same for all of a generation
 
 # Currents (A) for an error of 1 m, 1 m s, a speed of 1 m/s, and always: what a weight of 1 means. i_d lifts and i_q
 # drives, each looks at its own axis.
 SCALES = np.array([[500.0, 500.0, 20.0, 1.0], [50.0, 50.0, 5.0, 1.0]])
+LINEAR = SCALES.size
 
-CONTROLLER = '''"""Linear law of the 2-DOF stage, learned by examples/gym_levitate.py.
+# A unit of the network takes the error (m) and speed (m/s) of v, the error of h, the gap (m) and one, with weights by
+# these, and gives x / (1 + |x|) of their sum to both currents, with weights in A.
+INPUT_SCALES = np.array([500.0, 10.0, 500.0, 250.0, 1.0])
+MIDDLE = 18e-3         # m, from which a unit takes the gap
+OUTPUT_SCALE = 4.0     # A
+UNIT = len(INPUT_SCALES) + 2
+
+CONTROLLER = '''"""Law of the 2-DOF stage, learned by examples/gym_levitate.py.
 
     maglev run 2dof-setpoints --controller {name}
 """
+
+from math import fabs
 
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
@@ -54,14 +65,34 @@ class Axis:
         self.speed = speed              # A s/m
         self.always = always            # A
         self.observer = VelocityObserver()
+        self.off = 0.0                  # m, error
         self.sum = 0.0                  # m s, state
 
     def current(self, observer: ObserverFilter, dt: float) -> float:
-        """Current (A) of a sample."""
+        """Current (A) of a sample, without what the network adds."""
         self.observer.update(self.measured, observer, dt)
-        error = self.reference - self.measured
-        self.sum += dt * error
-        return self.error * error + self.total * self.sum + self.speed * self.observer.velocity + self.always
+        self.off = self.reference - self.measured
+        self.sum += dt * self.off
+        return self.error * self.off + self.total * self.sum + self.speed * self.observer.velocity + self.always
+
+
+class Unit:
+    """One unit of the network: weights of what it takes, and of what it gives (A)."""
+
+    def __init__(self, v: float, speed: float, h: float, gap: float, always: float, i_d: float, i_q: float):
+        self.v = v                      # 1/m
+        self.speed = speed              # s/m
+        self.h = h                      # 1/m
+        self.gap = gap                  # 1/m
+        self.always = always
+        self.i_d = i_d
+        self.i_q = i_q
+        self.value = 0.0
+
+    def take(self, v: Axis, h: Axis) -> None:
+        """Its value at a sample, between −1 and 1."""
+        total = self.v * v.off + self.speed * v.observer.velocity + self.h * h.off + self.gap * v.measured + self.always
+        self.value = total / (1.0 + fabs(total))
 
 
 class Learned:
@@ -78,7 +109,7 @@ class Learned:
         self.limit = {limit}                # A, parameter: of i_d and i_q
         self.v = Axis(0.02, {v})
         self.h = Axis(0.0, {h})
-        self.observer = ObserverFilter()
+{units}        self.observer = ObserverFilter()
         self.geometry = MotorGeometry()
         self.motor = MotorCommand()
         self.i_d = 0.0                  # A, held
@@ -102,18 +133,29 @@ class Learned:
         if self.waiting == 0:
             self.i_d = self.v.current(self.observer, SAMPLES * self.sample_time)
             self.i_q = self.h.current(self.observer, SAMPLES * self.sample_time)
-            self.waiting = SAMPLES
+{steps}            self.waiting = SAMPLES
         self.waiting -= 1
         self.motor.command(self.i_d, self.i_q, self.limit, self.geometry.electrical_angle(self.h.measured))
 '''
 
 
+def currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """Currents (A) of agents, shape (environments, 2).
+
+    `weights` has a row for each; `parts`, shape (environments, 2, 4), errors, their sums, velocities and one by axis.
+    """
+    found = (weights[:, :LINEAR].reshape(-1, 2, 4) * SCALES * parts).sum(axis=2)
+    units = weights[:, LINEAR:].reshape(len(weights), -1, UNIT)
+    taken = INPUT_SCALES * np.stack([parts[:, 0, 0], parts[:, 0, 2], parts[:, 1, 0], gaps - MIDDLE, parts[:, 0, 3]], 1)
+    total = (units[:, :, :-2] * taken[:, None]).sum(axis=2)
+    return found + OUTPUT_SCALE * (units[:, :, -2:] * (total / (1.0 + np.abs(total)))[:, :, None]).sum(axis=1)
+
+
 def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """An episode in each environment, with weights of shape (environments, 8).
+    """An episode in each environment, with weights of shape (environments, weights).
 
     Returns of the episodes, their errors (m), shape (samples, environments, 2), and whether they ended at a stop.
     """
-    gains = weights.reshape(-1, 2, 4) * SCALES
     observations, _ = envs.reset(seed=seeds)
     parts = np.ones((len(weights), 2, 4))
     sums = np.zeros((len(weights), 2))   # m s
@@ -124,7 +166,8 @@ def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarr
         sums += SAMPLE_TIME * parts[:, :, 0]
         parts[:, :, 1], parts[:, :, 2] = sums, observations[:, 2:4]
         # Currents beyond the peak are limited; those beyond 1000 A would be refused.
-        observations, rewards, terminated, truncated, _ = envs.step(np.clip((gains * parts).sum(axis=2), -900.0, 900.0))
+        asked = np.clip(currents(weights, parts, observations[:, 0]), -900.0, 900.0)
+        observations, rewards, terminated, truncated, _ = envs.step(asked)
         returns += np.where(going, rewards, 0.0)
         crashed |= going & terminated
         going &= ~(terminated | truncated)
@@ -132,22 +175,50 @@ def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarr
     return returns, np.array(errors), crashed
 
 
-def train(envs: Any, seed: int, generations: int) -> np.ndarray:
-    """Weights that the cross-entropy method finds."""
-    random = np.random.default_rng(seed)
-    mean, spread = np.zeros(8), np.ones(8)
-    begin = perf_counter()
+def train(envs: Any, random: np.random.Generator, generations: int, mean: np.ndarray, spread: np.ndarray,
+          floor: float) -> np.ndarray:
+    """Weights that the cross-entropy method finds from a mean and a spread, each of shape (weights,)."""
+    candidates, begin = envs.num_envs // EPISODES, perf_counter()
     for generation in range(generations):
-        candidates = mean + spread * random.standard_normal((CANDIDATES, 8))
+        tried = mean + spread * random.standard_normal((candidates, mean.size))
         seeds = random.integers(2**31, size=EPISODES).tolist()
-        found, _, _ = simulate(envs, np.repeat(candidates, EPISODES, axis=0), seeds * CANDIDATES)
-        returns = found.reshape(CANDIDATES, EPISODES).mean(axis=1)
-        best = candidates[np.argsort(returns)[-BEST:]]
+        found, _, _ = simulate(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
+        returns = found.reshape(candidates, EPISODES).mean(axis=1)
+        best = tried[np.argsort(returns)[-candidates // BEST:]]
         # A little spread more than the best have, less and less of it, keeps the search from stopping too soon.
-        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.2 * 0.9**generation
+        mean, spread = best.mean(axis=0), best.std(axis=0) + floor * 0.9**generation
         print(f"generation {generation + 1:3}: best return {max(returns):6.1f}, mean {np.mean(returns):6.1f} of 500, "
               f"{perf_counter() - begin:4.1f} s", flush=True)
     return mean
+
+
+def tested(envs: Any, weights: np.ndarray) -> str:
+    """How an agent does in episodes of 5 s, with setpoints that it has not seen."""
+    count = envs.num_envs
+    _, errors, crashed = simulate(envs, np.tile(weights, (count, 1)), list(range(1_000_000, 1_000_000 + count)))
+    text = f"{(~crashed).sum()} of {count} episodes of 5 s held"
+    if crashed.all():
+        return text
+    # Over 0.2 s; the last error of each second is already that of the next setpoint.
+    late = errors[:, ~crashed].reshape(5, -1, (~crashed).sum(), 2)[:, -101:-1]
+    rms = 1e3 * np.sqrt(np.mean(late**2, axis=(0, 1, 2)))
+    return f"{text}; RMS error at the end of a setpoint: v {rms[0]:.3f} mm, h {rms[1]:.3f} mm"
+
+
+def written(weights: np.ndarray, limit: float, name: str) -> str:
+    """Controller file of an agent: scales become part of its weights."""
+    v, h = (", ".join(repr(float(gain)) for gain in row) for row in weights[:LINEAR].reshape(2, 4) * SCALES)
+    units, steps = "", ""
+    for number, unit in enumerate(weights[LINEAR:].reshape(-1, UNIT), 1):
+        taken = unit[:-2] * INPUT_SCALES
+        taken[-1] -= taken[-2] * MIDDLE
+        values = [repr(float(each)) for each in (*taken, *(OUTPUT_SCALE * unit[-2:]))]
+        units += f"        self.unit{number} = Unit({', '.join(values[:4])},\n{' ' * 26}{', '.join(values[4:])})\n"
+        steps += (f"            self.unit{number}.take(self.v, self.h)\n"
+                  f"            self.i_d += self.unit{number}.i_d * self.unit{number}.value\n"
+                  f"            self.i_q += self.unit{number}.i_q * self.unit{number}.value\n")
+    return CONTROLLER.format(name=name, samples=4, sample_time=SAMPLE_TIME, rig_time=SAMPLE_TIME / 4, limit=limit, v=v,
+                             h=h, units=units, steps=steps)
 
 
 def main() -> None:
@@ -155,7 +226,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fmus", help="folder with the folder native, in place of FMUs that are built")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--generations", type=int, default=20)
+    parser.add_argument("--generations", type=int, default=20, help="of the linear agent; of the network twice as many")
+    parser.add_argument("--units", type=int, default=6, help="of the network; 0 ends with the linear agent")
     parser.add_argument("--out", type=Path, default=Path("learned.py"), help="controller file")
     asked = parser.parse_args()
 
@@ -163,25 +235,22 @@ def main() -> None:
         return gymnasium.make_vec("maglev/Stage2DOF-v0", number, "vector_entry_point", fmus=asked.fmus,
                                   **{**TRAINING, **options})
 
+    random, test = np.random.default_rng(asked.seed), stages(20, duration=5.0)
+    limit = float(test.single_action_space.high[0])
     envs = stages(CANDIDATES * EPISODES)
-    weights = train(envs, asked.seed, asked.generations)
-    limit = float(envs.single_action_space.high[0])
+    weights = train(envs, random, asked.generations, np.zeros(LINEAR), np.ones(LINEAR), 0.2)
     envs.close()
-    gains = weights.reshape(2, 4) * SCALES
-    print("gains (A/m, A/(m s), A s/m, A) of i_d:", *np.round(gains[0], 2))
-    print("gains (A/m, A/(m s), A s/m, A) of i_q:", *np.round(gains[1], 2))
-    test = stages(20, duration=5.0)
-    _, errors, crashed = simulate(test, np.tile(weights, (20, 1)), list(range(1_000_000, 1_000_020)))
+    print(f"linear: {tested(test, weights)}")
+    if asked.units:
+        # Small outputs at first: the network begins as the linear agent.
+        spread = np.tile([*np.ones(UNIT - 2), 0.3, 0.3], asked.units)
+        envs = stages(2 * CANDIDATES * EPISODES)
+        weights = train(envs, random, 2 * asked.generations, np.concatenate([weights, np.zeros(spread.size)]),
+                        np.concatenate([0.02 + 0.05 * np.abs(weights), spread]), 0.05)
+        envs.close()
+        print(f"network: {tested(test, weights)}")
     test.close()
-    print(f"{(~crashed).sum()} of {len(crashed)} episodes of 5 s held")
-    if not crashed.all():
-        # Over 0.2 s; the last error of each second is already that of the next setpoint.
-        late = errors[:, ~crashed].reshape(5, -1, (~crashed).sum(), 2)[:, -101:-1]
-        rms = 1e3 * np.sqrt(np.mean(late**2, axis=(0, 1, 2)))
-        print(f"RMS error at the end of a setpoint: v {rms[0]:.2f} mm, h {rms[1]:.2f} mm")
-    v, h = (", ".join(repr(float(gain)) for gain in row) for row in gains)
-    asked.out.write_text(CONTROLLER.format(name=asked.out.name, samples=4, sample_time=SAMPLE_TIME,
-                                           rig_time=SAMPLE_TIME / 4, limit=limit, v=v, h=h), encoding="utf-8")
+    asked.out.write_text(written(weights, limit, asked.out.name), encoding="utf-8")
     print(f"wrote {asked.out}")
 
 
