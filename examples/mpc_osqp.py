@@ -1,6 +1,6 @@
 """Model-predictive control of the 3-DOF stage with OSQP, on the feedback-linearised motors.
 
-    pip install 'maglev-fmus[examples]'
+    python -m pip install 'maglev-fmus[examples]'      # where maglev-fmus is installed
     maglev run 3dof-setpoints-improved --controller examples/mpc_osqp.py
     python examples/mpc_osqp.py      # beside the thesis's regulator: table, picture, what a sample costs
 

@@ -30,10 +30,11 @@ import signal
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unicodedata import category
+
+from maglev_files.extras import lacking
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
 
@@ -190,6 +191,6 @@ class RigError(MaglevError):
 
 def extra(module: str, name: str, user: str = "this", error: type[MaglevError] = MaglevError) -> Any:
     """A module of an extra of this package; where it is not installed, an error says who needs it, and what to do."""
-    if find_spec(module) is None:
-        raise error(f"{user} needs {module}, expected it to be installed: pip install 'maglev-fmus[{name}]'")
+    if missing := lacking(module, name, user):
+        raise error(missing)
     return import_module(module)

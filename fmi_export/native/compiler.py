@@ -4,13 +4,13 @@ import os
 import sys
 import tempfile
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
 from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
 from maglev_files.cache import is_private
+from maglev_files.extras import lacking
 from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
@@ -56,8 +56,8 @@ WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", (
 
 def require_zig() -> None:
     """Raise ExportError if ziglang, an extra of this project, is not installed."""
-    if find_spec("ziglang") is None:
-        raise ExportError("native FMUs need ziglang, expected it to be installed: pip install 'maglev-fmus[native]'")
+    if missing := lacking("ziglang", "native", "a native FMU"):
+        raise ExportError(missing)
 
 
 def library(sources: Mapping[str, str], name: str, platform: Platform, *further: str) -> bytes:

@@ -10,12 +10,12 @@ import sys
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
-from importlib.util import find_spec
 from math import isinf
 from pathlib import Path
 
 from fmi_export.errors import ExportError
 from fmi_export.sources import imported_modules
+from maglev_files.extras import lacking
 from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
@@ -87,8 +87,8 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     `texts` has, by dotted name, every module that one of them imports, but `math`. Those with constants can be imported
     as well. ExportError if pyccel is not installed, refuses a module, or writes something that is not known here.
     """
-    if find_spec("pyccel") is None:
-        raise ExportError("native FMUs need pyccel, expected it to be installed: pip install 'maglev-fmus[native]'")
+    if missing := lacking("pyccel", "native", "a native FMU"):
+        raise ExportError(missing)
     files = {PRELUDE_FILE: PRELUDE}
     with scratch() as root:
         names = in_order(texts)

@@ -30,21 +30,20 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
     `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py`
     """
     with one_line_errors(debug):
-        from importlib.util import find_spec
-
         from maglev.api.comparing import compare as compare_runs
         from maglev.comparison.files import show_comparison
+        from maglev_files.extras import lacking
 
         found = compare_runs(name, controllers, watch=progress_of, say=say, **options)
-        picture = find_spec("matplotlib") is not None
-        files = found.write(out, picture=picture)
+        missing = lacking("matplotlib", "report", "a picture")
+        files = found.write(out, picture=not missing)
         if json:
             print_json(found.as_data())
         else:
             show_comparison(report_console(), found.name, found.title, found.results)
             typer.echo(f"results: {', '.join(map(str, files))}")
-            if not picture:
-                say("the picture needs matplotlib: pip install 'maglev-fmus[report]'")
+            if missing:
+                say(missing)
         for label, failure in found.failures.items():
             say(f"{label}: {failure}")
         if found.failures:

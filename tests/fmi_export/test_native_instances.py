@@ -13,7 +13,6 @@ from command_line import error_line, maglev
 from fmu_access import another, bits, outputs, put, read, refusal, step
 
 import fmi_export.native.compiler
-import fmi_export.native.translation
 from fmi_export.errors import ExportError
 from maglev.cosim.fmu import Fmu
 
@@ -181,8 +180,7 @@ def test_build_without_a_tool(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, m
     def find_spec(name: str) -> object | None:
         return None if name == missing else object()
 
-    monkeypatch.setattr(fmi_export.native.translation, "find_spec", find_spec)
-    monkeypatch.setattr(fmi_export.native.compiler, "find_spec", find_spec)
+    monkeypatch.setattr("maglev_files.extras.find_spec", find_spec)
     said = error_line(maglev("build", "--kind", "native", "--target", "host", "PID2DOF", "--fmus", tmp_path))
     assert missing in said and "pip install 'maglev-fmus[native]'" in said
     assert list(tmp_path.rglob("*.fmu*")) == []

@@ -35,7 +35,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
     """Say how large a step an axis takes although its command is limited, with and without antiwindup.
 
     Certified by linear matrix inequalities for the linear loop, and flown by the FMUs, which have the friction, the
-    stops and the moving gap that a certificate leaves out (needs `pip install 'maglev-fmus[region]'`).
+    stops and the moving gap that a certificate leaves out (needs the extra `region`).
 
     **Examples:**
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from maglev.studies.page.text import metrics_of
+from maglev_files.extras import lacking
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices
         return [], ["Sobol indices need what varies to be independent; some of it is correlated."]
     if any(why is not None for why in table["failure"].to_pylist()):
         return [], ["Sobol indices need every sample; some were not flown to their ends."]
-    if find_spec("SALib") is None:
-        return [], ["Sobol indices need SALib: pip install 'maglev-fmus[study]'."]
+    if missing := lacking("SALib", "study", "a Sobol index"):
+        return [], [f"{missing}."]
     from SALib.analyze import sobol
 
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}

@@ -85,9 +85,10 @@ def test_refusals(arguments: dict[str, Any], message: str) -> None:
 
 
 def test_without_cvxpy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.errors.find_spec", lambda _: None)
+    monkeypatch.setattr("maglev_files.extras.find_spec", lambda _: None)
     line = error_line(maglev("region", "3dof", "x", "--gap", "25mm"))
-    assert line == ("maglev: a region needs cvxpy, expected it to be installed: pip install 'maglev-fmus[region]'")
+    assert line == ("maglev: a region needs cvxpy, expected it to be installed: python -m pip install "
+                    "'maglev-fmus[region]', with the Python that runs maglev")
 
 
 def test_command_line_refuses() -> None:
