@@ -22,7 +22,7 @@ from maglev.experiment.execution import (
 from maglev.experiment.form import Format
 from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
-from maglev.experiment.results import alone
+from maglev.experiment.results import alone, require_parquet
 from maglev.experiment.selection import Scenarios, compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.kinds import reads_native
@@ -262,6 +262,8 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     # What would fail after the runs fails before them.
     if plot:
         require_matplotlib()
+    if format == "parquet":
+        require_parquet()
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
     jobs, watch, say = jobs or processors(), watch or unwatched, say or warn

@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import orjson
+from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, extra
 from maglev.experiment.form import Format
 from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.whole_file import whole_file
+
+ROWS = 4096   # that are text at a time
 
 
 @dataclass(frozen=True)
@@ -93,15 +97,14 @@ def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
     Numbers are written as short as gives the same bits when they are read. The file appears under its name when it is
     complete: what stood there before is intact until then.
     """
-    from pyarrow.csv import WriteOptions
-    from pyarrow.csv import write_csv as write_table
-
-    table = table_of(recording, every, as_text=True)
+    columns = columns_of(recording, every)
     with whole_file(path) as unfinished, unfinished.open("wb") as file:
         header = io.StringIO()
-        csv.writer(header, lineterminator="\n").writerow(table.column_names)   # an array's name has a comma
+        csv.writer(header, lineterminator="\n").writerow(columns)   # an array's name has a comma
         file.write(header.getvalue().encode("utf-8"))
-        write_table(table, file, WriteOptions(include_header=False, quoting_style="none"))
+        for first in range(0, len(columns["time"]), ROWS):
+            texts = [numbers_as_text(column[first:first + ROWS]) for column in columns.values()]
+            file.write(b"\n".join(map(b",".join, zip(*texts, strict=True))) + b"\n")
 
 
 def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], about: Mapping[str, Any],
@@ -111,36 +114,35 @@ def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], ab
     Each column has its unit in its metadata, under "unit"; the file has what is known `about` the run, under "maglev",
     as JSON.
     """
+    require_parquet()
     import pyarrow
     from pyarrow import parquet
 
-    table = table_of(recording, every)
+    columns = columns_of(recording, every)
+    # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
+    arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(column),
+                                         [None, pyarrow.py_buffer(column)]) for column in columns.values()]
+    table = pyarrow.Table.from_arrays(arrays, names=[*columns])
     fields = [field.with_metadata({"unit": {"time": "s", **units}.get(field.name, "")}) for field in table.schema]
     known = {"maglev": json.dumps(about, ensure_ascii=False, allow_nan=False)}
     with whole_file(path) as unfinished, unfinished.open("wb") as file:
         parquet.write_table(table.cast(pyarrow.schema(fields, known)), file)
 
 
-def table_of(recording: Recording, every: int, as_text: bool = False) -> Any:
-    """Every n-th communication point of a recording, and the last one, as a pyarrow.Table: time, then the columns.
+def require_parquet() -> None:
+    """Raise MaglevError if pyarrow, which writes Parquet, is not installed."""
+    extra("pyarrow", "data", "Parquet")
 
-    On the way to text, columns most of whose values are those before them are text already.
-    """
-    import pyarrow
 
+def columns_of(recording: Recording, every: int) -> dict[str, Any]:
+    """Every n-th communication point of a recording, and the last one: time, then the columns, by name."""
     last = len(recording.time) - 1
     rows = np.append(np.arange(0, last, every), last)
-    columns = [recording.time[rows], *(column[rows] for column in recording.columns.values())]
-    # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
-    arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(rows),
-                                         [None, pyarrow.py_buffer(column)]) for column in columns]
-    if as_text:
-        arrays = [texts(array) if 2 * np.count_nonzero(column[1:] != column[:-1]) < len(rows) else array
-                  for array, column in zip(arrays, columns, strict=True)]
-    return pyarrow.Table.from_arrays(arrays, names=["time", *recording.columns])
+    return {"time": recording.time[rows], **{name: column[rows] for name, column in recording.columns.items()}}
 
 
-def texts(numbers: Any) -> Any:
-    """A pyarrow.Array of numbers as text, with each number, by its bits, written once: that is what a CSV costs."""
-    found = numbers.view(f"int{numbers.type.bit_width}").dictionary_encode()
-    return found.dictionary.view(numbers.type).cast("string").take(found.indices)
+def numbers_as_text(column: NDArray[Any]) -> list[bytes]:
+    """Numbers, each as short as gives the same bits; of those that are no numbers what Python calls them."""
+    if not np.isfinite(column).all():
+        return [repr(value).encode("ascii") for value in column.tolist()]
+    return orjson.dumps(column, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].split(b",")

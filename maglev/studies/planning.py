@@ -14,12 +14,12 @@ from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.columns import columns_of, named_values
-from maglev.studies.dataset import Layout
 from maglev.studies.design import number_of_samples, samples
 from maglev.studies.flying.batches import batches_of
 from maglev.studies.flying.content import code_of_package
 from maglev.studies.flying.samples import Batch, Job
 from maglev.studies.key import key_of
+from maglev.studies.layout import Layout
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
 from maglev.time_grid import whole_steps

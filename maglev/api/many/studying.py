@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
@@ -44,6 +45,7 @@ class Study:
     """
 
     def __init__(self, path: str | Path):
+        require_arrow()
         from maglev.studies.dataset import metadata_of
 
         self.path = Path(path)
@@ -59,7 +61,7 @@ class Study:
     @property
     def units(self) -> dict[str, str]:
         """Units of the columns, "1" of shares, empty text of counts."""
-        schema = extra("pyarrow.parquet", "study").read_schema(self.path)
+        schema = import_module("pyarrow.parquet").read_schema(self.path)
         return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
 
     def __repr__(self) -> str:
@@ -123,6 +125,11 @@ class Study:
         return found
 
 
+def require_arrow() -> None:
+    """Raise MaglevError if pyarrow, which has the tables of studies, is not installed."""
+    extra("pyarrow", "study", "a study")
+
+
 @reads_native
 def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: int | None = None,
           scheduler: str | None = None, resume: bool = False, sample_timeout: float | str | None = None,
@@ -161,6 +168,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     KeyboardInterrupt
         After Ctrl-C; what is done is kept.
     """
+    require_arrow()
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study

@@ -103,8 +103,28 @@ def test_the_metrics_are_measured_on_every_step_when_they_are_asked_for(fastest_
 def test_writing_imports_no_pandas(tmp_path: Path) -> None:
     """It takes a second."""
     code = ("import sys, numpy; from pathlib import Path; from maglev.cosim.master import Recording; "
-            "from maglev.experiment.results import write_csv; "
+            "from maglev.experiment.results import write_csv, write_parquet; "
             f"write_csv(Path({str(tmp_path / 'run.csv')!r}), Recording(numpy.zeros(3), {{'a': numpy.ones(3)}})); "
+            "print(*sorted({'pandas', 'pyarrow'} & set(sys.modules))); "
+            f"write_parquet(Path({str(tmp_path / 'p')!r}), Recording(numpy.zeros(3), {{}}), {{}}, {{}}); "
             "print(*sorted({'pandas', 'pyarrow'} & set(sys.modules)))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["pyarrow"]
+    assert done.stdout.splitlines() == ["", "pyarrow"]
+
+
+def test_parquet_without_pyarrow_is_refused_before_the_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
+    with pytest.raises(front_door.MaglevError, match=r"^Parquet needs pyarrow, .*: python -m pip install "
+                                                     r"'maglev-fmus\[data\]'"):
+        front_door.run_all("2dof-smooth-nonlinear", out=tmp_path, format="parquet")
+
+
+def test_what_is_installed_without_an_extra_has_no_pyarrow() -> None:
+    """Runs, batches and tunings are planned without it; a study says what it needs."""
+    code = ("import sys; sys.modules['pyarrow'] = None\nimport maglev, maglev.studies.planning\n"
+            "import maglev.tuning.planning, maglev.tuning.search, maglev.api.many.batch, maglev.api.comparing\n"
+            "try:\n    maglev.study('payload-friction')\nexcept maglev.MaglevError as error:\n    print(error)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("a study needs pyarrow, expected it to be installed: python -m pip install "
+                                  "'maglev-fmus[study]'")
