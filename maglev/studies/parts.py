@@ -25,6 +25,7 @@ class Parts:
 
     def __init__(self, folder: Path, key: str):
         self.folder = folder
+        self.place = folder.absolute()     # threads that load FMUs change the working folder for a moment
         self.key = key
         self.mark = folder / "study.json"
         self.files: dict[str, Path] = {}   # by name of the part
@@ -86,8 +87,8 @@ class Parts:
 
     def write(self, name: str, content: bytes) -> None:
         path = self.path(name, content)
-        require_file(path)
-        with whole_file(path) as unfinished:
+        require_file(self.place / path.name)
+        with whole_file(self.place / path.name) as unfinished:
             unfinished.write_bytes(content)
         self.files[name] = path
 

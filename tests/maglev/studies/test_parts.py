@@ -53,6 +53,20 @@ high = "1 mm"
 """
 
 
+def test_a_part_lands_in_its_folder_wherever_the_process_is_meanwhile(tmp_path: Path,
+                                                                      monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread that loads an FMU changes the working folder for a moment, and a part may be written in it."""
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    parts = Parts(Path("study.parts"), "key")
+    parts.begin()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    parts.write("samples-0000000.parquet", b"content")
+    monkeypatch.chdir(tmp_path)
+    assert parts.read("samples-0000000.parquet") == b"content"
+    assert not [*(tmp_path / "elsewhere").iterdir()]
+
+
 def test_a_second_writer_is_refused_until_the_first_ends_however_it_does(tmp_path: Path) -> None:
     folder = tmp_path / "study.parts"
     holder = subprocess.Popen([sys.executable, "-c", HOLDER.format(path=sys.path, folder=str(folder))],
