@@ -103,27 +103,30 @@ def page(entries: list[Measured]) -> str:
 
 
 def panel(group: str, members: list[str], entries: list[Measured], top: float) -> Iterator[str]:
-    """Curves of a group: upwards from 1, with what each has come to beside its end."""
+    """Curves of a group: upwards from 1 or the least below it, with what each has come to beside its end."""
     points = {name: [(k, each.ratios[group][name]) for k, each in enumerate(entries)
                      if name in each.ratios.get(group, {})] for name in members}
-    largest = max(ratio for curve in points.values() for _, ratio in curve)
+    every = [ratio for curve in points.values() for _, ratio in curve]
+    least, largest = min(1.0, *every), max(every)
 
     def place(k: int, ratio: float) -> tuple[float, float]:
-        height = (ratio - 1.0) / max(largest - 1.0, 0.1)
+        height = (ratio - least) / max(largest - least, 0.1)
         return LEFT + PANEL * k / max(1, len(entries) - 1), top + HEIGHT * (1.0 - height)
 
     yield f'<text class="title" x="{LEFT}" y="{top - 12:.0f}">{group}</text>'
-    for ratio in (1.0, largest):
+    for ratio in sorted({least, 1.0, largest}):
         y = place(0, ratio)[1]
         yield f'<line x1="{LEFT}" x2="{LEFT + PANEL}" y1="{y:.1f}" y2="{y:.1f}"/>'
-        yield f'<text class="end" x="{LEFT - 6}" y="{y + 4:.1f}">{ratio:.2f}</text>'
-    below = top - LINE
+        if ratio == least or top + HEIGHT - y > LINE:
+            yield f'<text class="end" x="{LEFT - 6}" y="{y + 4:.1f}">{ratio:.2f}</text>'
+    below, left = top - LINE, len(members)
     for name in sorted(members, key=lambda name: -points[name][-1][1]):
         kind = f"s{members.index(name) % 3}"
         curve = [place(*point) for point in points[name]]
         yield f'<polyline class="{kind}" points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in curve)}"/>'
         yield from (f'<circle class="{kind}" fill="none" cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>' for x, y in curve)
-        below = max(curve[-1][1], below + LINE)
+        left -= 1
+        below = max(min(curve[-1][1], top + HEIGHT - LINE * left), below + LINE)
         yield (f'<text class="{kind}" x="{LEFT + PANEL + 12}" y="{below + 4:.1f}">{points[name][-1][1]:.2f} '
                f"{name}</text>")
 

@@ -38,3 +38,18 @@ def test_ratios_are_added_to_the_file_of_the_commit(tmp_path: Path, monkeypatch:
     found = json.loads(file.read_text(encoding="utf-8"))
     assert found["commit"] == file.stem == "abcdef0"
     assert found["ratios"] == {speed_history.STEP: {"one": 1.23, "two": 3.0}}
+
+
+def test_curves_and_labels_stay_within_their_panel() -> None:
+    """Also of ratios below 1 that all end near its foot."""
+    entries = [Measured("aaaaaaa", "2026-01-01", "0.1", {speed_history.STEP: {"x": 4.5, "y": 4.0, "z": 1.2}}),
+               Measured("bbbbbbb", "2026-01-02", "0.1", {speed_history.STEP: {"x": 0.8, "y": 0.84, "z": 0.74}})]
+    foot = speed_history.TOP + speed_history.HEIGHT
+    root = ElementTree.fromstring(picture(entries))
+    space = "{http://www.w3.org/2000/svg}"
+    points = [float(point.split(",")[1]) for curve in root.iter(f"{space}polyline")
+              for point in curve.attrib["points"].split()]
+    labels = [float(text.attrib["y"]) for text in root.iter(f"{space}text") if text.get("class", "").startswith("s")]
+    assert speed_history.TOP <= min(points) and max(points) == foot
+    assert len(labels) == 3 and max(labels) <= foot + 4
+    assert min(b - a for a, b in zip(sorted(labels), sorted(labels)[1:], strict=False)) >= speed_history.LINE - 0.1
