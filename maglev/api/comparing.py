@@ -245,4 +245,4 @@ def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
                                 "same references")
     results = {label: replace(run.result, plan=run.plan.model_copy(update={"name": f"{one.name}@{label}"}))
                for label, run in labels.items()}
-    return Comparison(one.name, one.plan.title.removesuffix(" (modified)"), dict(labels), {}, results)
+    return Comparison(one.name, one.plan.title, dict(labels), {}, results)

@@ -360,8 +360,6 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
                             (*old, *fitted.notes, *overruled, *late))
     changes = (*other_references, *changes_of(experiment, plan, asked))
     departures = tuple(departures_of(plan, files, put_in))
-    if changes or put_in or departures:
-        experiment = replace(experiment, plan=experiment.plan.model_copy(update={"title": f"{plan.title} (modified)"}))
     not_compared = tuple(name for name in plan.check.signals if name not in experiment.plan.check.signals)
     return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures,
                    following=model, not_compared=not_compared,

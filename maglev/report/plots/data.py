@@ -104,8 +104,7 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
     if isinstance(shown, ShownChart):
         same = [each for each in shown_charts(frictionless.outcomes) if each.id == shown.id]
         return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}
-    labels = {run.plan.name: shown.figure.runs[run.plan.name]
-              + (" (modified)" if run.modified and shown.colours is None else "") for run in shown.recorded}
+    labels = {run.plan.name: shown.figure.runs[run.plan.name] for run in shown.recorded}
     again = [{"name": again_name(run), "label": "without friction" if len(labels) == 1 else
               f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
              if run.plan.name in labels and len(run.time)]

@@ -88,7 +88,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     (tmp_path / "own-setpoints.toml").write_text(text.replace("16 s", "1.5 s").replace("[0, 1, 6, 11]", "[0, 1, 2, 3]"),
                                                  encoding="utf-8")
     run = maglev.run("own-setpoints.toml")
-    assert "(modified)" not in run.plan.title
+    assert not run.result.modified
     assert not run["plant.at_stop"].any()
     assert abs(run["plant.v.position"] - 0.020).max() < 2e-3
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 4.35 ", "mass = 4.4 "),
@@ -139,7 +139,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
                                          encoding="utf-8")
     compared = maglev.compare("short.toml", ["RegulatorSwan", "lqi.py"])
     assert not any(run["plant.at_stop"].any() for run in compared.runs.values())
-    assert "(modified)" not in compared.runs["RegulatorSwan"].plan.title
+    assert not compared.runs["RegulatorSwan"].result.modified
     import gymnasium
 
     environment = gymnasium.make("maglev.gym:maglev/Stage-v0", rig="swan.toml")
