@@ -17,6 +17,8 @@ LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", 
         "5dof": ("nonlinear", "linear", "pid")}
 NAMES = {"pid": "PID"}
 
+FINE = 50   # cells along a side from which on they have no edges
+
 Fly = Callable[[StudyFile], Path]   # a study to its dataset
 Maps = TypeVar("Maps")
 
@@ -73,7 +75,7 @@ def write_picture(path: Path, title: str, rows: Sequence[Row], outcomes: Sequenc
     for row, places in zip(rows, grid, strict=True):
         for law, axes in zip(laws, places, strict=True):
             axes.pcolormesh(row.cells[law], cmap=ListedColormap(colours), vmin=-0.5, vmax=len(outcomes) - 0.5,
-                            edgecolors="white", linewidth=0.4)
+                            edgecolors="white", linewidth=0.4 if len(row.along.labels) < FINE else 0.0)
             if law in row.dots:
                 down, along = np.nonzero(row.dots[law])
                 axes.plot(along + 0.5, down + 0.5, "k.", markersize=3)

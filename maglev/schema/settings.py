@@ -71,16 +71,21 @@ def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
     "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
     "AXIS.end": the first or the last value of steps, or that of a constant. ScenarioError if there is no such axis or
     reference, or it is of a kind that has none of these.
+
+    In the place of the axis there may be what another signal goes to, `fmu.variable`; that has an amplitude alone.
     """
     axis, _, what = setting.rpartition(".")
     if what not in UNITS:
         raise ScenarioError(f"reference.{setting}: expected reference.AXIS.{', .'.join(UNITS)}; nearest is "
                             f"{nearest(what, UNITS)}")
-    if axis not in plan.axes:
+    fed = [signal.to for signal in plan.signals]
+    if axis not in plan.axes and axis not in fed:
         raise ScenarioError(f"reference.{setting}: {plan.name} has no axis {axis!r}, nearest is "
-                            f"{nearest(axis, plan.axes)}")
-    to = plan.axes[axis].reference
-    if not any(signal.to == to for signal in plan.signals):
+                            f"{nearest(axis, [*plan.axes, *fed])}")
+    to = plan.axes[axis].reference if axis in plan.axes else axis
+    if axis not in plan.axes and what != "amplitude":
+        raise ScenarioError(f"reference.{setting}: is no axis, expected reference.{axis}.amplitude")
+    if to not in fed:
         raise ScenarioError(f"reference.{setting}: {plan.name} has no signal to {to}, expected one to change")
     return plan.model_copy(update={"signals": [changed(signal, setting, what, value) if signal.to == to else signal
                                                for signal in plan.signals]})

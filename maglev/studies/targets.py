@@ -75,10 +75,11 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
             plan = with_reference(experiment.plan, own, 1.0)
         except ScenarioError as error:
             raise ScenarioError(f"{key}: {error}") from None
-        to = plan.axes[own.rpartition(".")[0]].reference
-        signal = next(signal for signal in experiment.plan.signals if signal.to == to)
-        times = {"start": 0.0, "end": experiment.plan.stop_time}
-        nominal = signal.value(times[what]) if what in times else 1.0
+        nominal = 1.0
+        if what in ("start", "end"):
+            to = plan.axes[own.rpartition(".")[0]].reference
+            signal = next(signal for signal in experiment.plan.signals if signal.to == to)
+            nominal = signal.value(0.0 if what == "start" else experiment.plan.stop_time)
         return Target(name, column, mode, nominal, unit_of(plan, own), False, -np.inf, np.inf)
     if fmu not in descriptions:
         raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")

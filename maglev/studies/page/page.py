@@ -17,6 +17,7 @@ from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.bars import histogram, index_bars
+from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
 from maglev.studies.page.verdict import decisive, telling, verdict, where
@@ -24,13 +25,27 @@ from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js", "plots/plot.js")   # of the report
-OWN = ("study.html", "study.css", "parallel.js", "study.js")
+OWN = ("study.html", "study.css", "map.js", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
 RESPONSES = """<div class="controls"><label>Metric <select id="metric"></select></label>
 <label>over <select id="first"></select></label><label>and <select id="second"></select></label></div>
 <div id="response"></div>"""
+MAPS = '<div id="maps"></div>'
+MAPS_PAGE = """<body>
+<header>
+<!--shell-->
+<h1>${name}</h1>
+<p class="message">${said}</p>
+</header>
+<main>
+${maps}
+</main>
+<noscript><p>Maps need JavaScript.</p></noscript>
+<script type="application/json" id="data">${data}</script>
+${scripts}
+</body>"""
 PARALLEL = """<section><h2>Every sample</h2>
 <p>A line for each sample, red and dashed if it fails. Drag along an axis to keep the samples in that range, tap it to
 let go, or type a range. What never settled ends at the very top of an axis.</p>
@@ -51,7 +66,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     indices, notes = sensitivity(table, about)
-    provenance, said = about["provenance"], verdict(table, about)
+    provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
     html, css, *own = ((FOLDER / name).read_text(encoding="utf-8") for name in OWN)
     return shell.page(
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
@@ -59,8 +74,9 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
                + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),
         verdict=said, where=where(table, about),
-        heading="Where it holds, and where it breaks" if where(table, about) else "What it changes",
-        responses=RESPONSES if metrics or not all(table["passed"].to_pylist()) else "",
+        heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
+                "What it changes",
+        maps=MAPS if mapped else "", responses=RESPONSES if metrics or not all(table["passed"].to_pylist()) else "",
         metrics=quantiles_table(table, about), histograms=histograms(table, about),
         parallel=PARALLEL if metrics else "",
         sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
@@ -71,8 +87,17 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html(data(table, about, metrics, drawn)),
+        data=json_in_html({**data(table, about, metrics, drawn), **({"maps": maps_data([mapped])} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
+
+
+def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> None:
+    """Write a page of the maps of some laws, side by side, with a sentence about them, and words for `OUTCOMES`."""
+    css, script = ((FOLDER / name).read_text(encoding="utf-8") for name in ("study.css", "map.js"))
+    shell.publish(path, shell.page(
+        "study", escape(title), escape(said), read("style.css") + css, MAPS_PAGE, name=escape(title),
+        said=escape(said), maps=MAPS, data=json_in_html({"maps": maps_data(maps, words)}),
+        scripts=shell.scripts(read(SCRIPTS[0]), script)))
 
 
 def varies(values: np.ndarray[Any, np.dtype[np.float64]]) -> bool:

@@ -4,10 +4,6 @@ const AXIS_STEP = 110;   // px between two axes
 const TOP = 84, BOTTOM = 28, SIDE = 60;   // px around the axes
 const ranges = new Map();   // column: [low, high] that is kept, in its own unit
 
-function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
 /** Least and largest value of a column, and where what has no value stands: above, for an axis has no infinity. */
 function span({ values }) {
   const known = values.filter((value) => value !== null);

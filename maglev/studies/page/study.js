@@ -1,7 +1,6 @@
 "use strict";
 // The plots of a study that change: the response of a metric to what varies, and every sample; `report`, scales and SVG are the report's.
 const { columns, varied } = report;
-const titleOf = ({ name, unit }) => (unit ? `${name} (${unit})` : name);
 const RESPONSE = { left: 78, right: 14, top: 10, below: 46, scale: 50, height: 330 };   // px
 const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: report.passed.map((passes) => 100 * passes) };
 const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
@@ -143,12 +142,6 @@ for (let i = 0; i < varied; i++) document.querySelector(`#metric option[value="$
 fill("first", 0, varied, first);
 fill("second", 0, varied, second);
 if (parallel) fillRanges();
-for (const button of document.querySelectorAll("button.copy")) {
-  button.addEventListener("click", async () => {
-    await navigator.clipboard.writeText(button.previousElementSibling.textContent);
-    button.textContent = "Copied";
-  });
-}
 
 function drawStudy() {
   drawResponse();
@@ -161,5 +154,3 @@ window.addEventListener("resize", () => {
   width = window.innerWidth;
 });
 drawStudy();
-// For tests: what is drawn, and what went wrong.
-window.maglevReport = { errors };

@@ -84,13 +84,17 @@ def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML."""
+    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML.
+
+    What has neither is left out.
+    """
     passed, units = np.array(table["passed"].to_pylist()), units_of(table)
     if passed.all() or not passed.any():
         return ""
-    return html_table(("what varies", "simulated", "all pass", "all fail"), (
-        (escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
-        for name in telling(table, about)))
+    rows = [(escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
+            for name in telling(table, about)]
+    told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
+    return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
 
 
 def nearest_words(share: float, name: str) -> str:
@@ -111,7 +115,7 @@ def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
 
     def runs(inside: Bools) -> str:
         ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
-        return ", ".join(text(flown[start], flown[end - 1]) for start, end in ends.tolist()) or "nowhere"
+        return ", ".join(text(flown[start], flown[end - 1]) for start, end in ends.tolist()) or NOWHERE
 
     every_passes, every_fails = passing == samples, passing == 0
     if len(flown) == len(values) and len(flown) > MOST_VALUES:
@@ -120,6 +124,7 @@ def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     return text(flown[0], flown[-1]), runs(every_passes), runs(every_fails)
 
 
+NOWHERE = "nowhere"
 MOST_NAMED = 3     # quantities that the question names
 MOST_VALUES = 12   # that a grid has along a side; more are drawn at random
 

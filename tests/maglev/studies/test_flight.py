@@ -38,7 +38,8 @@ def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Pa
 
 @pytest.mark.parametrize(("setting", "words"), [
     ("reference.h.amplitud=2", "nearest is 'amplitude'"), ("reference.w.end=2", "has no axis 'w', nearest is"),
-    ("reference.h.end=2 kg", "expected a number, or a quantity in m")])
+    ("reference.h.end=2 kg", "expected a number, or a quantity in m"),
+    ("reference.controller.h.reference.end=2", "is no axis, expected reference.controller.h.reference.amplitude")])
 def test_references_that_cannot_be_set_are_refused(setting: str, words: str, fastest_fmus: Path,
                                                    tmp_path: Path) -> None:
     with pytest.raises(maglev.ScenarioError) as refusal:

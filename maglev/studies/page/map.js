@@ -1,0 +1,249 @@
+"use strict";
+// Maps of outcomes on canvases, a law each, that show one part: zoomed and moved together, a place read in all of them.
+const MAP = { left: 50, right: 8, top: 6, below: 36, least: 8 };   // px around a map; cells that are seen at least
+// How an outcome looks: its colour, and which pixels are inked, for who does not tell colours apart.
+const LOOKS = [["good", () => 1], ["good", (x, y) => (y % 6 < 2 ? 0.9 : 0.35)], ["close", (x, y) => ((x + y) % 8 < 3 ? 1 : 0.5)],
+  ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1]];
+
+class OutcomeMaps {
+  constructor(place, { factors, laws, outcomes }) {
+    Object.assign(this, { factors, laws, outcomes, layer: 0, at: null });
+    [this.down, this.across] = factors;
+    this.all = { x: [-0.5, this.across.values.length - 0.5], y: [-0.5, this.down.values.length - 0.5] };
+    this.view = { ...this.all };
+    const tools = html("div", { class: "controls" }, place);
+    for (const [sign, label, by] of [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["all", "show all", Infinity]]) {
+      html("button", { type: "button", "aria-label": label }, tools, sign).addEventListener("click", () => this.zoom(by));
+    }
+    this.layers = this.counted(factors.slice(2));
+    if (this.layers.length > 1) {
+      const select = html("select", { id: "layer" }, html("label", {}, tools, `${factors.slice(2).map(({ name }) => name).join(", ")} `));
+      this.layers.forEach((layer, k) => select.append(new Option(factors.slice(2).map((each, i) => this.text(each, layer[i])).join(", "), k)));
+      select.addEventListener("change", () => { this.layer = Number(select.value); this.draw(); });
+    }
+    const maps = html("div", { class: "maps" }, place);
+    for (const law of laws) {
+      const figure = html("figure", {}, maps);
+      law.caption = html("figcaption", {}, figure);
+      law.canvas = html("canvas", { tabindex: 0, role: "application", "aria-describedby": "place" }, figure);
+      this.listen(law);
+    }
+    const legend = html("p", { class: "legend" }, place), seen = new Set(laws.flatMap(({ cells }) => [...new Set(cells)]));
+    this.swatches = outcomes.flatMap((name, k) => {
+      if (!seen.has(k)) return [];
+      const note = html("span", {}, legend), canvas = html("canvas", { "aria-hidden": "true" }, note);
+      note.append(name);
+      return [[canvas, k]];
+    });
+    this.place = html("p", { id: "place", role: "status" }, place, "Point at a place, or tap it: what became of it, and how to run it.");
+    this.command = html("p", { hidden: "" }, place);
+    this.code = html("code", {}, this.command);
+    html("button", { type: "button", class: "copy" }, this.command, "Copy");
+  }
+
+  /** Places of some factors, every combination. */
+  counted(factors) {
+    return factors.reduce((all, { values }) => all.flatMap((each) => values.map((_, k) => [...each, k])), [[]]);
+  }
+
+  text({ values, scale, unit }, k) {
+    return `${shortNumber(scale * values[k], 4)} ${unit}`.trim();
+  }
+
+  outcome({ cells }, row, column) {
+    return cells[(this.layer * this.down.values.length + row) * this.across.values.length + column];
+  }
+
+  /** Zoom by a factor about a place, the one that is pointed at or the middle. */
+  zoom(by, about = null) {
+    for (const [side, k] of [["x", 1], ["y", 0]]) {
+      const [low, high] = this.view[side], whole = this.all[side][1] - this.all[side][0];
+      const at = about?.[k] ?? (this.at && this.at[k] >= low && this.at[k] <= high ? this.at[k] : (low + high) / 2);
+      const span = Math.min(whole, Math.max(Math.min(MAP.least, whole), by * (high - low)));
+      this.move(side, at - (at - low) / (high - low) * span, span);
+    }
+    this.draw();
+  }
+
+  /** Show a span of a side from a place on, within what there is. */
+  move(side, low, span) {
+    const [least, most] = this.all[side], from = Math.min(Math.max(low, least), most - span);
+    this.view[side] = [from, from + span];
+  }
+
+  /** Where a pointer is in a map, in cells: row and column with their parts. */
+  placeOf({ canvas }, { clientX, clientY }) {
+    const box = canvas.getBoundingClientRect(), { x, y } = this.view;
+    return [y[1] - (clientY - box.top - MAP.top) / (box.height - MAP.top - MAP.below) * (y[1] - y[0]),
+      x[0] + (clientX - box.left - MAP.left) / (box.width - MAP.left - MAP.right) * (x[1] - x[0])];
+  }
+
+  /** Say what is at a place, of the law that is pointed at first, with the command that runs it. */
+  point(law, place) {
+    const [row, column] = place.map((at, k) => Math.min(Math.max(Math.round(at), 0), this.factors[k].values.length - 1));
+    this.at = [row, column];
+    const levels = [row, column, ...this.layers[this.layer]];
+    const where = this.factors.map((factor, k) => `${factor.name} ${this.text(factor, levels[k])}`).join(", ");
+    const became = [law, ...this.laws.filter((each) => each !== law)].map((each) =>
+      `${each.name ? `${each.name} ` : ""}${this.outcomes[this.outcome(each, row, column)]}`);
+    this.place.textContent = `${where}: ${became.join("; ")}`;
+    this.code.textContent = [law.command, ...this.factors.flatMap(({ sets, values }, k) => Object.entries(sets).map(([target, given]) =>
+      `--set ${target}=${(given ?? values)[levels[k]]}`))].join(" ");
+    this.command.hidden = false;
+    this.draw();
+  }
+
+  listen(law) {
+    const { canvas } = law, fingers = new Map();
+    let held = null;
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && event.deltaY > 0 && this.view.x[0] === this.all.x[0] && this.view.x[1] === this.all.x[1]) return;   // the page scrolls on
+      event.preventDefault();
+      this.zoom(event.deltaY > 0 ? 1.25 : 0.8, this.placeOf(law, event));
+    }, { passive: false });
+    canvas.addEventListener("pointerdown", (event) => {
+      fingers.set(event.pointerId, event);
+      canvas.setPointerCapture(event.pointerId);
+      held = { from: event, view: { ...this.view }, moved: false };
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!fingers.has(event.pointerId)) {
+        this.point(law, this.placeOf(law, event));
+        return;
+      }
+      const apart = () => { const [one, other] = [...fingers.values()]; return Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY); };
+      const before = fingers.size > 1 ? apart() : 0;
+      fingers.set(event.pointerId, event);
+      if (fingers.size > 1) this.zoom(before / apart(), this.placeOf(law, event));
+      else {
+        const [by, up] = [event.clientX - held.from.clientX, event.clientY - held.from.clientY];
+        if (!(held.moved ||= Math.hypot(by, up) > 5)) return;
+        const { x, y } = held.view;
+        this.move("x", x[0] - by / (canvas.clientWidth - MAP.left - MAP.right) * (x[1] - x[0]), x[1] - x[0]);
+        this.move("y", y[0] + up / (canvas.clientHeight - MAP.top - MAP.below) * (y[1] - y[0]), y[1] - y[0]);
+        this.draw();
+      }
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, (event) => {
+        if (end === "pointerup" && fingers.size === 1 && !held.moved) this.point(law, this.placeOf(law, event));
+        fingers.delete(event.pointerId);
+      });
+    }
+    canvas.addEventListener("dblclick", () => this.zoom(Infinity));
+    canvas.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowDown: [-1, 0], ArrowUp: [1, 0] }[event.key];
+      const zoom = { "+": 0.5, "=": 0.5, "-": 2, 0: Infinity }[event.key];
+      if (by) this.point(law, (this.at ?? [this.down.values.length >> 1, this.across.values.length >> 1]).map((at, k) => at + by[k]));
+      else if (zoom) this.zoom(zoom);
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  draw() {
+    if (this.due) return;
+    this.due = requestAnimationFrame(() => {
+      this.due = 0;
+      this.inks = LOOKS.map(([name, ink]) => [rgb(name), ink]);
+      for (const law of this.laws) this.drawLaw(law);
+      for (const [canvas, k] of this.swatches) {
+        const image = new ImageData(Object.assign(canvas, { width: 28, height: 14 }).width, 14);
+        for (let p = 0; p < 28 * 14; p++) this.paint(image.data, p, k, p % 28, Math.floor(p / 28));
+        canvas.getContext("2d").putImageData(image, 0, 0);
+      }
+    });
+  }
+
+  /** Ink of an outcome over paper at a pixel. */
+  paint(data, p, outcome, x, y) {
+    const [colours, ink] = this.inks[outcome], strength = ink(x, y), paper = this.paper ??= rgb("paper");
+    for (let c = 0; c < 3; c++) data[4 * p + c] = strength * colours[c] + (1 - strength) * paper[c];
+    data[4 * p + 3] = 255;
+  }
+
+  drawLaw(law) {
+    const { canvas } = law, ratio = window.devicePixelRatio || 1, { x, y } = this.view;
+    const [width, height] = [canvas.clientWidth - MAP.left - MAP.right, canvas.clientHeight - MAP.top - MAP.below];
+    canvas.width = canvas.clientWidth * ratio;
+    canvas.height = canvas.clientHeight * ratio;
+    const pen = canvas.getContext("2d"), image = new ImageData(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
+    this.paper = null;
+    const columns = Array.from({ length: image.width }, (_, px) => Math.round(x[0] + (px + 0.5) / image.width * (x[1] - x[0])));
+    for (let py = 0; py < image.height; py++) {
+      const row = Math.round(y[1] - (py + 0.5) / image.height * (y[1] - y[0]));
+      for (let px = 0; px < image.width; px++) {
+        this.paint(image.data, py * image.width + px, this.outcome(law, row, columns[px]), Math.floor(px / ratio), Math.floor(py / ratio));
+      }
+    }
+    pen.putImageData(image, Math.round(MAP.left * ratio), Math.round(MAP.top * ratio));
+    pen.scale(ratio, ratio);
+    pen.font = "11px system-ui, sans-serif";
+    [pen.fillStyle, pen.strokeStyle] = [colour("text"), colour("text")];
+    const along = this.axis(this.across, x, 0, width, width / 70), up = this.axis(this.down, y, height, 0, height / 40);
+    pen.textAlign = "center";
+    for (const [place, text] of along) pen.fillText(text, MAP.left + place, MAP.top + height + 14);
+    pen.fillText(titleOf(this.across), MAP.left + width / 2, MAP.top + height + 30);
+    pen.textAlign = "end";
+    for (const [place, text] of up) pen.fillText(text, MAP.left - 5, MAP.top + place + 4);
+    pen.save();
+    pen.translate(12, MAP.top + height / 2);
+    pen.rotate(-Math.PI / 2);
+    pen.textAlign = "center";
+    pen.fillText(titleOf(this.down), 0, 0);
+    pen.restore();
+    pen.strokeRect(MAP.left, MAP.top, width, height);
+    if (this.at) {
+      const [cx, cy] = [MAP.left + (this.at[1] - x[0]) / (x[1] - x[0]) * width, MAP.top + (y[1] - this.at[0]) / (y[1] - y[0]) * height];
+      pen.beginPath();
+      pen.rect(MAP.left, MAP.top, width, height);
+      pen.clip();
+      for (const [wide, css] of [[4, "paper"], [1.5, "text"]]) {
+        [pen.lineWidth, pen.strokeStyle] = [wide, colour(css)];
+        pen.stroke(new Path2D(`M${cx - 9} ${cy}h18M${cx} ${cy - 9}v18`));
+      }
+    }
+    const layer = law.cells.subarray(this.layer * this.down.values.length * this.across.values.length).subarray(0, this.down.values.length * this.across.values.length);
+    const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / layer.length;
+    law.caption.textContent = `${law.name ? `${law.name}: ` : ""}${this.outcomes[0]} from ${(100 * share).toFixed(0)} % of the map`;
+    canvas.setAttribute("aria-label", law.caption.textContent);
+  }
+
+  /** Ticks of a side, in its unit, at their places. */
+  axis({ values, scale }, [low, high], start, end, most) {
+    const step = (values.at(-1) - values[0]) / (values.length - 1) * scale, first = values[0] * scale;
+    const side = scaleOf(first + low * step, first + high * step, start, end, false);
+    return side.ticks(Math.max(2, Math.floor(most))).map(([value, text]) => [side.place(value), text]);
+  }
+}
+
+const titleOf = ({ name, unit }) => (unit ? `${name} (${unit})` : name);
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+function rgb(name) {
+  return [1, 3, 5].map((at) => parseInt(colour(name).slice(at, at + 2), 16));
+}
+
+/** Maps of the page, where it has some, drawn; the cells of a law are packed bytes. */
+async function outcomeMaps() {
+  const place = document.getElementById("maps");
+  if (!place) return null;
+  for (const law of report.maps.laws) law.cells = await unpacked(law.packed);
+  const maps = new OutcomeMaps(place, report.maps);
+  maps.draw();
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", () => maps.draw());
+  window.addEventListener("resize", () => maps.draw());
+  return maps;
+}
+
+document.addEventListener("click", async ({ target }) => {
+  if (!target.matches("button.copy")) return;
+  await navigator.clipboard.writeText(target.previousElementSibling.textContent);
+  target.textContent = "Copied";
+});
+const mapped = outcomeMaps();
+// For tests: what is drawn, and what went wrong.
+window.maglevReport = { errors, mapped };

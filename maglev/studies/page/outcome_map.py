@@ -1,0 +1,110 @@
+"""Maps of outcomes over two of what varies, for the script of a page: one for each law, to zoom into."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from maglev.arrays import Array, Bools
+from maglev.pages.shell import packed
+from maglev.quantities import common_unit
+from maglev.studies.page.again import command_of, options_of
+from maglev.studies.page.text import units_of
+from maglev.units import factor, known_unit
+
+PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
+OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
+            "is not run to its end")
+
+TIMES = ("trip time", "stop contact time")   # columns of what is lost; a stage without a trip has no such time
+LEAST_CELLS = 100   # of a map; fewer have their numbers in them
+
+Outcomes = NDArray[np.uint8]   # indices of `OUTCOMES`
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What varies along a side of a map, or from one layer to the next: its values, SI, and what a run sets by each."""
+
+    name: str
+    unit: str                        # SI
+    values: Array                    # shape (n,)
+    sets: Mapping[str, Array]        # by what is set, shape (n,)
+
+    def shown(self) -> dict[str, Any]:
+        """What the page's script needs of it; None of what is set to the values themselves."""
+        unit = common_unit(self.values.tolist(), self.unit)
+        scale = 1.0 / factor(unit) if known_unit(unit) else 1.0
+        return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
+            target: None if np.array_equal(values, self.values) else values.tolist()
+            for target, values in self.sets.items()}}
+
+
+@dataclass(frozen=True)
+class LawMap:
+    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of others."""
+
+    name: str
+    command: str                     # of a run, without what it sets
+    factors: Sequence[Factor]
+    cells: Outcomes                  # shape (layers, values of the first, values of the second)
+
+
+def outcomes(passed: Bools, failed_early: Bools, columns: Mapping[str, Array]) -> Outcomes:
+    """Outcome of each sample, shape (samples,), by the columns of `TIMES` (s)."""
+    tripped, touched = (np.isfinite(columns[name]) for name in TIMES)
+    # A trip lets the mover fall on a stop: the first cause counts.
+    return np.select([failed_early, tripped, passed & ~touched, passed, touched],
+                     [BROKEN, TRIPPED, PASSES, TOUCHED, STOPPED], ASTRAY).astype(np.uint8)
+
+
+def outcomes_of(table: pa.Table) -> Outcomes:
+    """Outcomes of a study's samples, shape (samples,)."""
+    passed = np.array(table["passed"].to_pylist(), bool)
+    early = np.array([why is not None for why in table["failure"].to_pylist()])
+    return outcomes(passed, early, {
+        name: np.array(table[name].to_pylist(), float) if name in table.column_names else np.full(len(passed), np.inf)
+        for name in TIMES})
+
+
+def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
+    """What varies in a full grid, in its order; samples of a grid stand in it."""
+    units, found = units_of(table), []
+    for each in about["vary"]:
+        column = np.array(table[each["name"]].to_pylist(), float)
+        values, first = np.unique(column, return_index=True)
+        order = np.argsort(first, kind="stable")   # of a list its own
+        rows = [table.slice(int(k), 1).to_pylist()[0] for k in first[order]]
+        runs = [options_of(about, row)["set"] for row in rows]
+        found.append(Factor(each["name"], units[each["name"]], values[order],
+                            {target: np.array([run[target] for run in runs]) for target in each["set"]}))
+    return found
+
+
+def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
+    """Map of a study: of a grid whose cells are too many to have numbers, and of which not all have one outcome."""
+    if about["design"]["kind"] != "grid" or len(about["vary"]) < 2:
+        return None
+    grid = grid_of(table, about)
+    sides = [len(factor.values) for factor in grid]
+    # The two with most values are the sides of the map.
+    order = sorted(range(len(grid)), key=lambda i: (-sides[i], i))
+    down, across, *others = order
+    if sides[down] * sides[across] < LEAST_CELLS or sides[across] < 2:
+        return None
+    found = outcomes_of(table)
+    if (found == found[0]).all():
+        return None
+    cells = found.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
+    return LawMap("", command_of(about, table.slice(0, 1).to_pylist()[0]).split(" --set")[0],
+                  [grid[i] for i in order], cells)
+
+
+def maps_data(maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> dict[str, Any]:
+    """What the script draws of maps over the same values."""
+    return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
+            "laws": [{"name": each.name, "command": each.command, "packed": packed(each.cells.tobytes())}
+                     for each in maps]}

@@ -1,0 +1,136 @@
+"""Fly the study of where laws land with every law, finely where outcomes change: a page with their maps, and a picture.
+
+    python -m studies.landing [--out results] [--docs docs] [--fine 4] [--jobs 2]
+
+A map begins with the study's grid. Squares whose corners differ, and those beside them, are halved as often as `--fine`
+says; the others take the outcome of their corners. How often that is wrong is asked of samples at random, and printed.
+A level that is done is not flown again. With 4 it takes half an hour on two processors.
+"""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+import maglev
+from maglev.arrays import Array, Bools
+from maglev.maps.rows import Row, Side
+from maglev.studies.design import values_of
+from maglev.studies.page.outcome_map import Factor, LawMap, Outcomes, grid_of, outcomes_of
+from maglev.studies.page.page import write_maps
+from maglev.studies.schema import load_study, read_study
+from studies.laws import LAWS, NAMES, write_picture
+
+STUDY, RIG = "landing-3dof", "3dof"
+WORDS = ("lands", "lands after it touched a stop", "is not yet there after 2 s", "trips", "stays at a stop",
+         "is not run to its end")
+COLOURS = ("#2a9d5c", "#a8d5a2", "#8fa7c4", "#8e6bb0", "#c8503c", "#000000")
+SAID = ("From which gap and speed each law of the 3-DOF stage lands: the mover is thrown as the controller starts. "
+        "{:,} places, of which those near a change of outcome were run, and the others taken from their neighbours.")
+CHECKED = 500   # samples of a law that show how often a filled square is wrong
+
+Where = NDArray[np.int64]   # places in a map, shape (samples, 3): layer, row, column
+
+
+def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, columns: int, fine: int
+            ) -> tuple[Outcomes, Bools]:
+    """Map of outcomes whose squares were halved `fine` times where something changes, and which of it was flown.
+
+    Both have the shape (layers, (rows - 1) 2^fine + 1, (columns - 1) 2^fine + 1); `classify` is asked for places in it.
+    """
+    cells = np.zeros((layers, rows, columns), np.uint8)
+    flown, due = np.zeros(cells.shape, bool), np.ones(cells.shape, bool)
+    for level in range(fine + 1):
+        where = np.argwhere(due & ~flown)
+        cells[tuple(where.T)] = classify(where * [1, 2 ** (fine - level), 2 ** (fine - level)])
+        flown |= due
+        if level < fine:
+            corners = np.stack([cells[:, a:a - 1 or None, b:b - 1 or None] for a, b in product((0, 1), repeat=2)])
+            mixed = binary_dilation((corners != corners[0]).any(axis=0), np.ones((1, 3, 3), bool))
+            cells = cells.repeat(2, axis=1).repeat(2, axis=2)[:, :-1, :-1]
+            due, old = np.zeros(cells.shape, bool), flown
+            flown = np.zeros(cells.shape, bool)
+            flown[:, ::2, ::2] = old
+            for a, b in product(range(3), repeat=2):
+                due[:, a:due.shape[1] - 2 + a:2, b:due.shape[2] - 2 + b:2] |= mixed
+    return cells, flown
+
+
+def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
+    """Map of a law, and what was flown for it in words."""
+    study, path = load_study(STUDY)
+    scenario = (path.parent / study.scenario).with_name(f"{RIG}-{law}.toml").resolve()
+    sides = study.vary
+    flown_as: list[tuple[str, list[Factor]]] = []
+
+    def flown(name: str, values: Array) -> Outcomes:
+        """Outcomes of samples, shape (samples, 3), in the order of what varies."""
+        vary = [{"name": side.column, "set": side.set, "mode": side.mode, "kind": "list", "values": column.tolist()}
+                for side, column in zip(sides, values.T, strict=True)]
+        table = {"name": f"{STUDY}-{law}-{name}", "scenario": str(scenario), "vary": vary, "design": {"kind": "rows"},
+                 "metrics": study.metrics, "limits": {key: {"max": limit.max.written} for key, limit in
+                                                      study.limits.items() if limit.max is not None}}
+        found = maglev.study(read_study(table, path), out=options.out, jobs=options.jobs, resume=True)
+        rows = found.to_arrow()
+        flown_as.append((found.command(0).split(" --set")[0], grid_of(rows, found.about)))
+        return outcomes_of(rows)
+
+    down, across, layers = (np.array(values_of(side), np.float64) for side in sides)
+    fine = [np.linspace(side[0], side[-1], (len(side) - 1) * 2 ** options.fine + 1) for side in (down, across)]
+
+    def values_at(where: Where) -> Array:
+        return np.column_stack([fine[0][where[:, 1]], fine[1][where[:, 2]], layers[where[:, 0]]])
+
+    levels = iter(range(options.fine + 1))
+    cells, known = refined(lambda where: flown(f"level-{next(levels)}", values_at(where)), len(layers), len(down),
+                           len(across), options.fine)
+    where = np.random.default_rng(0).permutation(np.argwhere(~known))[:CHECKED]
+    wrong = int((flown("checked", values_at(where)) != cells[tuple(where.T)]).sum()) if len(where) else 0
+    shares = ", ".join(f"{word} {100 * (cells == k).mean():.1f} %" for k, word in enumerate(WORDS))
+    said = (f"{law}: {known.sum()} of {known.size} run; of {len(where)} others at random {wrong} are not as filled; "
+            f"{shares}")
+    command, grid = flown_as[0]
+    grid = [replace(factor, values=values, sets=dict.fromkeys(factor.sets, values))
+            for factor, values in zip(grid, fine, strict=False)] + grid[2:]
+    return LawMap(NAMES.get(law, law), command, grid, cells), said
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"))
+    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--fine", type=int, default=4)
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    maps = []
+    for law in LAWS[RIG]:
+        found, said = fly_law(law, options)
+        maps.append(found)
+        print(said, flush=True)
+    draw(maps, options.out, options.docs)
+
+
+def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:
+    """Write the page and the picture of the maps of all laws."""
+    down, across, payload = maps[0].factors
+    write_maps(out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
+               SAID.format(sum(each.cells.size for each in maps)), maps, WORDS)
+    write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands", [
+        Row(f"Payload {1e3 * kilograms:g} g", Side("gap, mm", ticks(1e3 * down.values)),
+            Side("speed downwards, m/s", ticks(across.values)),
+            {each.name: each.cells[k].astype(np.int64) for each in maps})
+        for k, kilograms in enumerate(payload.values)], WORDS, COLOURS)
+
+
+def ticks(values: Array) -> list[str]:
+    """Labels of a side: of five values, and no text of the others."""
+    return ["" if k % ((len(values) - 1) // 4) else f"{value:.3g}" for k, value in enumerate(values.tolist())]
+
+
+if __name__ == "__main__":
+    main()
