@@ -5,11 +5,12 @@ import re
 import subprocess
 import sys
 from html.parser import HTMLParser
+from importlib.metadata import version
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from report_tab import violations
+from report_tab import SHIFTS, violations
 
 import maglev
 from maglev.cli.app import app as command_line
@@ -96,6 +97,35 @@ def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
     text = found.read_text(encoding="utf-8")
     assert re.findall(r"--phase-0: (#\w+);", text) == [light, dark, dark]
     assert ".still .grid" in text
+
+
+def test_the_first_page_says_what_it_is_to_who_links_to_it(site: dict[Path, Page]) -> None:
+    path = next(path for path in site if path.name == "index.html")
+    text = path.read_text(encoding="utf-8")
+    assert re.findall(r"<title>(.*?)</title>", text)[0] == f"Maglev FMUs {version('maglev-fmus')}"   # others are of icons
+    said = {name: content for content, name in re.findall(r'<meta content="([^"]*)" (?:name|property)="([^"]*)"', text)}
+    assert said["og:title"] == "Maglev FMUs"
+    assert said["description"] == said["og:description"] and 60 < len(said["description"]) < 160
+    icon, = re.findall(r'<link rel="shortcut icon" href="([^"]+)"', text)
+    for shown in (said["og:image"], icon):
+        assert (path.parent / shown).is_file(), shown
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+def test_the_first_page_begins_with_its_picture_and_nothing_moves(browser, site: dict[Path, Page], width: int) -> None:
+    context = browser.new_context(offline=True, viewport={"width": width, "height": 844})
+    tab = context.new_page()
+    tab.goto(next(path for path in site if path.name == "index.html").as_uri())
+    shifts = tab.evaluate(SHIFTS)
+    top, bottom, kept, natural = tab.evaluate("""(() => {
+        const picture = document.querySelector("article img"), { top, bottom } = picture.getBoundingClientRect();
+        return [top, bottom, getComputedStyle(picture).aspectRatio,
+            `auto ${picture.naturalWidth} / ${picture.naturalHeight}`];
+    })()""")
+    context.close()
+    assert sum(share for share, *_ in shifts) < 0.05, shifts
+    assert 0 < top < bottom < 844
+    assert kept == natural, "its room is kept before it has come"
 
 
 @pytest.mark.parametrize(("name", "width", "scheme"), [("index", 390, "dark"), ("equations", 390, "light")])
