@@ -102,7 +102,8 @@ def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
 def test_the_first_page_says_what_it_is_to_who_links_to_it(site: dict[Path, Page]) -> None:
     path = next(path for path in site if path.name == "index.html")
     text = path.read_text(encoding="utf-8")
-    assert re.findall(r"<title>(.*?)</title>", text)[0] == f"Maglev FMUs {version('maglev-fmus')}"   # others are of icons
+    title, *_ = re.findall(r"<title>(.*?)</title>", text)   # others are of icons
+    assert title == f"Maglev FMUs {version('maglev-fmus')}"
     said = {name: content for content, name in re.findall(r'<meta content="([^"]*)" (?:name|property)="([^"]*)"', text)}
     assert said["og:title"] == "Maglev FMUs"
     assert said["description"] == said["og:description"] and 60 < len(said["description"]) < 160
