@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from maglev.api.many.tuning import Tuned, tune
     from maglev.api.repository import new_repository
     from maglev.api.running import Results, run, run_all
-    from maglev.cosim.master import RunFailed
+    from maglev.cosim.master import FmuSetup, Master, RunFailed
     from maglev.fmu_experiments.check import check_fmus
     from maglev.fmu_experiments.pack import pack_reference
     from maglev.linear.linearise import linearise
@@ -61,7 +61,8 @@ PLACES = {
     "batch": "maglev.api.many.batch",
     "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.response",
     "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
-    "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "build": "maglev.api.catalogue",
+    "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "FmuSetup": "maglev.cosim.master",
+    "Master": "maglev.cosim.master", "build": "maglev.api.catalogue",
     "check": "maglev.api.checking", "check_fmus": "maglev.fmu_experiments.check",
     "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
     "frequency_response": "maglev.analysis.frequency_response",
@@ -82,10 +83,10 @@ PLACES = {
 
 __all__ = [
     "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError",
-    "FrequencyResponse", "IdentificationError", "LinearModelError", "MaglevError", "MeasurementError",
-    "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed", "ScenarioError", "StabilityError",
-    "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check", "check_fmus", "compare", "fmus",
-    "frequency_response", "identify", "know_stage", "linearise", "linearise_loop", "linearise_numerically",
+    "FmuSetup", "FrequencyResponse", "IdentificationError", "LinearModelError", "MaglevError", "Master",
+    "MeasurementError", "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed", "ScenarioError",
+    "StabilityError", "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check", "check_fmus", "compare",
+    "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop", "linearise_numerically",
     "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference",
     "region", "run", "run_all", "scenarios", "study", "sweep", "target", "tune", "update", "write_identification",
     "write_live"]

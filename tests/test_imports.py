@@ -48,6 +48,10 @@ ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units"
          "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
          "report", "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
 
+# Rooms that run, check, pack and compare anybody's FMU, and those that know what a stage is.
+GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")
+OF_STAGES = ("rig", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
+
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")
 
@@ -94,6 +98,17 @@ def test_rooms_point_down() -> None:
     assert {room for arrow in arrows for room in arrow} <= set(ROOMS)
     up = {arrow: places for arrow, places in arrows.items() if ROOMS.index(arrow[0]) <= ROOMS.index(arrow[1])}
     assert not up
+
+
+@pytest.mark.parametrize("room", GENERIC)
+def test_what_runs_any_fmu_knows_no_stage(room: str) -> None:
+    """Nor a motor, a rig or a law; of this project it may ask whether an FMU is one of it (`own_fmus`)."""
+    files = sources(f"maglev/{room}")
+    assert files
+    for path in files:
+        for line, name in imported(path):
+            known = room_of(name) if name.startswith("maglev.") else name.split(".")[0]
+            assert known not in (*BLOCKS, "pmlsm", *OF_STAGES), f"{path.relative_to(ROOT)}:{line}: {name}"
 
 
 def test_modules_have_no_circles() -> None:

@@ -24,11 +24,9 @@ from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of, fun
 from maglev.cosim.versions.messages import Messages
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.own_fmus import built_here
-from maglev.rig.modules import definitions
 from maglev.units import known_unit
 from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
-from pmlsm.rigs import EXAMPLE, RIGS
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 
@@ -69,7 +67,7 @@ def read_description(name: str, path: Path) -> ModelDescription:
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        "without --fmus those of this project are built where they are missing, `maglev build` makes "
-                       f"them in a folder{of_own_stage(path.stem)}")
+                       "them in a folder, with --rig mine.toml those of a stage of yours")
     written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
     return copy(described(name, path, written.st_mtime_ns, written.st_size))
@@ -114,13 +112,6 @@ def with_older_type(variable: ScalarVariable) -> ScalarVariable:
 def kind_of(variable: ScalarVariable) -> str:
     """Type by which a variable is accessed."""
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
-
-
-def of_own_stage(name: str) -> str:
-    """Say how FMUs of a stage of one's own are made, where the name is not one of this project."""
-    kinds = "|".join(name.removesuffix(RIGS[EXAMPLE].suffix) for name in definitions(RIGS[EXAMPLE]))
-    own = re.fullmatch(rf"({kinds})[A-Z][a-z0-9]*", name)
-    return ", with --rig mine.toml those of a stage of yours" if own else ""
 
 
 def other_kind(path: Path) -> str:

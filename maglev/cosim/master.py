@@ -166,6 +166,17 @@ class Master:
     ------
     FmuError
         If an FMU cannot be loaded.
+
+    Examples
+    --------
+    Anybody's FMUs, without a scenario, a stage or a controller of this project:
+
+    >>> from pathlib import Path
+    >>> import maglev
+    >>> pair = [maglev.FmuSetup("law", Path("law.fmu"), {"gain": 3.0}), maglev.FmuSetup("tank", Path("tank.fmu"))]
+    >>> wires = [("tank.level", "law.measured"), ("law.flow", "tank.inflow")]
+    >>> with maglev.Master(pair, wires, step=1e-3) as master:      # doctest: +SKIP
+    ...     recording = master.run(10.0)
     """
 
     def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float,
