@@ -1,7 +1,7 @@
 """Runs: one of them as data, or many with files, verdicts and a page."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
@@ -9,7 +9,7 @@ from typing import Any, Unpack
 from maglev.api.flown import Run
 from maglev.api.options import FlightOptions, experiments_of
 from maglev.cosim.master import Progress
-from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest, shortened
 from maglev.experiment.execution import (
     RunResult,
     completed,
@@ -144,7 +144,8 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
 
 
 @reads_native
-def run(name: Scenario, *, progress: Progress | None = None, **options: Unpack[FlightOptions]) -> Run:
+def run(name: Scenario, *, every: int | None = None, progress: Progress | None = None,
+        **options: Unpack[FlightOptions]) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
 
     It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
@@ -183,6 +184,8 @@ def run(name: Scenario, *, progress: Progress | None = None, **options: Unpack[F
     keep_settings : bool
         Give what is put in also the settings (gains, limits) of the model whose place it takes, where it has parameters
         of their names; otherwise only FMUs of this project share them (docs/controllers.md).
+    every : int, optional
+        Keep every so many communication steps, in place of the plan's output interval. What is measured is so at all.
     progress : callable, optional
         Told now and then of the steps done and the steps in all.
 
@@ -210,7 +213,7 @@ def run(name: Scenario, *, progress: Progress | None = None, **options: Unpack[F
     if plan.needs:
         raise ScenarioError(f"{plan.name} starts from the results of {', '.join(sorted(plan.needs))}, "
                             "expected run_all, which runs these before it")
-    experiment, = experiments_of([plan], options)
+    experiment, = keeping(experiments_of([plan], options), every)
     say_notes([experiment], warn)
     recording = experiment.run(progress)
     for note in recording.notes:
@@ -220,8 +223,9 @@ def run(name: Scenario, *, progress: Progress | None = None, **options: Unpack[F
 
 @reads_native
 def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot: bool = False,
-            page: bool = False, what_if: bool = True, format: Format = "csv", jobs: int | None = None,
-            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Results:
+            page: bool = False, what_if: bool = True, format: Format = "csv", every: int | None = None,
+            jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+            **options: Unpack[FlightOptions]) -> Results:
     """Fly runs side by side, judge the claims about them, and write what was found.
 
     Parameters
@@ -239,6 +243,8 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         files are in the folder `without-friction`.
     format : "csv" or "parquet"
         Of the columns: NAME.parquet, with units and provenance in it, takes the place of NAME.csv.
+    every : int, optional
+        As of `run`.
     jobs : int, optional
         Runs at a time, in as many processes; as many as processors if not given.
     watch : callable, optional
@@ -267,7 +273,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
     jobs, watch, say = jobs or processors(), watch or unwatched, say or warn
-    experiments = experiments_to_fly(asked, options, say, watch)
+    experiments = keeping(experiments_to_fly(asked, options, say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)
     folder, by_name = folder_for(Path(out)), {each.plan.name: each for each in experiments}
@@ -289,6 +295,17 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
                          Frictionless(again.runs, again.outcomes))
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
                    {each.plan.name: by_name[each.plan.name].units(each.columns) for each in flown if not each.failure})
+
+
+def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experiment]:
+    """Runs of which every so many communication steps are kept, as planned without a number; ScenarioError of none."""
+    for experiment in experiments if every is not None else ():
+        steps = len(experiment.times) - 1
+        if type(every) is not int or not 1 <= every <= steps:
+            raise ScenarioError(f"--every {shortened(every)}: expected a whole number from 1 to {steps}, the "
+                                f"communication steps of {experiment.plan.name}")
+    return [each if every is None else replace(each, plan=each.plan.model_copy(
+        update={"output_interval": every * each.step})) for each in experiments]
 
 
 def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions, say: Say, watch: Watch) -> list[Experiment]:

@@ -17,6 +17,7 @@ from maglev.cli.new import new
 from maglev.cli.options import (
     Built,
     Debug,
+    Every,
     Everything,
     Fmus,
     Form,
@@ -172,7 +173,7 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
         = False,
         fail_on_claims: Annotated[bool, typer.Option(
             "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run hits a stop or fails.")] = False,
-        form: Form = "csv", jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
+        form: Form = "csv", every: Every = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
 
     **Examples:**
@@ -198,8 +199,8 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
                                 f"--all and {', '.join(names)}: expected one of them")
         from maglev.api.running import run_all
 
-        print_results(run_all(names or None, out=out, plot=plot, format=form, jobs=jobs, watch=progress_of, say=say,
-                              **options), json, debug, fail_on_claims)
+        print_results(run_all(names or None, out=out, plot=plot, format=form, every=every, jobs=jobs,
+                              watch=progress_of, say=say, **options), json, debug, fail_on_claims)
 
 
 @app.command()

@@ -72,6 +72,8 @@ AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Als
                                              show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 Form = Annotated[Format, typer.Option("--format", help="Of the columns: csv, or parquet, with units and provenance.")]
+Every = Annotated[int | None, typer.Option("--every", metavar="N", help="Write every N-th communication step, in "
+                                           "place of the scenario's output interval.", show_default=False)]
 Jobs = Annotated[int | None, typer.Option(
     min=1, help="Runs at a time, in as many processes; as many as processors if not given.",
     show_default=False)]

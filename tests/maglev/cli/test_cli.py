@@ -1,6 +1,7 @@
 """The command line as a user types it: results, one-line errors with exit code 2, and scripts."""
 
 import csv
+import json
 import os
 import re
 import subprocess
@@ -14,6 +15,7 @@ from command_line import SCRIPTS, error_line, maglev, run_script
 from typer.core import TyperGroup
 from typer.main import get_command
 
+import maglev as tool
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
 from maglev.cli.app import app
@@ -55,6 +57,35 @@ def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path
     assert float(rows[-1][rows[0].index("plant.y.position")]) == pytest.approx(0.025, abs=1e-4)
     assert "held" in (out / "short.txt").read_text()
     assert (out / "short.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_every_so_many_steps_are_written(fastest_fmus: Path, short: Path, tmp_path: Path) -> None:
+    """The rows are those of the run with all, and the last one; what is measured is the same."""
+    with short.open("a") as file:
+        file.write('[metrics]\nbands = ["0.1 mm"]\n')
+    short.write_text(short.read_text().replace('stop_time', 'output_interval = "0.2 ms"\nstop_time'))
+    found = {}
+    for every in (None, 7):
+        out = tmp_path / str(every)
+        result = maglev("run", short, "--fmus", fastest_fmus, "--out", out, *(["--every", str(every)] if every else []))
+        assert result.exit_code == 0, result.output
+        found[every] = (out / "short.csv").read_text().splitlines(), json.loads((out / "short.json").read_text())
+    rows, thinned = found[None][0], found[7][0]
+    assert len(rows) == 102 and thinned == [rows[0], *rows[1::7], rows[-1]]
+    assert found[7][1]["metrics"] == found[None][1]["metrics"]
+    assert tool.run(short, fmus=fastest_fmus, every=50).time.tolist() == pytest.approx([0.0, 0.01, 0.02])
+
+
+@pytest.mark.parametrize("every", ["0", "-3", "101"])
+def test_no_number_of_steps_is_refused(fastest_fmus: Path, short: Path, tmp_path: Path, every: str) -> None:
+    line = error_line(maglev("run", short, "--fmus", fastest_fmus, "--out", tmp_path / "out", "--every", every))
+    assert f"--every {every}: expected a whole number from 1 to 100, the communication steps of short" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_half_a_step_is_refused(fastest_fmus: Path, short: Path) -> None:
+    with pytest.raises(tool.ScenarioError, match=r"--every 2\.5: expected a whole number from 1 to 100"):
+        tool.run(short, fmus=fastest_fmus, every=2.5)   # type: ignore[arg-type]
 
 
 def test_order_reaches_the_master(fmus: Path, short: Path, tmp_path: Path) -> None:
