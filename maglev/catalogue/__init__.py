@@ -22,9 +22,10 @@ from maglev.own_stage.loop import loop_table
 from maglev.packages import PACKAGES
 from maglev.processes import processors
 from maglev.schema.layers import PACKAGED
+from maglev.user_controllers.blocks import BUILT, Block
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.source import is_class
-from maglev_files.cache import PLACE, cache_folder
+from maglev_files.cache import PLACE, cache_folder, digest_of
 from maglev_files.programs import programs_side_by_side
 from maglev_files.whole_file import whole_files
 
@@ -75,7 +76,10 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
         with named_lines(found.files):
             make = maker([own], kind, found.packages)
-        return folder / make(own, unfinished).name
+        made = make(own, unfinished)
+        if found.ends:
+            BUILT[digest_of(made)] = Block.of(own)
+        return folder / made.name
 
 
 def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...] = ()) -> Make:

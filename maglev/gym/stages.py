@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import Part, header_of, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
 from maglev.errors import FmuError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.stage import Stage, positions
@@ -114,13 +114,13 @@ def sources_of(stage: CompiledStage) -> dict[str, str]:
     parts: dict[str, Part] = {names[key]: part for key, part in by_fmu.items()}
 
     def value(part: str, name: str) -> str:
-        variable = next(each for each in parts[part].definition.variables if each.name == name)
+        variable = next(each for each in parts[part].what.variables if each.name == name)
         return f"stage->{part}.{variable.place}"
 
     lines, wrong = [], ["false"]
     for verb, part, variables, texts in exchanges(stage):
         if verb == "step":
-            lines.append(f"wrong = wrong || {parts[part].definition.block.__name__}__step(&stage->{part}, {texts[0]}, "
+            lines.append(f"wrong = wrong || {parts[part].what.struct}__step(&stage->{part}, {texts[0]}, "
                          "step) != 0;")
         for name, text in zip(variables, texts, strict=False):
             text = value(*text.split(":")) if ":" in text else text
@@ -129,11 +129,11 @@ def sources_of(stage: CompiledStage) -> dict[str, str]:
                 continue
             lines.append(f"{value(part, name)} = {text};")
             if text.startswith("row[") and int(text[4:-1]) < stage.commands.size:
-                variable = next(each for each in parts[part].definition.variables if each.name == name)
+                variable = next(each for each in parts[part].what.variables if each.name == name)
                 wrong.append(out_of_range(variable, text))
-    blocks = {name: part.definition.block.__name__ for name, part in parts.items()}
+    blocks = {name: part.what.struct for name, part in parts.items()}
     return {**files, "stages.c": SOURCE.format(
-        includes="\n".join(f'#include "{header_of(part.definition)}"' for part in parts.values()),
+        includes="\n".join(f'#include "{part.what.header}"' for part in parts.values()),
         members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
                            for name, part in parts.items()),

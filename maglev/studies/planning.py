@@ -1,7 +1,7 @@
 """A study made ready: everything that would be refused is refused here, before the first flight."""
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +23,7 @@ from maglev.studies.layout import Layout
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import target_values, targets_of
 from maglev.time_grid import whole_steps
+from maglev.user_controllers.blocks import built_blocks
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
@@ -66,8 +67,9 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                  + 8 * count * rows * len(study.keep), count)
     design = samples(study)
     values = target_values(targets, design, origin)
+    written = built_blocks(experiment.files)
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
-              limit_of(experiment, study.sample_timeout, origin))
+              limit_of(experiment, written, study.sample_timeout, origin), written)
     native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
     varied = {each.column: "" if each.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
@@ -92,9 +94,12 @@ def rows_every(keep_interval: float | None, experiment: Experiment, origin: str)
                         f"steps of {step:g} s, up to the stop time = {stop_time:g} s")
 
 
-def limit_of(experiment: Experiment, asked: float | None, origin: str) -> float | None:
-    """Longest wall time of a sample, s; None if it may take any: FMUs of this installation do not hang."""
-    if asked is None and any(map(is_foreign, experiment.files.values())):
+def limit_of(experiment: Experiment, written: Collection[str], asked: float | None, origin: str) -> float | None:
+    """Longest wall time of a sample, s; None if it may take any.
+
+    FMUs of this installation do not hang, and `written` ones, by name, cannot.
+    """
+    if asked is None and any(is_foreign(path) for name, path in experiment.files.items() if name not in written):
         return LIMIT_OF_FOREIGN
     if asked is not None and asked > LARGEST_LIMIT:
         raise ScenarioError(f"{origin}: sample_timeout = {asked:g} s: expected at most {LARGEST_LIMIT:g} s")

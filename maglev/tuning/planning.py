@@ -20,6 +20,7 @@ from maglev.studies.planning import limit_of
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.schema import Range, TuneFile
+from maglev.user_controllers.blocks import built_blocks
 
 REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
 SMALLEST = 1e-6        # by which an excess is divided at least
@@ -189,8 +190,9 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
                  for i in numbers(columns, known, [name], origin)}, tuning.over)
     plants = plants_of(tuning.plants(), targets, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
+    written = built_blocks(experiment.files)
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns),
-              limit=limit_of(experiment, None, origin))
+              limit=limit_of(experiment, written, None, origin), written=written)
     native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
     nominal = np.array([target.nominal for target in searched])
     return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants,

@@ -20,7 +20,7 @@ from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError
 from maglev.user_controllers.own_modules import OwnModules, own_name
 from maglev.user_controllers.source import file_of, load, read
-from maglev.user_controllers.subset import first_misfit, without_tables
+from maglev.user_controllers.subset import always_ends, first_misfit, without_tables
 from maglev_files.scratch import scratch
 
 FMU = OWN + "fmu"       # module that has the definition in an FMU
@@ -89,6 +89,7 @@ class Buildable:
     definition: WrittenDefinition   # with a block in pyccel's subset, if it is to be native
     packages: tuple[str, ...]       # the user's modules, and what was written around them, by their names in the FMU
     files: dict[str, str]           # names of the user's files by those of the modules
+    ends: bool = False              # whether every step ends, whatever the values: known of native ones
 
 
 @contextmanager
@@ -121,7 +122,8 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
         importlib.invalidate_caches()
         require_own_names(modules, carried_modules(BLOCK, (*parts, *texts, BLOCK)))
         block = getattr(imported(BLOCK), f"{name}Block")
-        yield Buildable(replace(definition, block=block, arguments=()), (*texts, BLOCK), files)
+        yield Buildable(replace(definition, block=block, arguments=()), (*texts, BLOCK), files,
+                        always_ends(texts.values()))
 
 
 def imported(module: str) -> ModuleType:

@@ -1,7 +1,8 @@
 """What of Python a native FMU can have: the line of a user's file that does not keep to it, in one message."""
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from graphlib import CycleError, TopologicalSorter
 
 from fmi_export.sources import PARSING
 from fmi_export.user_classes.declaration import TABLES
@@ -149,3 +150,56 @@ def comparison(node: ast.Compare) -> Iterator[tuple[int, str]]:
     names = [getattr(side, "attr", getattr(side, "id", None)) for side in (node.left, *node.comparators)]
     if len({name for name in names if name}) != sum(bool(name) for name in names):
         yield node.lineno, "a comparison of two things with one last name: expected another name for one of them"
+
+
+def always_ends(texts: Iterable[str]) -> bool:
+    """Whether modules of the subset come to an end, whatever the values; of some that do it is not known.
+
+    Loops go over a number of turns that is written there, and no function comes back to itself.
+    """
+    with PARSING:
+        nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
+    classes = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
+    holding: dict[str, set[str]] = {}   # classes by the last name of what holds an object of one
+    for node in nodes:
+        if isinstance(node, ast.While) or (isinstance(node, ast.For) and not is_counted(node.iter)):
+            return False
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and last_name(node.value.func) in classes:
+            for target in node.targets:
+                holding.setdefault(last_name(target), set()).add(last_name(node.value.func))
+    owners = {function: node.name for node in nodes if isinstance(node, ast.ClassDef) for function in node.body}
+    calls: dict[tuple[str, str], set[tuple[str, str]]] = {}   # by class, if it is a method, and name
+    for node in nodes:
+        if isinstance(node, ast.FunctionDef):
+            own = owners.get(node, "")
+            calls.setdefault((own, node.name), set()).update(
+                each for inner in ast.walk(node) if isinstance(inner, ast.Call)
+                for each in called(inner.func, own, classes, holding))
+    try:
+        TopologicalSorter(calls).prepare()
+    except CycleError:
+        return False
+    return True
+
+
+def called(function: ast.expr, own: str, classes: set[str],
+           holding: dict[str, set[str]]) -> Iterator[tuple[str, str]]:
+    """What a call in a class may go to: class, if it is a method, and name."""
+    name = last_name(function)
+    if not isinstance(function, ast.Attribute):
+        yield (name, "__init__") if name in classes else ("", name)
+    elif (owner := last_name(function.value)) == "self":
+        yield own, name
+    else:
+        yield from ((each, name) for each in holding.get(owner, classes))
+
+
+def last_name(node: ast.expr) -> str:
+    """Last name of an attribute or a variable; empty of anything else."""
+    return str(getattr(node, "attr", getattr(node, "id", "")))
+
+
+def is_counted(over: ast.expr) -> bool:
+    """Whether a loop goes over a range of numbers that stand there."""
+    return (isinstance(over, ast.Call) and last_name(over.func) == "range"
+            and all(isinstance(each, ast.Constant) for each in over.args))

@@ -17,22 +17,24 @@ from typing import NamedTuple
 
 from fmpy import sharedLibraryExtension
 
-from fmi_export.definition import FmuDefinition, Variable
-from fmi_export.native.build import PREFIX, SOURCES, TABLE, host_platform
+from fmi_export.definition import Variable
+from fmi_export.native.build import BUILD, PREFIX, SOURCES, TABLE, host_platform
 from fmi_export.native.compiler import FLAGS, library
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
 from maglev.cosim.fmu import Fmu
-from maglev.cosim.step_loop import c_function, in_c
-from maglev.cosim.versions.fmi import FMI2
+from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
+from maglev.user_controllers.blocks import Block
 from maglev_files.cache import Kept, keep, kept
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
 DONE, REFUSED, ENDED = range(3)   # what the function returns
 
+ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
+INSTANCE = {"instance.h", "model.h"}   # what an instance is
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
 SOURCE = """\
@@ -107,10 +109,10 @@ class Place(NamedTuple):
 
 
 class Part(NamedTuple):
-    """An FMU in the loop: its place among the instances, what it is, and the files of its block by name."""
+    """An FMU in the loop: its place among the instances, its block, and the files of this by name."""
 
     number: int
-    definition: FmuDefinition
+    what: Block
     files: Mapping[str, str]
 
     @property
@@ -153,15 +155,17 @@ def moved(call: Call) -> Moved:
     return Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
 
 
-def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False) -> BlockLoop | None:
+def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False,
+               written: Mapping[str, Block] | None = None) -> BlockLoop | None:
     """The loop for a wiring, compiled now if it was not before and `build` asks for it.
 
     `observer` is C with a struct seen, a struct observer and a function observe; `seen` has the recorded variable, by
     full name, for each member of the struct seen that it reads. None where there is no loop, or can be none: the FMUs
-    are native ones of FMI 2.0 that this installation builds, all of them with steps of one length, and all that is
-    seen is recorded. ExportError of the compiler; OSError if the result cannot be kept.
+    are native ones that this installation builds, or `written` ones by name, all of them with steps of one length and
+    none with clocks, and all that is seen is recorded. ExportError of the compiler; OSError if the result cannot be
+    kept.
     """
-    sources = sources_of(wiring, observer, seen)
+    sources = sources_of(wiring, observer, seen, written or {})
     if sources is None:
         return None
     found = loop_of(sources, build)
@@ -184,7 +188,8 @@ def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
     return list({id(call.what[0]): call.what[0] for call in calls}.values())
 
 
-def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str]) -> dict[str, str] | None:
+def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
+               written: Mapping[str, Block]) -> dict[str, str] | None:
     """C files by name; None where there are none for this wiring, see `block_loop`."""
     if len(wiring.phases) != 1 or not in_c(wiring.phases):
         return None
@@ -193,31 +198,35 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str]) -> dict[s
               for column, name in enumerate(track.names)}
     if not {*seen.values()} <= {*places}:
         return None
-    found = parts_of(fmus_of(calls))
+    found = parts_of(fmus_of(calls), written)
     if found is None:
         return None
     files, parts = found
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     return {**files, "loop.c": SOURCE.format(
         function=FUNCTION, observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
-        includes="\n".join(sorted({f'#include "{header_of(part.definition)}"' for part in parts.values()})),
+        includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
         ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8),
         begin=indented((*first_rows(wiring.tracks),
-                        *(f"struct {part.definition.block.__name__} {part.block} = *(const struct "
-                          f"{part.definition.block.__name__} *)instances[{part.number}]->state->block;"
-                          for part in parts.values())), 4))}
+                        *(f"struct {part.what.struct} {part.block} = *(const struct {part.what.struct} *)"
+                          f"instances[{part.number}]->state->block;" for part in parts.values())), 4))}
 
 
-def parts_of(fmus: Iterable[Fmu]) -> tuple[dict[str, str], dict[int, Part]] | None:
-    """C files of blocks by name, and FMUs by identity, where each is a native one of this installation."""
+def parts_of(fmus: Iterable[Fmu],
+             written: Mapping[str, Block] | None = None) -> tuple[dict[str, str], dict[int, Part]] | None:
+    """C files of blocks by name, and FMUs by identity, where each is a native one of this installation, or written."""
     parts: dict[int, Part] = {}
     for number, fmu in enumerate(fmus):
-        build = own_build(fmu.path) if fmu.fmi is FMI2 and not fmu.scales else None
-        if build is None or build.kind != "native":
+        build, block = own_build(fmu.path), (written or {}).get(fmu.name)
+        if build is not None and build.kind == "native":
+            block = Block.of(definition(build.name))
+        if block is None or fmu.scales:
             return None
-        parts[id(fmu)] = Part(number, definition(build.name), files_of_block(fmu.path))
+        parts[id(fmu)] = Part(number, block, files_of_block(fmu.path))
+        if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
+            return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
     for part in parts.values():
         others = {name for other in parts.values() if other is not part for name in other.files}
@@ -238,8 +247,8 @@ def first_rows(tracks: Sequence[Track]) -> Iterator[str]:
 
 
 def item_of(track: Track) -> str:
-    """C type of a value of a track of FMI 2.0."""
-    return "double" if track.item == 8 else "int32_t"
+    """C type of a value of a track: a Real, or a Boolean of FMI 2.0 or 3.0."""
+    return {8: "double", 4: "int32_t", 1: "bool"}[track.item]
 
 
 def value_at(place: Place, tracks: Sequence[Track]) -> str:
@@ -257,16 +266,12 @@ def place_of(call: Call, tracks: Sequence[Track]) -> Place:
     return Place(number, within // track.item, ahead)
 
 
-def header_of(fmu: FmuDefinition) -> str:
-    """Header of an FMU's block."""
-    return f"{fmu.block.__module__.rpartition('.')[2]}.h"
-
-
 def files_of_block(path: Path) -> dict[str, str]:
     """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is."""
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
-    layer = {*SHELLS[2].layer, PREFIX, TABLE} - {"instance.h", "model.h"}
+    layer = {PREFIX, TABLE, BUILD, *(name for shell in SHELLS.values() for name in shell.layer)}
+    layer -= INSTANCE
     return {name: text for name, text in carried.items() if name not in layer and "_tangent." not in name}
 
 
@@ -284,14 +289,14 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
     """C of a call."""
     fmu, part = call.what[0], parts[id(call.what[0])]
     if isinstance(call.moving, c_double):
-        yield (f"refused = refused || {part.definition.block.__name__}__step(&{part.block}, calls[{number}].time + "
+        yield (f"refused = refused || {part.what.struct}__step(&{part.block}, calls[{number}].time + "
                f"(double)k * calls[{number}].time_stride, calls[{number}].size) != 0;")
         return
     _, references, count, _ = call.arguments
     place = place_of(call, tracks)
-    getting = any(c_function(call) is function for function in fmu.get_functions.values())
+    getting = any(call.function is function for function in fmu.get_functions.values())
     for column, reference in enumerate(references[:count.value], place.column):
-        variable = part.definition.native_variables[reference]
+        variable = part.what.variables[reference]
         value = value_at(place._replace(column=column), tracks)
         if getting:
             yield f"{value} = {part.value(variable)};"

@@ -13,6 +13,7 @@ from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import Metrics, phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
 from maglev.studies.flying.measuring import Measuring, Meter
+from maglev.user_controllers.blocks import Block
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
 
@@ -21,22 +22,25 @@ class Flight:
     """An experiment to be flown many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
-    without a recording where there is a loop with the FMUs' blocks for it. As soon as `ended` is no longer 0 such a
-    flight ends.
+    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As soon
+    as `ended` is no longer 0 such a flight ends.
 
     Each flight gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
-    project are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
+    project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
     """
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
-                 measuring: Measuring | None = None, ended: c_int64 | None = None):
+                 measuring: Measuring | None = None, ended: c_int64 | None = None,
+                 written: Mapping[str, Block] | None = None):
         self.experiment = experiment
         self.wanted = wanted
         self.measuring = measuring
         self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
+        self.written = written
         self.loop: BlockLoop | None = None
         self.meter: Meter | None = None   # of the references as they are now
-        self.resettable = not any(map(is_foreign, experiment.files.values()))
+        self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
+                                  if name not in (written or {}))
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
         self.master: Master | None = None
@@ -71,7 +75,7 @@ class Flight:
             axes = experiment.plan.axes.values()
             if self.measuring is not None and all(axis.reference in signals for axis in axes):
                 seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
-                self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build)
+                self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
             self.redriven = False
         return self.master
 

@@ -55,7 +55,8 @@ def loop_for(job: Job, batches: list[Batch]) -> bool:
     steps = job.experiment.plan.stop_time / job.experiment.step * sum(batch.last - batch.first for batch in batches)
     measuring = Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every)
     if job.limit is None:
-        with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring) as flight:
+        with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring,
+                                                    written=job.written) as flight:
             flight.load(build=steps >= WORTH_COMPILING)
             return flight.loop is not None
     return False

@@ -1,9 +1,9 @@
 """Samples of a study flown one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from ctypes import c_int64
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from math import nan
 from typing import NamedTuple
@@ -20,6 +20,7 @@ from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.measuring import Measuring
 from maglev.studies.targets import Target
+from maglev.user_controllers.blocks import Block
 
 STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
 FLIGHTS = 2             # of a sample whose process dies: the first time it may be want of memory
@@ -38,6 +39,7 @@ class Job:
     every: int = 1               # communication steps between two rows of these
     # Longest wall time of a sample, s, each then being flown in a process beside the worker.
     limit: float | None = None
+    written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
     """
     plan = job.experiment.plan
     measuring = Measuring(plan, job.experiment.times, job.kept, job.every)
-    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended) as flight:
+    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended, job.written) as flight:
         flight.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()

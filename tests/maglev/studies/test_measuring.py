@@ -9,14 +9,28 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from written_controllers import controller
+from written_controllers import flight as flight_file
 
+import maglev
 from maglev.cosim.order import Order
+from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.judging.metrics import evaluate, phase_resistances
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.flight import Changes, Flight
 from maglev.studies.flying.measuring import Measuring
+from maglev.user_controllers.blocks import built_blocks
+
+LIMITS = '''class Limits:
+    """Of a part that others share."""
+
+    def __init__(self) -> None:
+        self.reached = False
+
+
+'''
 
 
 def flight_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
@@ -113,8 +127,34 @@ def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
             flight.measure({})
 
 
-def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, fmi3_fmus: Path) -> None:
-    for folder in (fmus, fmi3_fmus):
+def test_fmus_of_fmi_3_are_taken(fmi3_fmus: Path) -> None:
+    with flight_of(experiment_of(fmi3_fmus, "3dof-setpoints-improved", 7.0), ("plant.at_stop",), 3) as flight:
+        require_same(flight, {})
+        require_same(flight, {"plant.y.mass": 9.0, "controller.current_limit": 3.0})
+
+
+@pytest.mark.parametrize("shared", [False, True], ids=["of its own", "shared"])
+def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path, shared: bool) -> None:
+    """But none with a part that two have: a copy of the one would have the other's."""
+    changes = (("    def __init__(self) -> None:\n        self.last", "    def __init__(self, other: Limits) -> None:\n"
+                "        self.other = other\n        self.last"), ("= Rate()\n        self.travel = Rate()", "= Rate("
+               "self.limits)\n        self.travel = Rate(self.limits)"), ("        self.gap =", "        self.limits = "
+               "Limits()\n        self.gap ="), ("class Rate:", f"{LIMITS}class Rate:"))
+    fmu, = maglev.build(controller(tmp_path, *changes if shared else ()), fmus=tmp_path, kind="native", target="host")
+    experiment = prepare(load_plan(flight_file(tmp_path)), native_fmus, {"controller": Replacement(fmu)}, {})
+    written = built_blocks(experiment.files)
+    assert [*written] == ["controller"]
+    measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
+    with Flight(experiment, None, measuring, written=written) as flight:
+        flight.load(build=True)
+        assert (flight.loop is None) == shared
+        if not shared:
+            require_same(flight, {"plant.v.mass": 4.0})
+            require_same(flight, {"plant.v.mass": 5.0})
+
+
+def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmus: Path) -> None:
+    for folder in (fmus, clocked_fmus):
         experiment = experiment_of(folder, "3dof-setpoints", 1.5)
         with Flight(experiment, None, Measuring(experiment.plan, experiment.times)) as flight:
             flight.load(build=True)

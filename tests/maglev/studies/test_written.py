@@ -11,6 +11,7 @@ from written_controllers import PD, controller, flight
 
 import maglev
 from maglev.errors import ControllerError
+from maglev.studies.flying import here
 
 pytestmark = pytest.mark.usefixtures("processes_kept")
 
@@ -50,6 +51,24 @@ def test_what_cannot_be_native_flies_as_python(fastest_fmus: Path, tmp_path: Pat
     assert study.to_pandas()["failure"].isna().all()
     kinds = {fmu["name"]: fmu["kind"] for fmu in study.about["provenance"]["fmus"]}
     assert kinds == {"plant": "native", "controller": "foreign"}   # a controller of the user's is not ours
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                              ends: bool) -> None:
+    """But for a step of which nobody knows whether it ends: such a sample can be ended in a process of its own."""
+    path = controller(tmp_path, *([] if ends else [(
+        "    if current > LARGEST:\n", "    while current > 2.0 * LARGEST:\n        current = 0.5 * current\n"
+        "    if current > LARGEST:\n")]))
+    (tmp_path / "fmus").mkdir()
+    (tmp_path / "fmus" / "native").symlink_to(native_fmus)
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(here, "fly_batches" if ends else "fly_in_threads", None)
+    found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0, 60.0]}, controller=path, kind="native",
+                         fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
+    assert found.failures == (None, None)
+    for sample in range(2):
+        assert found["rms error of v"][sample] == found.run(sample).metrics.rms_errors["v"]
 
 
 def test_a_study_file_names_its_controller(fastest_fmus: Path, tmp_path: Path) -> None:
