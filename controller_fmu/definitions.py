@@ -2,7 +2,15 @@
 
 import controller_fmu.status as status
 from controller_fmu.drawings import DIAGRAMS, ICONS
-from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, NONLINEAR, PREFILTER_TOO_FAST, SCHEDULED, STEP_MISFIT
+from controller_fmu.status import (
+    INTERPOLATED,
+    LINEAR,
+    NO_EQUILIBRIUM,
+    NONLINEAR,
+    PREFILTER_TOO_FAST,
+    SCHEDULED,
+    STEP_MISFIT,
+)
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
@@ -27,7 +35,9 @@ from pmlsm.variables import BAD_GEOMETRY, motor_geometry
 LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
         LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a set-point"),
         SCHEDULED: ("scheduled", "ScheduledRegulator",
-                    "on the motors linearised about four set-points, of which the measured gap chooses")}
+                    "on the motors linearised about four set-points, of which the measured gap chooses"),
+        INTERPOLATED: ("interpolated", "InterpolatedRegulator",
+                       "on the motors linearised at the measured gap, with the equilibrium current fed forward")}
 
 
 def refusals(rig: Rig) -> dict[int, str]:
@@ -47,18 +57,23 @@ def default_experiment(rig: Rig) -> Experiment:
 
 
 def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
-    """Definition of a regulator of a rig, with one of its laws."""
+    """Definition of a regulator of a rig, with one of its laws.
+
+    The thrust depends on the gap, or the gap chooses the linearisation; only the law that solves the vertical row at
+    the gap asks the horizontal axes.
+    """
     word, name, text = LAWS[law]
     kind = "tilts" if rig.rotations else rig.name
     pages = {NONLINEAR: (f"linearisation_{kind}.html",), LINEAR: (f"setpoint_{kind}.html",),
-             SCHEDULED: (f"setpoint_{kind}.html", "schedule.html")}[law]
+             SCHEDULED: (f"setpoint_{kind}.html", "schedule.html"),
+             INTERPOLATED: (f"setpoint_{kind}.html", "interpolation.html")}[law]
     return FmuDefinition(
         name=f"{name}{rig.suffix}",
         block=block,
         arguments=(law,),
         description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with antiwindup",
         variables=(
-            # The thrust depends on the gap, or the gap chooses the linearisation; the lever of the thrust on the tilts.
+            # Where the platform tilts, the lever of the thrust counts too.
             *ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
             *((setpoint(rig, "the motors are linearised", "assumed: mid-range; an experiment sets its target"),
                bumpless_start()) if law == LINEAR else ()),
@@ -81,12 +96,16 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
 
 def no_equilibrium(rig: Rig, law: int) -> str:
     """Refusal of a law that cannot be designed."""
-    if rig.design.schedule is None or law == LINEAR:
+    schedule, table = rig.design.schedule, rig.design.table
+    if law == SCHEDULED and schedule is not None:
+        gaps = f"schedule's gaps of {', '.join(f'{1e3 * gap:g}' for gap in schedule.setpoints)}"
+    elif law == INTERPOLATED and table is not None:
+        gaps = f"table's gaps of {1e3 * table.gaps[0]:g} to {1e3 * table.gaps[-1]:g}"
+    else:
         return SETPOINT_WITHOUT_EQUILIBRIUM
     constants = ", ".join(f"{each.name} = {{{each.name}}} {each.unit}" for each in rig.constants
                           if each.axis == rig.vertical.name)
-    gaps = ", ".join(f"{1e3 * gap:g}" for gap in rig.design.schedule.setpoints)
-    return f"{constants}, expected constants with which the model has equilibria at the schedule's gaps of {gaps} mm"
+    return f"{constants}, expected constants with which the model has equilibria at the {gaps} mm"
 
 
 def pid(rig: Rig, block: type) -> FmuDefinition:

@@ -50,6 +50,10 @@ class OutputRegulator:
                 demand -= self.friction_compensation
         return demand
 
+    def rescale(self, factor: float) -> None:
+        """Multiply ξ1, which an interpolated law keeps as a current between samples."""
+        self.model.xi1 = factor * self.model.xi1
+
     def update(self, oscillator: OscillatorStep, excess: float) -> None:
         """Advance the internal model by one sample (5.13).
 

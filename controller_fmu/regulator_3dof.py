@@ -2,13 +2,24 @@
 
 from math import pi
 
+from controller_fmu.gain_point import GainPoint
 from controller_fmu.gain_schedule import GainSchedule
+from controller_fmu.gain_table import GainTable
 from controller_fmu.internal_model import OscillatorStep
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import BAD_GEOMETRY, LINEAR, NO_EQUILIBRIUM, NONLINEAR, SCHEDULED, STEP_MISFIT, STEPPED
+from controller_fmu.status import (
+    BAD_GEOMETRY,
+    INTERPOLATED,
+    LINEAR,
+    NO_EQUILIBRIUM,
+    NONLINEAR,
+    SCHEDULED,
+    STEP_MISFIT,
+    STEPPED,
+)
 from controller_fmu.velocity_observer import ObserverFilter
 from controller_fmu.vertical_law import VerticalLaw
 from pmlsm.motor_geometry import MotorGeometry
@@ -20,6 +31,7 @@ class Regulator3DOF:
     The law is NONLINEAR: the motors are feedback-linearised at the measured gap (4.12), (5.7). Or LINEAR: they are
     linearised about the set-point such that the closed loop has the same poles there (sections 4.6.1, 5.6.3).
     Or SCHEDULED: linear about the set-point of the region that the measured gap lies in (Table 5.4).
+    Or INTERPOLATED: about the equilibrium at the measured gap, from a fine table, with its current fed forward.
     All motors get the same direct current.
     """
 
@@ -45,6 +57,9 @@ class Regulator3DOF:
         self.oscillator = OscillatorStep()
         self.vertical = VerticalLaw(law)
         self.schedule = GainSchedule(0.026, 0.024, 0.022, 0.027, 0.025, 0.023, 0.021)
+        self.table = GainTable(0.018, 0.001)
+        self.here = GainPoint()   # what counts at the gap
+        self.scale = 1.0          # its gain, by that of the middle of the table
         self.clock = SampleClock()
         self.alpha = MotorCommand()
         self.beta = MotorCommand()
@@ -64,6 +79,9 @@ class Regulator3DOF:
         if self.law == LINEAR and not vertical.linearise(self.geometry, self.setpoint):
             return NO_EQUILIBRIUM
         if self.law == SCHEDULED and not self.schedule.prepare(self.geometry, vertical.attraction, vertical.coils,
+                                                               vertical.iron):
+            return NO_EQUILIBRIUM
+        if self.law == INTERPOLATED and not self.table.prepare(self.geometry, vertical.attraction, vertical.coils,
                                                                vertical.iron):
             return NO_EQUILIBRIUM
         return STEPPED
@@ -90,6 +108,12 @@ class Regulator3DOF:
         self.take_constants()
         if self.law == SCHEDULED:
             self.schedule.choose(y.measured, self.vertical.linear)
+        if self.law == INTERPOLATED:
+            self.table.choose(y.measured, self.here)
+            self.vertical.take(self.here)
+            # Between samples ξ1 stands for a current: what it commands does not change with the gain.
+            self.scale = self.table.scale(self.here)
+            y.rescale(self.scale)
         if not self.started:
             # Not bumpless, it begins as though the mover rested at the set-point.
             gap = y.measured if self.bumpless else self.setpoint
@@ -119,6 +143,8 @@ class Regulator3DOF:
         y.update(self.oscillator, antiwindup_time * alpha.excess_d)
         x.update(self.oscillator, antiwindup_time * alpha.excess_q)
         z.update(self.oscillator, antiwindup_time * beta.excess_q)
+        if self.law == INTERPOLATED:
+            y.rescale(1.0 / self.scale)
 
     def currents(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
         """Currents i_d, i_q of x, i_q of z (A) for the demanded accelerations (m/s²), (4.12), (5.7) or linear."""

@@ -3,13 +3,24 @@
 from math import pi
 
 from controller_fmu.force_allocation import ForceAllocation
+from controller_fmu.gain_point import GainPoint
+from controller_fmu.gain_table import GainTable
 from controller_fmu.internal_model import OscillatorStep
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, LINEAR, NO_EQUILIBRIUM, NONLINEAR, STEP_MISFIT, STEPPED
+from controller_fmu.status import (
+    BAD_GEOMETRY,
+    BAD_PLACES,
+    INTERPOLATED,
+    LINEAR,
+    NO_EQUILIBRIUM,
+    NONLINEAR,
+    STEP_MISFIT,
+    STEPPED,
+)
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.velocity_observer import ObserverFilter
@@ -22,7 +33,8 @@ class Regulator5DOF:
 
     The law is NONLINEAR: each motor is feedback-linearised at its own gap (4.12), (5.7). Or LINEAR: the motors are
     linearised about the set-point without tilt such that the closed loop has the same poles there (sections 4.6.1,
-    5.6.3). y, roll and pitch follow from the gaps at the motors; what they demand is split evenly over the motors.
+    5.6.3). Or INTERPOLATED: each motor about the equilibrium at its own gap, from a fine table, with its current fed
+    forward. y, roll and pitch follow from the gaps at the motors; what they demand is split evenly over the motors.
     """
 
     def __init__(self, law: int = NONLINEAR):
@@ -56,6 +68,9 @@ class Regulator5DOF:
         self.beta2_place = MotorPlace(-0.2, 0.0, 0.025)
         self.allocation = ForceAllocation(6.9, 10.6, 8.6, 0.2, 0.2)
         self.short = TiltMeasurement()   # of the direct currents
+        self.table = GainTable(0.018, 0.001)
+        self.here = GainPoint()   # what counts at the gap
+        self.scale = 1.0          # its gain, by that of the middle of the table
         self.clock = SampleClock()
         self.alpha1 = MotorCommand()
         self.alpha2 = MotorCommand()
@@ -79,13 +94,16 @@ class Regulator5DOF:
         if not self.prepare_platform():
             return BAD_PLACES
         self.take_constants()
-        if self.law == LINEAR:
+        if self.law != NONLINEAR:
             self.allocation.weight = 0.0   # the demands are about the equilibrium
-            if not (self.alpha1_law.linearise(self.geometry, self.setpoint)
-                    and self.alpha2_law.linearise(self.geometry, self.setpoint)
-                    and self.beta1_law.linearise(self.geometry, self.setpoint)
-                    and self.beta2_law.linearise(self.geometry, self.setpoint)):
-                return NO_EQUILIBRIUM
+        if self.law == LINEAR and not (self.alpha1_law.linearise(self.geometry, self.setpoint)
+                                       and self.alpha2_law.linearise(self.geometry, self.setpoint)
+                                       and self.beta1_law.linearise(self.geometry, self.setpoint)
+                                       and self.beta2_law.linearise(self.geometry, self.setpoint)):
+            return NO_EQUILIBRIUM
+        law = self.alpha1_law
+        if self.law == INTERPOLATED and not self.table.prepare(self.geometry, law.attraction, law.coils, law.iron):
+            return NO_EQUILIBRIUM
         return STEPPED
 
     def prepare_platform(self) -> bool:
@@ -136,6 +154,13 @@ class Regulator5DOF:
             return   # an importer that has not exchanged values yet: this is no measurement
         self.take_constants()
         self.measure()
+        if self.law == INTERPOLATED:
+            self.table.choose(y.measured, self.here)
+            # Between samples ξ1 stands for a current: what it commands does not change with the gain.
+            self.scale = self.table.scale(self.here)
+            y.rescale(self.scale)
+            roll.rescale(self.scale)
+            pitch.rescale(self.scale)
         if not self.started:
             # Not bumpless, it begins as though the platform rested at the set-point.
             y.start(self.holding_demand(), y.measured - y.reference if self.bumpless else 0.0)
@@ -192,6 +217,10 @@ class Regulator5DOF:
         z.update(self.oscillator, antiwindup_time * 0.5 * (beta1.excess_q + beta2.excess_q))
         roll.update(self.oscillator, antiwindup_time * short.roll)
         pitch.update(self.oscillator, antiwindup_time * short.pitch)
+        if self.law == INTERPOLATED:
+            y.rescale(1.0 / self.scale)
+            roll.rescale(1.0 / self.scale)
+            pitch.rescale(1.0 / self.scale)
 
     def measure(self) -> None:
         """Compute the air gap at the centre and the tilts from the gaps at the motors."""
@@ -240,6 +269,9 @@ class Regulator5DOF:
         displacement : float
             At the faces of the magnets, m.
         """
+        if self.law == INTERPOLATED:
+            self.table.choose(place.gap_measured, self.here)
+            law.take(self.here)
         law.look(self.geometry, place.gap_measured)
         i_q = -demand / (thrust * law.f1)
         i_d = law.direct_current(self.allocation.demand_at(place), self.gap_error(place), law.iron * law.f4 * i_q * i_q)

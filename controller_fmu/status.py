@@ -10,3 +10,4 @@ BAD_PLACES = 5          # the motors stand on one line, and cannot make every fo
 NONLINEAR = 0   # laws of a regulator
 LINEAR = 1
 SCHEDULED = 2
+INTERPOLATED = 3

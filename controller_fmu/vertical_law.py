@@ -1,8 +1,9 @@
 """Vertical law of a regulator: the direct current for a demanded acceleration, feedback-linearised or linearised."""
 
 from controller_fmu.feedback_linearisation import demanded_current, equilibrium_current
+from controller_fmu.gain_point import GainPoint
 from controller_fmu.linearisation import Linearisation
-from controller_fmu.status import NONLINEAR
+from controller_fmu.status import INTERPOLATED, NONLINEAR
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 
@@ -10,7 +11,8 @@ from pmlsm.motor_geometry import MotorGeometry
 class VerticalLaw:
     """Knows the vertical row of the controller's model, and the thrust function that goes with it.
 
-    A NONLINEAR law solves the row at the measured gap (4.12), (5.7); the others take it as linear (section 4.6.1).
+    A NONLINEAR law solves the row at the measured gap (4.12), (5.7); the others take it as linear (section 4.6.1),
+    an INTERPOLATED one about the equilibrium at the measured gap, whose current it feeds forward.
     """
 
     def __init__(self, law: int):
@@ -23,6 +25,7 @@ class VerticalLaw:
         self.f3 = 1.0
         self.f4 = 0.0            # stays so in a linear law: its row has no squares
         self.linear = Linearisation()   # the one that counts now
+        self.forward = 0.0       # A, what an interpolated law feeds forward
         self.feasible = True     # whether the last current makes the demanded acceleration
 
     def take_constants(self, attraction: float, coils: float, iron: float) -> None:
@@ -37,10 +40,16 @@ class VerticalLaw:
 
     def holding_demand(self, motor: MotorGeometry, gap: float, error: float) -> float:
         """Demand (m/s²) by which the law commands the current that holds the mover at a gap (m) with an error (m)."""
-        if self.law == NONLINEAR:
+        if self.law == NONLINEAR or self.law == INTERPOLATED:
             return 0.0
         current, found = equilibrium_current(motor, self.attraction, self.coils, self.iron, gap)
         return self.linear.demand(current, error)
+
+    def take(self, point: GainPoint) -> None:
+        """Take in what counts at the measured gap, in an interpolated law."""
+        self.forward = point.current
+        self.linear.gain = point.gain
+        self.linear.f1 = point.f1
 
     def look(self, motor: MotorGeometry, gap: float) -> None:
         """Set the shape functions for a measured gap (m)."""
@@ -61,6 +70,8 @@ class VerticalLaw:
         by_quadrature : float
             What the quadrature currents take from the acceleration, m/s²; counts in a nonlinear law.
         """
+        if self.law == INTERPOLATED:
+            return self.forward + demand / self.linear.gain
         if self.law != NONLINEAR:
             return self.linear.direct_current(demand, error)
         current, self.feasible = demanded_current(demand, by_quadrature, self.attraction, self.coils, self.iron,

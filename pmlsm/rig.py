@@ -176,6 +176,19 @@ class Schedule:
 
 
 @dataclass(frozen=True)
+class Table:
+    """Grid of air gaps of an interpolated law, see `controller_fmu.gain_table`."""
+
+    lower: float = quantity("m", 1e-4, 1.0)     # of the first
+    spacing: float = quantity("m", 1e-5, 0.1)   # of two neighbours
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Air gaps of its points, m."""
+        return tuple(self.lower + place * self.spacing for place in range(15))
+
+
+@dataclass(frozen=True)
 class Estimator:
     """First guesses of the constants, and their weights, the diagonal of Q0 in (3.8)."""
 
@@ -191,6 +204,7 @@ class Design:
     pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID
     antiwindup: bool = False                                # of the regulators
     schedule: Schedule | None = None
+    table: Table | None = None
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pmlsm.rig import (
     Ripple,
     Schedule,
     Stop,
+    Table,
     Winding,
 )
 
@@ -85,7 +86,8 @@ RIG = Rig(
         current_limit=4.0,
         pid_current_limit=0.0,
         antiwindup=True,
-        schedule=Schedule(bounds=(0.026, 0.024, 0.022), setpoints=(0.027, 0.025, 0.023, 0.021))),
+        schedule=Schedule(bounds=(0.026, 0.024, 0.022), setpoints=(0.027, 0.025, 0.023, 0.021)),
+        table=Table(lower=0.018, spacing=0.001)),
     sample_time=0.0002,
     longest_step=0.0002,
     sharing=2.0,
@@ -122,6 +124,7 @@ RIG = Rig(
         'design.current_limit': 'stated, section 5.6.2',
         'design.pid_current_limit': 'assumed: the thesis limits commands with the antiwindup only',
         'design.antiwindup': 'stated, section 5.6.2',
+        'design.table': 'assumed: what lies between the stops',
         'design.schedule.bounds': 'stated, Table 5.4',
         'estimator.guess': 'assumed: half of Table 5.3, so that it has to be left',
         'estimator.weight': 'assumed: small'})

@@ -12,6 +12,7 @@ from pmlsm.rig import (
     RigMotor,
     Ripple,
     Stop,
+    Table,
 )
 
 RIG = Rig(
@@ -96,7 +97,11 @@ RIG = Rig(
     estimator=Estimator(
         guess=Constants(thrust={'x': 0.3068, 'z': 0.4112}, attraction=163.75, coils=4.24, iron=0.0035),
         weight=Constants(thrust={'x': 0.01, 'z': 0.01}, attraction=1e-06, coils=0.0001, iron=0.1)),
-    design=Design(current_limit=4.0, pid_current_limit=0.0, antiwindup=True),
+    design=Design(
+        current_limit=4.0,
+        pid_current_limit=0.0,
+        antiwindup=True,
+        table=Table(lower=0.018, spacing=0.001)),
     sample_time=0.0002,
     longest_step=0.0002,
     modulation=0.0135,
@@ -131,5 +136,6 @@ RIG = Rig(
         'design.current_limit': 'stated, section 5.6.2',
         'design.pid_current_limit': 'assumed: the thesis limits commands with the antiwindup only',
         'design.antiwindup': 'stated, section 5.6.2',
+        'design.table': 'assumed: what lies between the stops',
         'estimator.guess': 'assumed: half of Table 5.3, so that it has to be left',
         'estimator.weight': 'assumed: small'})

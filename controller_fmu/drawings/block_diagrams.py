@@ -3,12 +3,12 @@
 from fmi_export.pages.sketch import arrow, box, junction, line, sketch, symbol, words
 
 LAWS = {"nonlinear": ("feedback", "linearisation"), "linear": ("motor linearised", "about g*"),
-        "scheduled": ("one of four", "linearisations")}
+        "scheduled": ("one of four", "linearisations"), "interpolated": ("linearised at", "the gap")}
 MIDDLE = 120   # px, height of the signals' way from left to right
 
 
 def regulator(law: str) -> str:
-    """Output regulation on a motor that is linearised: "nonlinear", "linear" or "scheduled"."""
+    """Output regulation on a motor that is linearised: a law of `LAWS`."""
     m = MIDDLE
     by_gap = "" if law == "linear" else (arrow([(505, m + 110), (505, m + 30)])
                                          + words(511, m + 82, "gap", "start small"))

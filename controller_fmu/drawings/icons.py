@@ -4,8 +4,8 @@ import math
 
 from fmi_export.pages.icon import Point, Shape, disc, rectangle, stroke
 
-COLOURS = {"nonlinear": "#2b4fc7", "linear": "#137a4b", "scheduled": "#8a3aa0", "PID": "#b45309",
-           "commutation": "#334155", "written": "#0f6f86"}
+COLOURS = {"nonlinear": "#2b4fc7", "linear": "#137a4b", "scheduled": "#8a3aa0", "interpolated": "#0e7490",
+           "PID": "#b45309", "commutation": "#334155", "written": "#0f6f86"}
 PHASES = ("#c03030", "#2b4fc7", "#137a4b")
 AXES = "#9aa3ac"
 
@@ -17,6 +17,7 @@ CURVES: dict[str, tuple[tuple[Point, ...], ...]] = {
     "linear": (((0.06, 0.94), (0.94, 0.06)),),
     "scheduled": (((0.0, 0.92), (0.25, 0.92), (0.25, 0.66), (0.5, 0.66), (0.5, 0.38), (0.75, 0.38), (0.75, 0.1),
                    (1.0, 0.1)),),
+    "interpolated": (((0.0, 0.92), (0.3, 0.72), (0.62, 0.42), (1.0, 0.1)),),
     "PID": LETTERS,
     "commutation": tuple(tuple((k / 24, 0.5 - 0.4 * math.sin(2.0 * math.pi * (k / 24 - phase / 3))) for k in range(25))
                          for phase in range(3)),
@@ -24,7 +25,7 @@ CURVES: dict[str, tuple[tuple[Point, ...], ...]] = {
 
 
 def controller(law: str, axes: int = 0) -> tuple[Shape, ...]:
-    """Icon of a controller by its law: "nonlinear", "linear", "scheduled", "PID", "commutation", "written"."""
+    """Icon of a controller by its law: "nonlinear", "linear", "scheduled", "interpolated", "PID", …."""
     colour = COLOURS[law]
     dots = [disc(50 + 16 * (k - (axes - 1) / 2), 92, 5.5, colour) for k in range(axes)]
     return (*stroke([(3, 43), (97, 43)], 6, "#404850"), rectangle(14, 7, 72, 72, colour), *law_symbol(law, 14, 7, 72),

@@ -15,7 +15,7 @@ from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 
 # What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
-KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "PID")
+KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID")
 
 
 BLOCKS: dict[str, tuple[FmuDefinition, ...]] = {}   # by the name of the rig

@@ -24,7 +24,8 @@ from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY
 
-LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled", "PID": "PID"}
+LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled",
+        "InterpolatedRegulator": "interpolated", "PID": "PID"}
 LAW_COLOURS = {"nonlinear": 0, "PID": 4, "linear": 2, "scheduled": 3}   # numbers of lines of runs; another law has 1
 SIGNALS = ("constant", "steps", "sinusoids")
 

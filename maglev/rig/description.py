@@ -135,6 +135,10 @@ class Reader:
                 self.refuse(key, f"{text!r}, expected words on one line without \" and \\")
         if len(rig.axes) < 2:
             self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes")
+        field, table = rig.motor().field, rig.design.table
+        if table is not None and not field.lower <= table.lower < table.gaps[-1] <= field.upper:
+            self.refuse("design.table", f"{table.gaps[0]:g} to {table.gaps[-1]:g} m, expected fifteen gaps within "
+                        f"{field.lower:g} to {field.upper:g} m, where the field is known")
         horizontal = [axis.name for axis in rig.horizontal]
         if rig.rotations:
             if (len(horizontal), len(rig.rotations)) != (2, 2):

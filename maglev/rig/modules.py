@@ -69,7 +69,8 @@ def write(rig: Rig, root: Path) -> None:
 def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
     """Module and attribute of every FMU of a rig, by its name."""
     name, suffix = rig.name, rig.suffix
-    laws = ("", "Linear", "Scheduled") if rig.design.schedule else ("", "Linear")
+    designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
+    laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
     regulators, loops = f"controller_fmu.regulator_{name}_fmu", f"closed_loop_fmu.closed_loop_{name}_fmu"
     return {
         f"Plant{suffix}": (f"plant_fmu.plant_{name}", "PLANT"),

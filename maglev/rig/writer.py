@@ -70,6 +70,7 @@ def words(rig: Rig) -> dict[str, Any]:
     motors_of = {axis: [motor.name for motor in rig.motors_of(axis)] for axis in horizontal}
     return {
         "rig": rig, "tilting": bool(tilts), "schedule": rig.design.schedule,
+        "table": rig.design.table,
         "y": rig.vertical.name,
         **(dict(zip(("x", "z", "roll", "pitch"), horizontal + tilts, strict=True)) if tilts else {}),
         "axes": list(rig.axis_names), "horizontal": horizontal, "tilts": tilts,

@@ -106,6 +106,8 @@ def test_steps_of_changing_numbers_of_samples(load: Load) -> None:
     ("ClosedLoopLinear2DOF", {"controller.setpoint": 0.009, "controller.C4": 1e5},
      "controller.setpoint = 0.009 m, expected an air gap at which"),
     ("ClosedLoopScheduled3DOF", {"controller.C5": 1e5}, "controller.C3 = 327.5 m/(s2.T2), controller.C4 = 8.48"),
+    ("ClosedLoopInterpolated5DOF", {"controller.C5": 1e5}, "controller.C5 = 100000.0 m/(s2.A2), expected constants "
+     "with which the model has equilibria at the table's gaps of 18 to 32 mm"),
     ("ClosedLoopPID2DOF", {"controller.v.prefilter": 1e4},
      "controller.v.prefilter = 10000.0 rad/s, controller.h.prefilter = 0.0 rad/s, expected at most 0.8 / sample_time, "
      "with controller.sample_time = 0.0005 s")])

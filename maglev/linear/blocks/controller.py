@@ -18,6 +18,7 @@ STATES = {"observer.position": "m", "observer.velocity": "m/s", "model.xi1": "m.
           "model.xi3": "m.s", "filter.position": "m", "filter.rate": "m/s", "integral": "m.s"}
 
 ITERATIONS = 60   # more than Newton's method takes where there is a solution
+SELDOM = 1e-6     # weight of what is moved only where no integral holds a current
 SETTLED = 1e-10   # A, last step of the currents; the one after it would be of the size of its square
 
 
@@ -49,8 +50,8 @@ def has(axis: Any, state: str) -> bool:
 def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
     """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
 
-    As nearly as it can, where its law cannot command them. The references move with the states, for a law may have no
-    integral.
+    As nearly as it can, where its law cannot command them. At rest the integrals do it alone; other states and the
+    references move with them only where a law has none.
     """
     for limit in ("current_limit", "trip_error", "trip_tilt"):
         if hasattr(block, limit):
@@ -67,6 +68,7 @@ def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[
     commands = [f"{current}_cmd" for current in rig.dq_names]
     start = np.array([getattr(*slot(block, place)) for place in moved])
     change = np.zeros(len(moved))
+    weights = np.array([1.0 if place.endswith((".xi1", ".integral")) else SELDOM for place in moved])
     for _ in range(ITERATIONS):
         for place, value in zip(moved, (start + change).tolist(), strict=True):
             setattr(*slot(block, place), value)
@@ -77,7 +79,7 @@ def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[
             continue
         slopes = derivatives(block, {"sample": ()}, moved, commands)
         missing = at.dq - [getattr(*slot(ahead, command)) for command in commands]
-        start, change = start + change, np.linalg.lstsq(slopes, missing, rcond=None)[0]
+        start, change = start + change, weights * np.linalg.lstsq(slopes * weights, missing, rcond=None)[0]
         if np.abs(slopes @ change).max() < SETTLED:
             return
     raise LinearModelError(f"{name} at {at}: in its model more direct current no longer lifts, expected an "

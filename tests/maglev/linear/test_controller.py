@@ -20,7 +20,8 @@ PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3,
 # Biases that need sizeable quadrature currents: the axes are coupled then.
 BIASES = {"2DOF": {"h.bias": 1.5}, "3DOF": {"x.bias": 0.4, "z.bias": -0.6}, "5DOF": {"x.bias": 0.4, "z.bias": -0.6}}
 NAMES = ["Regulator2DOF", "LinearRegulator2DOF", "PID2DOF", "Regulator3DOF", "LinearRegulator3DOF",
-         "ScheduledRegulator3DOF", "PID3DOF", "Regulator5DOF", "LinearRegulator5DOF", "PID5DOF"]
+         "ScheduledRegulator3DOF", "InterpolatedRegulator3DOF", "PID3DOF", "Regulator5DOF", "LinearRegulator5DOF",
+         "PID5DOF"]
 CASES = [*((name, {}) for name in NAMES),
          ("Regulator3DOF", {"observer.time1": 0.0, "observer.time2": "3 ms", "omega0": 0.0, "sample_time": "1 ms"}),
          ("Regulator3DOF", {"C5": 0.05, "antiwindup": True}),

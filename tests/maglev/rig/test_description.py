@@ -32,6 +32,8 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     ("[design]", '[geometry]\npole_pitch = "57 g"\n\n[design]',
      "geometry.pole_pitch: '57 g' is in g, expected a quantity in m"),
     ("sharing = 2", "sharing = 1.5", "sharing: 1.5, expected a whole number of motors"),
+    ('spacing = "1 mm"', 'spacing = "2 mm"', "design.table: 0.018 to 0.046 m, expected fifteen gaps within 0.008 to "
+                                             "0.04 m, where the field is known"),
     ("[stage]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[stage]',
      "motor_stop: expected only where the platform tilts"),
     *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "

@@ -146,7 +146,8 @@ def test_every_law_has_a_smooth_run_that_is_checked_to_the_nanometre() -> None:
     smooth = [run for run in RUNS if "smooth" in run.name]
     assert {run.fmus["controller"].model for run in smooth} == {
         "Regulator2DOF", "LinearRegulator2DOF", "PID2DOF",
-        "Regulator3DOF", "LinearRegulator3DOF", "ScheduledRegulator3DOF", "PID3DOF"}
+        "Regulator3DOF", "LinearRegulator3DOF", "ScheduledRegulator3DOF", "PID3DOF",
+        "InterpolatedRegulator3DOF"}
     for run in smooth:
         assert run.fmus["plant"].start["encoder.resolution"].value == 0
         for axis in run.axes.values():

@@ -19,7 +19,7 @@ from maglev.stability.simulation import Response, Samples, largest_step, respond
 LEVEL = {"y.bias": 0.0, "x.bias": 0.0, "z.bias": 0.0}   # then no current along one axis moves another
 
 
-@pytest.mark.parametrize("controller", ["Regulator3DOF", "LinearRegulator3DOF", "ScheduledRegulator3DOF"])
+@pytest.mark.parametrize("controller", [f"{law}Regulator3DOF" for law in ("", "Linear", "Scheduled", "Interpolated")])
 def test_poles_are_those_of_the_whole_loop(controller: str) -> None:
     whole = linearise_loop("Plant3DOF", controller, {"y": "25 mm"}, plant_parameters=LEVEL).poles
     parts = [1.0 + loop.sample_time * np.linalg.eigvals(loop.A) for loop in
