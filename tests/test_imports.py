@@ -44,9 +44,10 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels",
          "csv_table", "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification",
-         "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym", "stability",
+         "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
          "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
-         "report", "comparison", "studies", "tuning", "api", "microcontroller", "__init__", "cli", "__main__")
+         "report", "comparison", "studies", "stability", "tuning", "api", "microcontroller", "__init__", "cli",
+         "__main__")
 
 # Rooms that run, check, pack and compare anybody's FMU, and those that know what a stage is.
 GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")

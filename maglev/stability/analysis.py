@@ -109,7 +109,7 @@ def flown(flights: list[Flights], axis: str, gains: Array, step: float) -> Flown
     """Steps flown with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
-    response, held = flights[0].fly(step, values)
+    response, held = flights[0].respond(step, values)
     return Flown(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None,
                  min(map(abs, flights[0].room())))
 

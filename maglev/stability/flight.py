@@ -1,21 +1,21 @@
 """Steps of one axis flown by the FMUs: what the limit does to the stage itself."""
 
 from collections.abc import Mapping
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 
-from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import StabilityError
+from maglev.experiment.preparation import prepare
 from maglev.linear.equilibrium import read_positions
-from maglev.linear.parameters import DEFINITIONS, Quantity, block_of
+from maglev.linear.parameters import Quantity, block_of
 from maglev.linear.places import MotorPlaces
-from maglev.own_fmus import current_fmu
 from maglev.own_stage.loop import loop_table
 from maglev.quantities import printed
+from maglev.schema.loading import load_plan
 from maglev.stability.axis_loop import currents_of, rig_named
 from maglev.stability.simulation import SHOWN, Response
+from maglev.studies.flying.flight import Flight
 
 BEFORE = 1.0            # s, at rest before the step
 HELD = 1e-3             # m, error at the end that counts as held, as in the scenarios; of a tilt at the outermost motor
@@ -25,7 +25,7 @@ HALVINGS = 7
 Settings = Mapping[str, Quantity | bool]
 
 
-class Flights:
+class Flights(Flight):
     """Steps of one axis of a stage, flown one by one; a context manager that frees the FMUs.
 
     A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
@@ -47,27 +47,28 @@ class Flights:
 
     def __init__(self, rig: str, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
                  fmus: Path, locked: bool = False):
-        self.rig, stage, _ = rig_named(rig)
-        self.axis, self.vertical, self.names = axis, self.rig.vertical.name, (controller, stage)
+        self.rig, self.stage, _ = rig_named(rig)
+        self.axis, self.vertical = axis, self.rig.vertical.name
         plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
-        self.middle = read_positions(stage, {self.vertical: gap})
-        self.blocks = block_of(controller, settings), block_of(self.names[1], plant)
-        self.given = settings, plant
-        self.files = [current_fmu(name, fmus) for name in self.names]
+        self.middle = read_positions(self.stage, {self.vertical: gap})
+        self.plant, dt = block_of(self.stage, plant), block_of(controller, settings).sample_time
         self.centred = axis in [each.name for each in self.rig.horizontal]
-        self.master: Master | None = None
-
-    def __enter__(self) -> "Flights":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.master is not None:
-            self.master.__exit__()
-        self.master = None
+        self.before, count = round(BEFORE / dt), round((BEFORE + SHOWN) / dt)
+        self.command = f"controller.{currents_of(self.rig, axis)[0]}_cmd"
+        table = loop_table(self.rig) | {
+            "name": "region", "title": "Steps of one axis", "step": dt, "output_interval": dt, "stop_time": count * dt,
+            "fmus": {"controller": {"model": controller, "start": settings},
+                     "plant": {"model": self.stage, "start": plant}},
+            "signals": [{"to": f"controller.{name}.reference", "kind": "steps", "times": [0.0, self.before * dt],
+                         "values": [position, position]} for name, position in self.middle.items()]}
+        experiment = prepare(load_plan(table), fmus, {}, {})
+        experiment.require_current()
+        super().__init__(experiment, {*(f"plant.{name}.position" for name in self.rig.axis_names), self.command,
+                                      "plant.at_stop"})
 
     def stops(self) -> tuple[float, float, float]:
         """Where the axis meets its stops, at the motors where the platform tilts, and how near a flight may begin."""
-        rig, plant, middle = self.rig, self.blocks[1], self.middle[self.axis]
+        rig, plant, middle = self.rig, self.plant, self.middle[self.axis]
         if self.centred or not rig.rotations:
             stop = getattr(plant, self.axis).stop
             return stop.lower, stop.upper, NEAR_STOP
@@ -87,7 +88,7 @@ class Flights:
         reach = 2.0 * (min(-lower, upper) - near)
         return -reach, reach
 
-    def fly(self, step: float, gains: Mapping[str, float | bool]) -> tuple[Response, bool]:
+    def respond(self, step: float, gains: Mapping[str, float | bool]) -> tuple[Response, bool]:
         """Response to a step (m) with antiwindup gains by their names, and whether the stage holds off its stops."""
         start = dict(self.middle)
         end = dict(self.middle)
@@ -99,30 +100,20 @@ class Flights:
         if not lower < start[self.axis] < upper:
             unit = self.rig.axis(self.axis).unit("m")
             size, begin, low, high = (printed(each, unit) for each in (step, start[self.axis], lower, upper))
-            raise StabilityError(f"{self.names[1]}: a step of {self.axis} by {size} begins at {begin}, expected a "
+            raise StabilityError(f"{self.stage}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")
-        dt = self.blocks[0].sample_time
-        count, before = round((BEFORE + SHOWN) / dt), round(BEFORE / dt)
-        resting = np.arange(count + 1) < before
-        drives = {f"controller.{axis}.reference": np.where(resting, start[axis], end[axis]).tolist()
-                  for axis in self.rig.axis_names}
-        if self.master is None:
-            setups = [FmuSetup(part, file, {variable.name: attrgetter(variable.place)(block) for variable
-                                            in DEFINITIONS[name].variables if variable.name in given})
-                      for part, name, file, block, given in zip(("controller", "plant"), self.names, self.files,
-                                                                self.blocks, self.given, strict=True)]
-            self.master = Master(setups, loop_table(self.rig)["connections"], dt)
-            self.master.wire(count * dt, drives)
-        self.master.drive(drives)
-        found = self.master.fly({"controller": gains, "plant": {f"{axis}.position_start": position
-                                                                for axis, position in start.items()}})
-        position = found.columns[f"plant.{self.axis}.position"][before:]
-        current = currents_of(self.rig, self.axis)[0]
-        response = Response(step, found.time[before:] - found.time[before], position - start[self.axis],
-                            found.columns[f"controller.{current}_cmd"][before:].copy())
-        ends = {axis.name: abs(found.columns[f"plant.{axis.name}.position"][-1] - end[axis.name])
+        changes: dict[str, float | bool] = {f"controller.{name}": gain for name, gain in gains.items()}
+        for axis in self.middle:
+            changes |= {f"plant.{axis}.position_start": start[axis], f"reference.{axis}.start": start[axis],
+                        f"reference.{axis}.end": end[axis]}
+        time, columns = self.fly(changes)
+        shown = slice(self.before, None)
+        response = Response(step, time[shown] - time[self.before],
+                            columns[f"plant.{self.axis}.position"][shown] - start[self.axis],
+                            columns[self.command][shown].copy())
+        ends = {axis.name: abs(columns[f"plant.{axis.name}.position"][-1] - end[axis.name])
                 * (self.rig.arm if axis.rotation else 1.0) for axis in self.rig.axes}
-        return response, bool(max(ends.values()) < HELD and not found.columns["plant.at_stop"].any())
+        return response, bool(max(ends.values()) < HELD and not columns["plant.at_stop"].any())
 
     def largest(self, gains: Mapping[str, float | bool]) -> float:
         """Largest step, m, up to which halving finds every flight held in both directions, within the stops."""
@@ -131,9 +122,9 @@ class Flights:
     def largest_of(self, sign: float, reach: float, gains: Mapping[str, float | bool]) -> float:
         """Largest step of one sign, m."""
         low, high = 0.0, abs(reach)
-        if self.fly(sign * high, gains)[1]:
+        if self.respond(sign * high, gains)[1]:
             return high
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.fly(sign * middle, gains)[1] else (low, middle)
+            low, high = (middle, high) if self.respond(sign * middle, gains)[1] else (low, middle)
         return low

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from ctypes import c_int64
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Flight:
         self.columns: Columns | None = None   # of the flights of one master, all in the same memory
         self.redriven = False   # the references are not those of the experiment
 
-    def __enter__(self) -> "Flight":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

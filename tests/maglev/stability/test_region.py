@@ -104,7 +104,7 @@ def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) ->
     for each in flown.candidates:
         gains = {f"x.ec{k}": float(gain) for k, gain in enumerate(each.gains, 1)}
         with Flights("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True) as flights:
-            response, held = flights.fly(0.02, gains)
+            response, held = flights.respond(0.02, gains)
         assert held
         assert np.abs(response.position[:25000] - each.response.position[:25000]).max() < 20e-6
         assert response.overshoot == pytest.approx(each.response.overshoot, abs=1e-3)
@@ -167,10 +167,10 @@ def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, a
         loop = axis_loop("5dof", axis, "25 mm")
         assert certificate.certify(loop, loop.gains).step == pytest.approx(certified, rel=0.02)
         with Flights("5dof", axis, "25 mm", "Regulator5DOF", {}, {}, fastest_fmus) as flights:
-            assert all(flights.fly(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
-            assert not all(flights.fly(sign * 1.1 * flown, {})[1] for sign in (-1.0, 1.0)), axis
+            assert all(flights.respond(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
+            assert not all(flights.respond(sign * 1.1 * flown, {})[1] for sign in (-1.0, 1.0)), axis
             with pytest.raises(StabilityError, match="Plant5DOF: a step of .* begins at .*, expected a start from"):
-                flights.fly(0.04, {})
+                flights.respond(0.04, {})
 
 
 def page_rows(begin: str) -> list[list[str]]:
@@ -190,9 +190,9 @@ def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
             assert certificate.certify(loop, loop.gains).step == pytest.approx(1e-3 * float(certified), abs=0.0501e-3)
             step = 1e-3 * float(flown.removeprefix("≥ "))
             with Flights("3dof", axis, gap, "Regulator3DOF", {}, {}, fastest_fmus) as flights:
-                assert all(flights.fly(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
+                assert all(flights.respond(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
                 if not flown.startswith("≥"):
-                    assert not all(flights.fly(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
+                    assert not all(flights.respond(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
 
 
 def test_the_page_has_what_is_certified() -> None:
