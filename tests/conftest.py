@@ -16,6 +16,7 @@ from native_builds import built_once, missing_native_tools, require_native_tools
 from maglev.catalogue import DEFINITIONS, HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.own_stage.adoption import OWN, forget
+from maglev.processes import processors
 from maglev.processes.side_by_side import kept_processes
 
 NAMES = tuple(DEFINITIONS)
@@ -63,7 +64,8 @@ def one_at_a_time() -> Iterator[None]:
     """Runs, samples and checks in one process where a test does not say how many: each takes a second to start."""
     with pytest.MonkeyPatch.context() as patch:
         for module in ("api.running", "api.checking", "api.many.studying", "api.many.tuning", "fmu_experiments.check"):
-            patch.setattr(f"maglev.{module}.processors", lambda: 1)
+            patch.setattr(f"maglev.{module}.processors",
+                          lambda asked=None, *name: 1 if asked is None else processors(asked, *name))
         yield
 
 

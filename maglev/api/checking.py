@@ -90,7 +90,7 @@ def compare(every: Callable[..., list[Result]], names: Scenarios | None,
     say_notes(experiments, say or warn)
     with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:
         results = every(experiments, PACKAGED / "baselines" if baselines is None else Path(baselines),
-                        jobs or processors(), watcher)
+                        processors(jobs), watcher)
     for result in results:
         for note in result.notes:
             (say or warn)(f"{result.name}: {note}")

@@ -272,7 +272,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         require_parquet()
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
-    jobs, watch, say = jobs or processors(), watch or unwatched, say or warn
+    jobs, watch, say = processors(jobs), watch or unwatched, say or warn
     experiments = keeping(experiments_to_fly(asked, options, say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)

@@ -93,7 +93,7 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
     """
     found = named([Path(path) for path in paths])
     with watch(list(found)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
-        results = check_all(found, jobs or processors(), watcher, timeout, partial)
+        results = check_all(found, processors(jobs), watcher, timeout, partial)
     if junit is not None:
         write_junit(Path(junit), results)
     return results

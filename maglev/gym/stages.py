@@ -202,7 +202,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.everyone = np.arange(num_envs)
         self.amplitudes = np.zeros((num_envs, axes))
         self.generators: list[np.random.Generator | None] = [None] * num_envs
-        count = max(1, min(threads or processors(), num_envs // FEWEST))
+        count = max(1, min(processors(threads, "threads"), num_envs // FEWEST))
         self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
         self.pool = ThreadPoolExecutor(count) if count > 1 else None
 

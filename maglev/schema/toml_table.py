@@ -73,6 +73,10 @@ class Table(BaseModel):
             raise ScenarioError(one_line(error, layers, cls)) from None
 
 
+# How pydantic counts.
+COUNTED = re.compile(r"^(?:List|Tuple|Dictionary) should have (at (?:least|most)) (\d+) items? after validation, .*")
+
+
 def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
     """What is expected in place of a key that a table does not have: keys like it, or the table that it belongs to."""
     near, meanings = get_close_matches(key, valid, n=2, cutoff=0.6), table.keys_of_table()
@@ -121,7 +125,8 @@ def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = T
     elif first["type"] == "value_error":
         expectation = str(context["error"])
     else:
-        expectation = first["msg"].replace("Input should be", "expected")
+        expectation = COUNTED.sub(r"expected \1 \2 entries", first["msg"].replace("Input should be", "expected"))
+        expectation = expectation.replace("String should", "expected it to")
         if meaning and isinstance(first["loc"][-1], str):
             expectation += f" ({meaning})"
     valid = context.get("expected_tags", context.get("expected"))

@@ -88,6 +88,13 @@ class Batch:
         return fly(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
 
 
+def plain(given: Any) -> Any:
+    """Values as Python's own numbers and texts; what is no sequence as it is, for who refuses it."""
+    if not hasattr(given, "__iter__") or isinstance(given, str):
+        return given
+    return [each.item() if isinstance(each, np.generic) else each for each in given]
+
+
 @reads_native
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
@@ -142,7 +149,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     from maglev.studies.planning import plan_study
     from maglev.studies.schema import read_study
 
-    entries = [{"set": target.split(","), "kind": "list", "values": np.asarray(given).tolist()}
+    entries = [{"set": target.split(","), "kind": "list", "values": plain(given)}
                for target, given in values.items()]
     path = Path("batch")   # what refusals name
     found = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
@@ -164,7 +171,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, jobs or processors()) as fly_batches:
+        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, processors(jobs)) as fly_batches:
             tell = partial(watcher, found.scenario)
             done = 0
 

@@ -180,7 +180,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
                     watch or unwatched) as (experiment, flown_with):
         planned = plan_study(found, experiment, str(path), Path(out), flown_with)
         with (watch or unwatched)([found.name]) as watcher:
-            return Study(run_study(planned, Path(out), jobs or processors(), scheduler, resume,
+            return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
                                    partial(watcher, found.name), say or warn))
 
 

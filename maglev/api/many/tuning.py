@@ -88,7 +88,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,
-                           jobs or processors(), resume, partial(watcher, tuning.name), say or warn)
+                           processors(jobs), resume, partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     write_whole(written, gains_toml(tuning, found))
     return Tuned(found.parameters, written, found, planned)

@@ -134,3 +134,17 @@ def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, lis
     with pytest.raises(maglev.MaglevError) as refusal:
         maglev.batch(RUN, values, fmus=native_fmus)
     assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize("jobs", [0, -2])
+def test_fewer_than_one_job_is_refused(native_fmus: Path, jobs: int) -> None:
+    """Nothing waits for a process that never starts."""
+    with pytest.raises(maglev.ScenarioError, match=f"jobs = {jobs}, expected at least 1"):
+        maglev.batch(RUN, {"plant.v.mass": [4.0]}, jobs=jobs, fmus=native_fmus)
+
+
+def test_numbers_and_texts_are_taken_side_by_side(native_fmus: Path) -> None:
+    found = maglev.batch(RUN, {"plant.v.mass": ["4 kg", 5.0, np.float64(4.5)]}, fmus=native_fmus)
+    assert found.settings["plant.v.mass"].tolist() == [4.0, 5.0, 4.5]
+    with pytest.raises(maglev.ScenarioError, match=r"vary\[0\].values = \[\]: expected at least 1 entries"):
+        maglev.batch(RUN, {"plant.v.mass": []}, fmus=native_fmus)
