@@ -25,7 +25,7 @@ text-align: left; width: max-content; font-size: 1.1em; } mover:not([accent]) > 
 @media (max-width: 40em) { .eq { margin-left: .5em; } }
 @media (prefers-color-scheme: dark) { :root { --page: #181818; } body { color: #ddd; } a { color: #8cf; } }
 @media print { :root { color-scheme: light; --page: #ffffff; } body { color: #000; max-width: none; margin: 0; }
-.wide, .eq, .sketch { overflow: visible; } .eq { margin-left: .5em; font-size: 90%; }
+.wide, .eq { overflow: visible; } .eq { margin-left: .5em; font-size: 90%; }
 table { font-size: 8.5px; }
 td { min-width: 0 !important; }
 tr, .eq, .sketch { break-inside: avoid; } h2 { break-after: avoid; } }

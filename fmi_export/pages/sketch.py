@@ -16,7 +16,7 @@ STYLE = """
 --south: #2a323a; --box: #222b38; } }
 @media print { :root { --axis: #0b6e4f; --force: #a3360a; --iron: #c3cad1; --north: #3b444d; --south: #e3e8ec;
 --box: #eef3fb; } }
-.sketch { overflow-x: auto; margin: 1em 0; } .sketch svg { display: block; max-width: none; color: inherit; }
+.sketch { margin: 1em 0; } .sketch svg { display: block; max-width: 100%; height: auto; color: inherit; }
 .sketch text { font: 13px system-ui, sans-serif; fill: currentColor; text-anchor: middle; }
 .sketch .symbol { font: italic 15px "Latin Modern Math", Cambria, serif; } .sketch .index { font-size: 70%; }
 .sketch .start { text-anchor: start; } .sketch .end { text-anchor: end; } .sketch .small { font-size: 12px; }
@@ -28,13 +28,12 @@ STYLE = """
 fill: var(--force); }
 .sketch .iron { fill: var(--iron); } .sketch .north { fill: var(--north); } .sketch .south { fill: var(--south);
 stroke: var(--north); } .sketch .paper { fill: var(--page); }
-@media print { .sketch svg { max-width: 100%; height: auto; } }
 """
 
 
 def sketch(width: float, height: float, title: str, *parts: str) -> str:
     """A sketch of parts; its title says in words what it shows."""
-    return (f'<div class="sketch" tabindex="0"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
+    return (f'<div class="sketch"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
             f'height="{height:g}" viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg></div>')
 
 

@@ -43,7 +43,7 @@ function drawGap(context, view, flights, look, spaceScale, colours) {
   for (const end of [low, high]) {
     const hit = (look.hits ?? []).find((each) => Math.abs(1e3 * each.end - end) < 1e-6), colour = hit ? colours.bad : colours.text;
     line(context, [[left + 36, y(end)], [right - 6, y(end)]], colour, hit ? 3 : 1.5, hit ? [] : [9, 5]);
-    if (!hit) write(context, "stop", right - 12, y(end) + (end === low ? 8 : -7), colours.faint, { align: "right" });
+    if (!hit) write(context, "stop", right - 12, y(end) + 8, colours.faint, { align: "right" });
   }
   flights.forEach((flight, k) => drawMover(context, view, flight, columnOfFlight(view, k, flights.length), colours));
   for (const { end, text } of look.hits ?? []) {   // it stays to be read

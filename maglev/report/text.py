@@ -311,7 +311,7 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
     good = sum(verdict in ("reproduced", "met") for verdict in judged)
     return "; ".join([f"simulated for {result.time[-1]:.4g} s, {held(result.metrics)}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
-        *([f"{good} of {counted(judged, 'claim')} hold"] if judged else [])])
+        *([f"{good} of {counted(judged, 'claim')} hold{'s' if len(judged) == 1 else ''}"] if judged else [])])
 
 
 def short_outcome(result: RunResult) -> str:

@@ -73,7 +73,7 @@ def test_pages_are_typeset_and_have_a_sketch(name: str) -> None:
     page = documentation(definition(name), "1")
     assert page == documentation(definition(name), "1")
     assert "\\" not in page and "<sub>" not in page and "<sup>" not in page, "TeX or an index that is not typeset"
-    sketch, = re.findall(r'<div class="sketch" tabindex="0">(<svg .*?</svg>)</div>', page)
+    sketch, = re.findall(r'<div class="sketch">(<svg .*?</svg>)</div>', page)
     assert len(ElementTree.fromstring(sketch).attrib["aria-label"].split()) > 10
     equations = [ElementTree.fromstring(text) for text in re.findall(r"<math .*?</math>", page, re.DOTALL)]
     assert sum(equation.get("display") == "block" for equation in equations) >= 3
@@ -83,6 +83,22 @@ def test_pages_are_typeset_and_have_a_sketch(name: str) -> None:
     for v in definition(name).variables:
         assert f'<td class="unit">{typeset_unit(v.unit)}</td>' in page
     assert not re.search(r'(?:src|href)="(?!#)', page), "it needs nothing else"
+
+
+def test_a_sketch_is_seen_whole_on_a_phone(browser) -> None:
+    context = browser.new_context(offline=True, viewport={"width": 390, "height": 844}, is_mobile=True)
+    tab = context.new_page()
+    wide = {}
+    for name in DEFINITIONS:
+        tab.set_content(documentation(definition(name), "1"))
+        left, right, page = tab.evaluate("""(() => {
+            const { left, right } = document.querySelector(".sketch svg").getBoundingClientRect();
+            return [left, right, document.documentElement.scrollWidth];
+        })()""")
+        if left < 0 or right > 390 or page > 390:
+            wide[name] = left, right, page
+    context.close()
+    assert wide == {}
 
 
 def test_units_are_written_as_people_do() -> None:

@@ -15,6 +15,7 @@ from maglev.pages import shell
 from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
+from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
@@ -154,18 +155,26 @@ def histograms(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Least, median and largest value of every metric, and where there are limits these, and how many are beyond."""
-    rows = []
+    """Least, median and largest value of every metric: first of those with limits, and how many are beyond.
+
+    The others are folded then; what never happened in any sample is left out.
+    """
+    limited, others = [], []
     for name, unit, values in metrics_of(table):
-        if len(values):
+        if len(values) and (varies(values) or name not in EVENTS):
             cells = [name, *(metric_text(name, each, unit)
                              for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
-            if about["limits"]:
-                cells += [limits_text(about, name, unit) or "–",
-                          str(beyond_limits(values, about, name).sum()) if name in about["limits"] else "–"]
-            rows.append([*map(escape, cells)])
-    more = ["limits", "beyond"] if about["limits"] else []
-    return html_table(("metric", "least", "median", "largest", *more), rows)
+            if name in about["limits"]:
+                limited.append([*map(escape, (*cells, limits_text(about, name, unit),
+                                              str(beyond_limits(values, about, name).sum())))])
+            else:
+                others.append([*map(escape, cells)])
+    heads = ("metric", "least", "median", "largest")
+    every = html_table(heads, others) if others else ""
+    if not limited:
+        return every
+    return html_table((*heads, "limits", "beyond"), limited) + (
+        f"<details><summary>Metrics without limits</summary>{every}</details>" if every else "")
 
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
@@ -187,7 +196,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
     said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
             f"<p>The live page can fly these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
             "this page when this is written, each sample is linked to its run there.</p>")
-    return f"<section><h2>Worst samples</h2>{html_table(('sample', 'why', 'at', 'fly it again'), rows)}{said}</section>"
+    listed = html_table(("sample", "why", "at", "run it again"), rows)
+    return f'<section class="worst"><h2>Worst samples</h2>{listed}{said}</section>'
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
 import pytest
-from report_tab import DESKTOP, PHONE, Tab
+from report_tab import DESKTOP, PHONE, SHIFTS, Tab
 from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
@@ -148,6 +148,9 @@ def test_the_page_in_a_browser(browser, tmp_path: Path, viewport, scheme) -> Non
     assert {"1", "2", "3", "4", "0.5", "0.7", "1.5"} <= {*seen["ticks"]}, "ticks are values that were flown"
     assert (seen["cut"], seen["covered"]) == (0, 0)
     assert seen["wide"] == viewport["width"] and seen["first"] < viewport["height"]
+    assert tab.evaluate("[...document.querySelectorAll('.wide:not(:has(#parallel))')]"
+                        ".filter(({ scrollWidth, clientWidth }) => scrollWidth > clientWidth).length") == 0
+    assert sum(share for share, *_ in tab.evaluate(SHIFTS)) < 0.05
     tab.page.select_option("#second", "0")   # over one quantity alone: points, and the limit
     assert tab.page.locator("#response circle").count() == tab.page.locator("#response path.fails").count() - 1 == 6
     assert tab.page.locator("#response .limit").count() == 1
