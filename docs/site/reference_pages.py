@@ -69,7 +69,7 @@ def experiments_page(pages: Path) -> str:
                        for figure in re.findall(r"```\{raw\} html\n.*?\n```", made[name].read_text("utf-8"), re.DOTALL))
     rows = "".join(f"| [{scenario}]({pages.name}/{scenario}.md) | {runs[scenario].title.replace('|', ',')} | "
                    f"{', '.join(runs[scenario].figures)} |\n" for scenario in made)
-    return ("# Experiments\n\nEvery experiment has a page with its picture and its commands, most a link that flies it "
+    return ("# Experiments\n\nEvery experiment has a page with its picture and its commands, most a link that runs it "
             f"live.\n\n{pictures}## All of them\n\n| experiment | what it is | figures of the thesis |\n"
             f"|---|---|---|\n{rows}\n```{{toctree}}\n:hidden:\n:glob:\n\n{pages.name}/*\n```\n")
 

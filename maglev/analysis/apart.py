@@ -29,8 +29,8 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
         return function(*arguments, **options)
     for path in files:
         if is_class(path):
-            raise ControllerError(f"{path}: was given as a class, which flies in this process alone, but "
-                                  f"{foreign[0].name} flies in another; expected the file of the class")
+            raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
+                                  f"{foreign[0].name} runs in another; expected the file of the class")
     with other_process() as (found, _):
         found.ask(partial(work, function, arguments, options))
         try:

@@ -105,7 +105,7 @@ class NumericalLoop:
                 text += "\n" + fill(f"{each.name} has no derivative here: {each.verdict}", WIDTH)
         if self.loop is not None:
             text += "\n" + fill(f"{len(self.loop.controller.states)} states of the controller, with responses within "
-                                f"{self.misfit:.1e} of those flown from {self.means}; at rest within "
+                                f"{self.misfit:.1e} of those run from {self.means}; at rest within "
                                 f"{1e6 * self.moving:.2g} µm", WIDTH)
         return text
 

@@ -84,7 +84,7 @@ class Comparison:
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
         flown = {label: run.result for label, run in self.runs.items()}
         if not flown:
-            raise ScenarioError(f"{self.name}: no run was flown to its end, expected one to draw")
+            raise ScenarioError(f"{self.name}: no run was completed, expected one to draw")
         return overlay(f"{self.name}: {self.title}", flown)
 
     def write(self, folder: str | Path = "results", *, picture: bool = True, page: bool = True) -> list[Path]:
@@ -133,8 +133,8 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     if isinstance(runs, Run) or not isinstance(runs, str | Path | Mapping) or (
             isinstance(runs, Mapping) and all(isinstance(each, Run) for each in runs.values())):
         if controllers is not None or options:
-            raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to fly with it, "
-                                "got runs that were flown")
+            raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
+                                "got runs that were made")
         return of_flown_runs(cast("Sequence[Run] | Mapping[str, Run]", runs))
     plan = load_plan(runs)
     chosen = labelled(controllers or ())
@@ -231,7 +231,7 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
 def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
     """Comparison of runs that were flown; ScenarioError if they have other axes or references."""
     if isinstance(runs, Run):
-        raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to fly")
+        raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")
     labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))
     if not labels:
         raise ScenarioError("runs: there is none, expected two or more")

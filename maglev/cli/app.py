@@ -232,7 +232,7 @@ def live(files: Annotated[list[str] | None, typer.Argument(
              metavar="FILE", help="Descriptions of stages of yours, or scenarios, in place of all packaged runs.",
              show_default=False)] = None,
          out: Out = Path("results"), fmus: Fmus = None, debug: Debug = False) -> None:
-    """Write the page `live.html`, which flies the stages in a browser: drag, kick, change parameters, swap controllers.
+    """Write the page `live.html`, which runs the stages in a browser: drag, kick, change parameters, swap controllers.
 
     It needs no network and nothing installed. The FMUs in it are WebAssembly; those that are missing are
     built, which needs the extra `native`.

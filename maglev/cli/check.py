@@ -82,9 +82,9 @@ def check(names: NamesOrFmus = None,
 
 
 def require_no_options(fmus: Sequence[Path], options: dict[str, Any]) -> None:
-    """Refuse options of runs where there are none: an FMU alone is flown as its experiments say."""
+    """Refuse options of runs where there are none: an FMU alone is run as its experiments say."""
     defaults = {name: default for name, (_, default) in FLIGHT.items()} | {"baselines": None}
     for name, value in options.items():
         if value != defaults[name]:
             option = {"ports": "map"}.get(name, name.replace("_", "-"))
-            raise ScenarioError(f"--{option}: expected a scenario with it, {fmus[0]} is flown as its experiments say")
+            raise ScenarioError(f"--{option}: expected a scenario with it, {fmus[0]} is run as its experiments say")

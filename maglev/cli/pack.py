@@ -41,4 +41,4 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
 
         with progress_of([scenario]) as watch:
             result = pack_reference(fmu, scenario, name=name, out=out, fmus=fmus, watch=watch)
-        typer.echo(f"{out or fmu}: carries {result.name}; flown alone, {result.message}")
+        typer.echo(f"{out or fmu}: carries {result.name}; run alone, {result.message}")

@@ -99,7 +99,7 @@ def finish(flown: "Study") -> None:
     show_study(report_console(), table, flown.about)
     typer.echo(f"results: {flown.path}, {flown.write_page()}")
     if table["failure"].null_count == 0:
-        say(f"{flown.name}: none of {table.num_rows} samples was flown to its end; of the first: {table['failure'][0]}")
+        say(f"{flown.name}: none of {table.num_rows} samples was completed; of the first: {table['failure'][0]}")
         raise typer.Exit(2)
 
 

@@ -123,7 +123,7 @@ def other_kind(path: Path) -> str:
     for folder, option in folders.items():
         other = root / folder / path.name
         if folder != own and other.is_file():
-            return f", but {other}, which flies {option.format(folder=other.parent)}"
+            return f", but {other}, which runs {option.format(folder=other.parent)}"
     return ""
 
 

@@ -248,8 +248,8 @@ class Experiment:
         apart = [f"{name} ({path.name})" for name, path in self.files.items() if flies_apart(path)]
         for path in self.files.values() if apart else ():
             if is_class(path):
-                raise ControllerError(f"{path}: was given as a class, which flies in this process alone, but "
-                                      f"{apart[0]} is not what this installation builds and flies in another; expected "
+                raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
+                                      f"{apart[0]} is not what this installation builds and runs in another; expected "
                                       "FMUs as `maglev build` makes them, or the file of the class")
         if apart:
             return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout,

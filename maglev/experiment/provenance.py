@@ -189,7 +189,7 @@ def versions(packages: Collection[str]) -> dict[str, str]:
 
 
 def kind(path: Path) -> str:
-    """Kind of an FMU, or of what flew in its place."""
+    """Kind of an FMU, or of what ran in its place."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
     return own_kind(path) or "foreign"

@@ -139,7 +139,7 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
                                                        "Annotations")]
     if analyses:
         return CarriedExperiment(label, problem=f"{place}: {analyses[0]}, expected TransientSimulation: no other kind "
-                                                "of experiment is flown")
+                                                "of experiment is run")
     times = {**element.attrib, **(transient.attrib if transient is not None else {})}
     found: dict[str, File] = {}
     for tag, kind in (("Parameters", SSV_TYPE), ("Stimuli", CSV_TYPE), ("References", CSV_TYPE)):

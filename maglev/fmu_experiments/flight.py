@@ -82,6 +82,6 @@ def fly(path: Path, description: ModelDescription, times: Times, parameters: Map
             instance.freeInstance()
         return result, messages.summary()
     except Exception as error:   # fmpy raises whatever ctypes and its own checks raise
-        raise FmuError(f"{path.name} cannot be flown: {messages.take() or in_one_line(error)}") from error
+        raise FmuError(f"{path.name} cannot be run: {messages.take() or in_one_line(error)}") from error
     finally:
         remove_scratch(folder)

@@ -208,7 +208,7 @@ def loaded(name: str, folder: Path) -> Fmu:
         raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --kind native` makes those of "
                        "this project in a folder, and without fmus= they are built where they are missing")
     if old := stale(name, path):
-        raise FmuError(f"{old}, and nothing else flies in the process of an environment")
+        raise FmuError(f"{old}, and nothing else runs in the process of an environment")
     return Fmu(name, path, read_description(name, path))
 
 

@@ -77,7 +77,7 @@ def why_not_live(plan: RunPlan) -> str:
                        for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
                        and models.get("controller") in models_of(other)), "")
         flown = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
-        return f"it flies {flown}{others}, expected a controller and then the plant of one stage"
+        return f"it runs {flown}{others}, expected a controller and then the plant of one stage"
     if plan.procedure is not None or plan.needs:
         return "it is part of a procedure or begins as another run ends, expected a run of its own"
     other = next((signal for signal in plan.signals if signal.kind not in SIGNALS or (
@@ -90,7 +90,7 @@ def require_live(plan: RunPlan) -> Rig:
     """Rig of a run that a page can fly, whose stage this process knows from then on; FmuError of another run."""
     why = why_not_live(plan)
     if plan.rig is None or why:
-        raise FmuError(f"{plan.name} cannot fly in the live page: {why}")
+        raise FmuError(f"{plan.name} cannot run in the live page: {why}")
     if plan.rig_file is not None:
         know_stage(plan.rig_file)
     return plan.rig

@@ -98,7 +98,7 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
     """A list of runs that a page does not fly, by the reason; empty if there are none."""
     rows = "\n".join(f"<li>{escape(', '.join(names))}: {escape(why)}</li>" for why, names in elsewhere.items())
-    return f"<details><summary>Runs that do not fly here</summary><ul>\n{rows}</ul></details>\n" if rows else ""
+    return f"<details><summary>Runs that are not here</summary><ul>\n{rows}</ul></details>\n" if rows else ""
 
 
 def read(name: str) -> str:

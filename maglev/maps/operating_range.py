@@ -73,7 +73,7 @@ class RigMaps:
 Moves from rest at one air gap to another, alone and with a step of something else: which of them
 each controller can do. A move settles if every axis ends within {1e3 * NEAR:g} mm of its reference, a tilt within as
 many mrad, and no stop was touched.
-Each was flown with all force constants of the plant times {factors}, of which the controller does not know.
+Each was run with all force constants of the plant times {factors}, of which the controller does not know.
 The maps show the constants as they are; a dot is on what settles with these only."""
 
     def rows(self) -> list[Row]:

@@ -70,8 +70,8 @@ def section(kind: Kind, rigs: Iterable[str], packaged: Mapping[str, OfRig] | Non
 <section id="{kind.anchor}">
 <h2>{kind.heading}</h2>
 <p>{next(iter(shown.values())).about}</p>
-<p>The maps are not of this report's runs: they come with the package, from studies that were flown with
-native FMUs of {flown}. <code>{kind.tool}</code>, in the repository, flies them again; {kind.page} there says more.</p>
+<p>The maps are not of this report's runs: they come with the package, from studies that were run with
+native FMUs of {flown}. <code>{kind.tool}</code>, in the repository, runs them again; {kind.page} there says more.</p>
 {legend(kind, [row for maps in shown.values() for row in maps.rows()])}
 {articles}
 </section>"""

@@ -141,7 +141,7 @@ class MetricSettings(Table):
     PLACE = "[metrics]"
 
     bands: list[Annotated[Metres, Field(gt=0.0)]] = Field(
-        default=[], description="bands about a set-point: the time until the error stays within is measured for each")
+        default=[], description="bands about a setpoint: the time until the error stays within is measured for each")
     tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same of rotations")
     tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
                                           "steadily: tracking errors count from there")
@@ -218,17 +218,17 @@ class RunPlan(Table):
     title: str = Field(description="what it is, in a few words")
     description: str = Field(default="", description="what it is, in a sentence or two")
     figures: list[str] = Field(default=[], description="numbers of the figures of the thesis that it shows again")
-    check_only: StrictBool = Field(default=False, description="it is no experiment: it is flown by name, and by "
+    check_only: StrictBool = Field(default=False, description="it is no experiment: it runs by name, and in "
                                    "`maglev check` of everything")
-    another_reading: StrictBool = Field(default=False, description="it is another reading of an experiment that has "
-                                        "its run: its claims are judged, and not counted")
+    another_reading: StrictBool = Field(default=False, description="an alternative reading of an experiment that "
+                                        "already has its run: its claims are judged, and not counted")
     chose: str | None = Field(default=None, description="what was chosen by the sentences about it, which are no "
                               "independent evidence: of every claim that gives no `chose` of its own")
     stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
     step: Seconds = Field(gt=0.0, description="communication step: FMUs exchange values once in it")
     output_interval: Seconds = Field(gt=0.0, description="time between two rows of the results, a multiple of `step`. "
                                      "Metrics are measured at every step")
-    fmus: dict[str, FmuTable] = Field(min_length=1, description="what flies, by names of yours, in the order of "
+    fmus: dict[str, FmuTable] = Field(min_length=1, description="what is simulated, by names of yours, in the order of "
                                       "stepping")
     connections: list[tuple[str, str]] = Field(default=[], description="pairs of an output and the input that it "
                                                "feeds, `fmu.variable`; see also `inputs` of an FMU")

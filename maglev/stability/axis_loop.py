@@ -142,7 +142,7 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
         raise StabilityError(f"{rig}: axis = {axis!r}, expected one of {', '.join(described.axis_names)}")
     name = controller or regulators[0]
     if name not in regulators:
-        raise StabilityError(f"{rig}: controller = {name!r}, expected an output regulator, which has an antiwindup: "
+        raise StabilityError(f"{rig}: controller = {name!r}, expected an output regulator, which has an anti-windup: "
                              f"{', '.join(regulators)}; nearest is {nearest(name, regulators)}")
     settings = controller_parameters or {}
     block = block_of(name, settings)

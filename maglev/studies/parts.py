@@ -99,7 +99,7 @@ class Parts:
         content = path.read_bytes() if path.is_file() else b""
         if path != self.path(name, content):
             raise ScenarioError(f"{path}: was changed or removed meanwhile, expected nobody else to write there; "
-                                "--resume flies its samples again")
+                                "--resume runs its samples again")
         return content
 
     def remove(self) -> None:

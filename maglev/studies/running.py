@@ -62,10 +62,10 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
         if all(is_as_written(each, job.key) for each in (path, *([trajectories_path(path)] if job.kept else []))):
             return path   # it was done before
-        say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are flown again")
+        say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
     if lost or others:
         say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
-            f"{samples} samples are whole, the others are flown again")
+            f"{samples} samples are whole, the others are run again")
 
     def store(number: int, flown: Flown) -> None:
         nonlocal kept_samples

@@ -78,7 +78,7 @@ class Search:
         planned, tuning = self.planned, self.planned.tuning
         before, = self.fly(planned.nominal[None, :], planned.plants)
         if np.isnan(before[:, 0]).all():   # even `failed`
-            raise MaglevError(f"{tuning.name}: with the scenario's own values no flight comes to its end"
+            raise MaglevError(f"{tuning.name}: with the scenario's own values no run is completed"
                               + (f": {self.failure}" if self.failure else ""))
 
         def costs(numbers: Array, /) -> Any:
@@ -114,7 +114,7 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
             raise ScenarioError(f"{parts.folder}: a part is done, expected --resume to go on with it, or no such "
                                 "folder")
         if others:
-            say(f"{parts.folder}: not as it was written: {others} of the parts, flown again")
+            say(f"{parts.folder}: not as it was written: {others} of the parts, run again")
         try:
             with flyers(scheduler, jobs) as fly_batches:
                 parts.begin()

@@ -40,7 +40,7 @@ class Participant:
     Attributes
     ----------
     means : str
-        How it gets back to a point: "its saved state" or "its past flown again".
+        How it gets back to a point: "its saved state" or "its past run again".
 
     Raises
     ------
@@ -120,7 +120,7 @@ class Participant:
         self.past = past.tolist()
         self.last = list(last)
         self.saved = self.state()
-        self.means = "its saved state" if self.saved is not None else "its past flown again"
+        self.means = "its saved state" if self.saved is not None else "its past run again"
 
     def state(self) -> Any:
         """State of the FMU; None if it has no means to give it."""

@@ -145,7 +145,7 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
     jobs : int, optional
         Processes of this machine; as many as processors if not given.
     scheduler : str, optional
-        Address of a Dask scheduler, "tcp://host:8786", whose workers fly in place of this machine's.
+        Address of a Dask scheduler, "tcp://host:8786", whose workers run it in place of this machine's.
     resume : bool
         Go on with what an interrupted study has done.
     sample_timeout : float or str, optional
@@ -257,7 +257,7 @@ def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Se
 
     if not isinstance(scenario, str | Path):
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
-                            "be flown again")
+                            "be run again")
     entries = [{"set": target.split(","), **(values_of(target, values, samples is not None) if isinstance(values, str)
                                              else {"kind": "list", "values": list(values)})}
                for target, values in vary.items()]

@@ -96,7 +96,7 @@ class Claim(Table):
                               "evidence")
     reason: str | None = Field(default=None, description="why it is not reproduced")
     because: Literal["friction"] | None = Field(default=None, description="what, assumed of the plant, the reason or "
-                                                "the remark blames: the report flies again without it")
+                                                "the remark blames: the report runs again without it")
     remark: str | None = Field(default=None, description="what a reader should know whatever the verdict")
     not_testable: str | None = Field(default=None, description="why it cannot be judged")
 

@@ -171,7 +171,7 @@ def alone(client: Client, plugin: str, number: int, values: Array, job: Job) -> 
     try:
         flown = result(future)
     except KilledWorker:
-        return failed(job, "every process that flew it died")
+        return failed(job, "every process that ran it died")
     finally:
         future.release()
     return only_sample(flown)

@@ -107,7 +107,7 @@ def end(threads: list[Thread], ended: c_int64) -> None:
 
 def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
     """Fly one sample with nothing else under way: if its process dies now, it dies of it."""
-    found = [failed(job, "every process that flew it died")]
+    found = [failed(job, "every process that ran it died")]
     fly_batches(1, idle, job, [Batch(0, number, number + 1)], values,
                 lambda _, flown: found.append(only_sample(flown)), lambda _: None)
     return found[-1]

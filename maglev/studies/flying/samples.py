@@ -171,7 +171,7 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
                 if gone.how and deaths < FLIGHTS:
                     continue
                 why = (f"took longer than {limit:g} s" if isinstance(gone, Silent) else
-                       f"the process that flew it ended ({gone.how})" if gone.how else f"what flew {gone}")
+                       f"the process that ran it ended ({gone.how})" if gone.how else f"what ran {gone}")
                 if not loaded:
                     raise MaglevError(f"the FMUs were not loaded within {patience:g} s" if isinstance(gone, Silent) else
                                       f"the FMUs cannot be loaded: {why}") from None

@@ -24,7 +24,7 @@ def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
     run = about["run"]
     if not isinstance(run, Mapping):
         raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
-                            "this one: fly the study again")
+                            "this one: run the study again")
     return run
 
 
@@ -63,7 +63,7 @@ def why_not_live(about: Mapping[str, Any]) -> str:
         return f"it does not have {name}"
     for key in run["options"]:
         if key not in HARMLESS:
-            return f"it has its own plants and controllers and their steps, and this study was flown with {FLAGS[key]}"
+            return f"it has its own plants and controllers and their steps, and this study was run with {FLAGS[key]}"
     for target in [*about["targets"], *run["set"]]:
         fmu, _, variable = target.partition(".")
         model = plan.fmus[fmu].model if fmu in plan.fmus else None

@@ -193,8 +193,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
                      f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:
         return ""
-    said = ("" if linked else f"<p>The live page cannot fly these: {escape(why)}.</p>" if why else
-            f"<p>The live page can fly these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
+    said = ("" if linked else f"<p>The live page cannot run these: {escape(why)}.</p>" if why else
+            f"<p>The live page can run these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
             "this page when this is written, each sample is linked to its run there.</p>")
     listed = html_table(("sample", "why", "at", "run it again"), rows)
     return f'<section class="worst"><h2>Worst samples</h2>{listed}{said}</section>'

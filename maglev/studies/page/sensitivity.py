@@ -30,7 +30,7 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices
     if about["correlated"]:
         return [], ["Sobol indices need what varies to be independent; some of it is correlated."]
     if any(why is not None for why in table["failure"].to_pylist()):
-        return [], ["Sobol indices need every sample; some were not flown to their ends."]
+        return [], ["Sobol indices need every sample; some were not completed."]
     if missing := lacking("SALib", "study", "a Sobol index"):
         return [], [f"{missing}."]
     from SALib.analyze import sobol

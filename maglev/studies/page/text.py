@@ -21,7 +21,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
     console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
     console.print(f"{passing} of {count} samples pass"
-                  + (f", {len(failures)} were not flown to their ends" if failures else ""), highlight=False)
+                  + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
     columns = Table(Column("metric"), *(Column(head, justify="right") for head in ("least", "median", "largest",
                                                                                    "limits")))
     for name, unit, values in metrics_of(table):

@@ -24,7 +24,7 @@ def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
     if not about["limits"]:
         found["a stop touched, a trip, or a large error at the end"] = np.array(
             [bool(value) for value in table["failed"].to_pylist()])
-    found["not flown to the end"] = np.array([why is not None for why in table["failure"].to_pylist()])
+    found["not completed"] = np.array([why is not None for why in table["failure"].to_pylist()])
     return dict(sorted(((why, where) for why, where in found.items() if where.any()), key=lambda each: -each[1].sum()))
 
 

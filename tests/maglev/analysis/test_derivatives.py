@@ -135,7 +135,7 @@ def test_past_and_state_lead_to_the_same_point() -> None:
     rows = np.array([[REST + 1e-5], [REST], [REST - 2e-6]])
     with flown(Law) as by_state, flown(Locked) as by_past:
         assert by_state.means == "its saved state"
-        assert by_past.means == "its past flown again"
+        assert by_past.means == "its past run again"
         found = by_state.response(rows).tolist()
         assert found == by_past.response(rows).tolist() == by_state.response(rows).tolist()
 

@@ -224,7 +224,7 @@ def test_a_broken_manifest(data: bytes, expected: str, fmus: Path, tmp_path: Pat
 
 
 def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) -> None:
-    """Also where that cannot be flown: without its inputs it would deviate. A broken experiments file leaves others."""
+    """Also where that cannot be run: without its inputs it would deviate. A broken experiments file leaves others."""
     broken = f'<Experiment name="e">{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}</Experiment>'
     lost = f'<Experiment name="lost">{TRANSIENT}<References source="lost.csv"/></Experiment>'
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {

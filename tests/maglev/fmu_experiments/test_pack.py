@@ -54,7 +54,7 @@ def test_a_packed_scenario_is_repeated(fmus: Path, mine: Path, tmp_path: Path) -
     before = contents(mine)
     done = maglev("pack", "ref", mine, tmp_path / "short.toml", "--fmus", fmus)
     assert done.exit_code == 0, done.output
-    assert "mine.fmu: carries short; flown alone, passed, 1 variable at 11 times to t = 0.05 s equal" in done.stdout
+    assert "mine.fmu: carries short; run alone, passed, 1 variable at 11 times to t = 0.05 s equal" in done.stdout
     after = contents(mine)
     assert {name: data for name, data in after.items() if name in before and name != MANIFEST} == {
         name: data for name, data in before.items() if name != MANIFEST}
@@ -85,6 +85,6 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
                                                                           found.results["motor.i_q_cmd"]]})
 
     monkeypatch.setattr(pack, "recorded", wrong)
-    with pytest.raises(FmuError, match="flown alone with what it got in short it deviates first at t = 0 s"):
+    with pytest.raises(FmuError, match="run alone with what it got in short it deviates first at t = 0 s"):
         pack.pack_reference(mine, tmp_path / "short.toml", fmus=fmus)
     assert mine.read_bytes() == before

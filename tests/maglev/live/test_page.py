@@ -106,7 +106,7 @@ def test_plans_are_those_of_the_scenarios(data: Any) -> None:
 
 
 def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
-    """Those of figures, but for identification, which flies estimators or starts from other runs."""
+    """Those of figures, but for identification, which runs estimators or starts from other runs."""
     shown = {plan.name for name in packaged_files() for plan in load_plans(name)
              if plan.figures and plan.procedure is None and not plan.needs
              and set(plan.fmus) == {"controller", "plant"}}
@@ -248,5 +248,5 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
         plans_of(scenario)
     for name, flown in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
                         ("5dof-guided-first-linear", r"LinearRegulator3DOF, Plant5DOF \(a law without")):
-        with pytest.raises(FmuError, match=f"{name} cannot fly in the live page: it flies {flown}"):
+        with pytest.raises(FmuError, match=f"{name} cannot run in the live page: it runs {flown}"):
             page_data(mine, [load_plan(name)])

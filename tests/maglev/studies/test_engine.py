@@ -128,7 +128,7 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
         with pytest.raises(MaglevError, match="there is no sample 6"):
             what(6)
     study.about = {**study.about, "run": ["maglev", "run", "hold.toml"]}   # as a version before wrote it
-    with pytest.raises(MaglevError, match="run = 'maglev run hold.toml' of an earlier version, .*fly the study again"):
+    with pytest.raises(MaglevError, match="run = 'maglev run hold.toml' of an earlier version, .*run the study again"):
         study.command(5)
 
 
@@ -136,7 +136,7 @@ def test_a_foreign_fmu_that_crashes(fastest_fmus: Path, tmp_path: Path) -> None:
     """The study goes on, and says so; it was flown beside the process of its batch."""
     flown(of_a_crash(fastest_fmus, tmp_path), tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
-    assert row["failure"] == "the process that flew it ended (SIGSEGV)"
+    assert row["failure"] == "the process that ran it ended (SIGSEGV)"
     assert not row["passed"] and row["rms error of v"] is None
 
 
@@ -145,7 +145,7 @@ def test_a_sample_that_takes_its_processes_with_it(fastest_fmus: Path, tmp_path:
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
     flown(study, tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
-    assert row["failure"] == "every process that flew it died"
+    assert row["failure"] == "every process that ran it died"
     assert not row["passed"] and row["rms error of v"] is None
 
 

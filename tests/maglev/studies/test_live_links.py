@@ -41,8 +41,8 @@ def test_a_setting_of_the_sample_goes_over_that_of_the_command() -> None:
 @pytest.mark.parametrize(("said", "why"), [
     (about(targets=("reference.y.amplitude",)), "the samples differ in reference.y.amplitude"),
     (about(targets=("plant.y.force",)), "the samples differ in plant.y.force"),
-    (about({"step": "0.1ms"}), "this study was flown with --step"),
-    (about({"native": True, "controller": "mine.fmu"}), "this study was flown with --controller"),
+    (about({"step": "0.1ms"}), "this study was run with --step"),
+    (about({"native": True, "controller": "mine.fmu"}), "this study was run with --controller"),
     (about(given={"reference.y.amplitude": 1.0}), "the samples differ in reference.y.amplitude"),
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
     (about(scenario="mine.toml"), "mine.toml is none of these")])
@@ -54,7 +54,7 @@ def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
     made = study.layout.table(fly_samples(study.job, 0, study.values), study.design, study.values)
     own = page(made, study.layout.about, live=True)
-    assert "The live page cannot fly these: it has the packaged runs alone" in own, shortened(own)
+    assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"
     packaged = {**study.layout.about, "scenario": name, "run": {**study.layout.about["run"], "scenario": name}}
     for there in (False, True):

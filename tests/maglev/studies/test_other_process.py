@@ -82,7 +82,7 @@ def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fas
     result = command("sweep", flight(tmp_path), f"controller.sample_time={values}", "--fmus", fastest_fmus, "--out",
                      tmp_path, "--jobs", "1")
     assert result.exit_code == code, result.output
-    assert ("flight.sweep: none of 2 samples was flown to its end; of the first: " in result.stderr) == (code == 2)
+    assert ("flight.sweep: none of 2 samples was completed; of the first: " in result.stderr) == (code == 2)
     assert maglev.Study(tmp_path / "flight.sweep.parquet").to_arrow().num_rows == 2
 
 
@@ -95,7 +95,7 @@ def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus:
                      "--out", tmp_path, "--jobs", "1")
     rows = maglev.Study(tmp_path / "flight.sweep.parquet").to_arrow().to_pylist()
     assert (result.exit_code, [row["failure"] for row in rows]) == (
-        0, [None, "the process that flew it ended (exit code 0)"])
+        0, [None, "the process that ran it ended (exit code 0)"])
 
 
 WORKER = """

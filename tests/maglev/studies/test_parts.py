@@ -187,7 +187,7 @@ def test_what_is_missing_or_broken_is_flown_again(damage: Damage, again: int, br
     assert here.flown == 8 + again
     assert here.said == ([] if broken == 0 else [
         f"{tmp_path / 'out' / 'study.parts'}: missing, or not as it was written: {broken} of the parts; {12 - again} "
-        "of 20 samples are whole, the others are flown again"])
+        "of 20 samples are whole, the others are run again"])
 
 
 def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_a_study_that_was_done_before_is_looked_at(damage: Damage, here: Here, f
     assert here.flown == 0 and here.said == []
     damage(tmp_path / "out")
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 20 and "all samples are flown again" in here.said[0]
+    assert here.flown == 20 and "all samples are run again" in here.said[0]
 
 
 NO_FILES: dict[str, Callable[[Path], Any]] = {

@@ -181,7 +181,7 @@ def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Search
     said: list[str] = []
     resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True, say=said.append)
     assert resumed.path.read_bytes() == searched.whole.path.read_bytes()
-    assert said == [f"{parts}: not as it was written: 1 of the parts, flown again"]
+    assert said == [f"{parts}: not as it was written: 1 of the parts, run again"]
 
 
 def test_a_tuning_whose_flights_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:
@@ -189,6 +189,6 @@ def test_a_tuning_whose_flights_all_end_early(fastest_fmus: Path, tmp_path: Path
     path = tmp_path / "tuning.toml"
     path.write_text('set = { "controller.sample_time" = "0.7 ms" }\n' + FILE, encoding="utf-8")
     line = error_line(command("tune", path, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1"))
-    assert "tuned: with the scenario's own values no flight comes to its end: " in line
+    assert "tuned: with the scenario's own values no run is completed: " in line
     assert "sample_time" in line
     assert not (tmp_path / "tuned.toml").exists()
