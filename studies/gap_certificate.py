@@ -1,0 +1,268 @@
+"""Certify the vertical loop of the interpolated regulator over a range of air gaps that move at a bounded rate.
+
+    python -m studies.gap_certificate [--rate 0.05] [--decay 0.05]
+    python -m studies.gap_certificate --runs 2000     # random runs of the FMUs, in search of one that is lost
+
+With e = g − r, the plant's equilibrium current i°(g), the table's i*(g) and β(g), the deviation of the current
+b = β (i − i°), and of the integral I, w = β (I + i* − i°), the loop is exactly
+
+    v' = μ b − c v              b' = (k1 e + k2 v̂ + k4 ξ2 + k5 ξ3 + w − b)/τ + (σ − β i*') v + (β'/β) v b
+    e' = v                      w' = (k3 + 1) ξ2 + σ v + (β'/β) v w              ξ2' = ξ3    ξ3' = e − ω0² ξ2
+    l' = (e − l)/T1             v̂' = ((e − l)/T1 − v̂)/T2
+
+with μ = γ/β, where g'' = γ (i − i°) by the secant of the plant's row, and σ = β (i*' − i°'). In a cell of the table
+i*' and β' are constants; what μ, σ and the rest can be at any gap in it and any current within the limit is bounded by
+intervals. V = xᵀ P(g) x, P linear between the gaps of the table, decreases on all of it if it does at the corners,
+for the inequality is linear in each of them. Clarabel finds P; `verify` believes none of it and works in rationals.
+"""
+
+import argparse
+import json
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from itertools import pairwise, product
+from math import atan, inf, nextafter, pi
+from typing import Any
+
+import numpy as np
+from mpmath import iv
+from scipy.linalg import solve_continuous_lyapunov
+
+import maglev
+from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.status import INTERPOLATED
+from maglev.schema.layers import PACKAGED
+from maglev.stability.certificate import TOLERANCES, solver
+from maglev_files.scratch import scratch
+from maglev_files.whole_file import write_whole
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig_3dof import RIG
+from pmlsm.velocity_rows import GRAVITY
+
+FILE = PACKAGED / "studies" / "gap_certificate.json"
+LOWER, UPPER = 18.5e-3, 30.0e-3   # m: the stop, and the last gap at which 4 A hold the mover
+LAG = 0.4e-3                      # s: of the amplifiers, and half a sample for the hold
+CLOSE = 1e-14                     # of an arctangent, how nearly a float is
+PARTS = 20                        # of a cell, whose intervals are joined
+ROOM = Fraction(9, 10)            # of the decay that the solver is asked for, what is verified
+STATES = ("e", "v", "b", "l", "v̂", "w", "ξ2", "ξ3")
+WEIGHTS = (1e6, 1e3, 1.0, 1e6, 1e3, 1.0, 1e4, 1e3)   # of their squares, for the solver
+EVEN = (1.0, 1.0, 0.2, 0.1, 0.1, 1.0, 1.0, 1.0)      # fast ones like slow ones, for the solver
+Box = dict[str, tuple[float, float]]
+
+
+def table() -> Regulator3DOF:
+    """The regulator, with its table computed."""
+    regulator = Regulator3DOF(INTERPOLATED)
+    if regulator.start():
+        raise ArithmeticError("the table of the interpolated regulator: expected equilibria at all of its gaps")
+    return regulator
+
+
+def shapes(motor: MotorGeometry, g: Any) -> tuple[Any, ...]:
+    """Shape functions f2, f3, f4 (2.2), (2.4) and their slopes on an interval of gaps."""
+    reach = g + motor.slot_height
+    slot, slot_slope = 1 - motor.slot_loss / reach, motor.slot_loss / (reach * reach)
+    ratio = motor.slot_width / (2 * g)
+    angle = iv.mpf([atan(float(ratio.a)) * (1.0 - CLOSE), atan(float(ratio.b)) * (1.0 + CLOSE)])
+    log = iv.log(1 + ratio * ratio)
+    carter = 1 - g * 4 / iv.pi * (ratio * angle - log / 2) / motor.slot_pitch   # 1/Kc
+    carter_slope = 2 / iv.pi * log / motor.slot_pitch
+    s = (g - motor.field.centre) / motor.field.scale
+    field, field_slope = iv.mpf(0), iv.mpf(0)
+    for k in range(12, -1, -1):
+        field = field * s + getattr(motor.field, f"B{k}")
+    for k in range(12, 0, -1):
+        field_slope = field_slope * s + k * iv.mpf(getattr(motor.field, f"B{k}"))
+    field_slope /= motor.field.scale
+    grown = iv.exp(2 * motor.wave_number * (motor.magnet_height + g))
+    coth, coth_slope = 1 + 2 / (grown - 1), -4 * motor.wave_number * grown / ((grown - 1) * (grown - 1))
+    u, u_slope = coth * carter, coth_slope * carter + coth * carter_slope
+    return (slot * field * field, slot * field * u, slot * u * u,
+            slot_slope * field * field + 2 * slot * field * field_slope,
+            slot_slope * field * u + slot * field_slope * u + slot * field * u_slope,
+            slot_slope * u * u + 2 * slot * u * u_slope)
+
+
+def bounds(regulator: Regulator3DOF, cell: int, lower: float, upper: float) -> Box:
+    """Bounds of μ, −β i*', σ and β'/β between two gaps (m) in a cell of the table.
+
+    The plant's bias counts, its ripple as any force and stiffness that it can be, the modulation of the attraction as
+    any of its values.
+    """
+    low, high = (getattr(regulator.table, f"point{cell + k}") for k in range(2))
+    spacing = iv.mpf(regulator.table.spacing)
+    start = regulator.table.lower + cell * spacing
+    slope, gain_slope = (high.current - iv.mpf(low.current)) / spacing, (high.gain - iv.mpf(low.gain)) / spacing
+    ripple = RIG.vertical.ripple
+    force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + RIG.vertical.bias + GRAVITY
+    waves = ripple.amplitude * 2 * pi / ripple.period
+    attraction = 4 * RIG.stage.attraction * iv.mpf([1 - RIG.modulation, 1])
+    coils, iron, limit = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron), regulator.current_limit
+    found: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
+    for part in range(PARTS):
+        g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
+        f2, f3, f4, slope2, slope3, slope4 = shapes(regulator.geometry, g)
+        gain = low.gain + gain_slope * (g - start)
+        # The smaller root of iron f4 i² − coils f3 i + attraction f2 − force = 0, and its slope.
+        constant = attraction * f2 - force
+        root = iv.sqrt((coils * f3) ** 2 - 4 * iron * f4 * constant)
+        rest = 2 * constant / (coils * f3 + root)
+        stiffness = coils * slope3 * rest - iron * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
+        secant = coils * f3 - iron * f4 * (iv.mpf([-limit, limit]) + rest)
+        found["mu"].append(secant / gain)
+        found["alpha"].append(-gain * slope)
+        found["sigma"].append(gain * (slope + stiffness / root))
+        found["growth"].append(gain_slope / gain)
+    return {name: (min(nextafter(float(each.a), -inf) for each in values),
+                   max(nextafter(float(each.b), inf) for each in values)) for name, values in found.items()}
+
+
+def cells(regulator: Regulator3DOF) -> list[tuple[float, float, Box]]:
+    """Cells of the table in the range: both gaps (m), and the bounds between them."""
+    gaps = [regulator.table.lower + k * regulator.table.spacing for k in range(15)]
+    found = []
+    for k, (lower, upper) in enumerate(pairwise(gaps)):
+        lower, upper = max(lower, LOWER), min(upper, UPPER)
+        if upper - lower > 1e-9:
+            found.append((lower, upper, bounds(regulator, k, lower, upper)))
+    return found
+
+
+def loop(regulator: Regulator3DOF, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
+    """Matrix of the loop, of numbers of the kind that is given: floats or fractions."""
+    number = type(mu)
+    k1, k2, k3, k4, k5 = (number(getattr(regulator.y, f"k{k}")) for k in range(1, 6))
+    lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
+    zero, one, drag = number(0), number(1), number(RIG.vertical.friction.viscous) / number(RIG.vertical.mass)
+    moved, square = growth * rate, number(regulator.omega0) ** 2
+    return [[zero, one, zero, zero, zero, zero, zero, zero],
+            [zero, -drag, mu, zero, zero, zero, zero, zero],
+            [k1 / lag, alpha + sigma, moved - one / lag, zero, k2 / lag, one / lag, k4 / lag, k5 / lag],
+            [one / time1, zero, zero, -one / time1, zero, zero, zero, zero],
+            [one / time1 / time2, zero, zero, -one / time1 / time2, -one / time2, zero, zero, zero],
+            [zero, sigma, zero, zero, zero, moved, k3 + one, zero],
+            [zero, zero, zero, zero, zero, zero, zero, one],
+            [one, zero, zero, zero, zero, zero, -square, zero]]
+
+
+def corners(box: Mapping[str, tuple[float, float]], rate: float) -> Iterator[tuple[float, ...]]:
+    """Corners of what the loop can be: its parameters, then the rate of the gap (m/s)."""
+    return product(*box.values(), (-rate, rate))
+
+
+def find(rate: float, decay: float) -> dict[str, Any]:
+    """Certificate for a rate of the gap (m/s), V decreasing as exp(−2 decay t); its P are of x in units of `scale`."""
+    cvxpy, regulator = solver(), table()
+    parts = cells(regulator)
+    middle = np.array(loop(regulator, 1.0, 1300.0, 0.0, -70.0, 0.0))
+    # Each state in the unit in which a first V, of one gap alone, is about 1.
+    first = solve_continuous_lyapunov((middle + decay * np.eye(len(middle))).T, -np.diag(WEIGHTS))
+    scale = 2.0 ** np.round(-0.5 * np.log2(np.diag(first)))
+    size = len(STATES)
+    P = [cvxpy.Variable((size, size), symmetric=True) for _ in range(len(parts) + 1)]
+    largest = cvxpy.Variable()
+    even = np.diag(EVEN)
+    constraints = [each >> np.eye(size) for each in P] + [each << largest * np.eye(size) for each in P]
+    for k, (lower, upper, box) in enumerate(parts):
+        for end, corner in product((0, 1), corners(box, rate)):
+            a = np.array(loop(regulator, *map(float, corner))) * scale[None, :] / scale[:, None]
+            change = (a.T @ P[k + end] + P[k + end] @ a + 2.0 * decay * P[k + end]
+                      + corner[-1] / (upper - lower) * (P[k + 1] - P[k]))
+            constraints.append(even @ change @ even << 0)
+    problem = cvxpy.Problem(cvxpy.Minimize(largest), constraints)
+    for tolerance in TOLERANCES:
+        with suppress(cvxpy.SolverError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")   # that it may be inaccurate: what it gives is verified
+            problem.solve(solver=cvxpy.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance, tol_feas=tolerance,
+                          accept_unknown=True)
+            if P[0].value is not None:
+                break
+    else:
+        raise SystemExit(f"rate {rate:g} m/s, decay {decay:g} 1/s: Clarabel found nothing")
+    return {"rate": rate, "decay": float(ROOM) * decay, "scale": scale.tolist(),
+            "P": [each.value.tolist() for each in P]}
+
+
+def verify(found: Mapping[str, Any]) -> bool:
+    """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
+    regulator, decay = table(), Fraction(found["decay"])
+    scale = [Fraction(each) for each in found["scale"]]
+    P = [[[Fraction(each) / (scale[i] * scale[j]) for j, each in enumerate(row)] for i, row in enumerate(matrix)]
+         for matrix in found["P"]]
+    parts = cells(regulator)
+    if len(P) != len(parts) + 1 or any(row[j] != matrix[j][i] for matrix in P for i, row in enumerate(matrix)
+                                       for j in range(i)) or not all(map(positive, P)):
+        return False
+    states = range(len(STATES))
+    for k, (lower, upper, box) in enumerate(parts):
+        for end, corner in product((0, 1), corners(box, found["rate"])):
+            a = loop(regulator, *map(Fraction, corner))
+            p, per_gap = P[k + end], Fraction(corner[-1]) / (Fraction(upper) - Fraction(lower))
+            pa = [[sum(p[i][m] * a[m][j] for m in states) for j in states] for i in states]
+            if not positive([[-(pa[i][j] + pa[j][i] + 2 * decay * p[i][j] + per_gap * (P[k + 1][i][j] - P[k][i][j]))
+                              for j in states] for i in states]):
+                return False
+    return True
+
+
+def positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
+    """Whether a symmetric matrix is positive definite: all pivots of its elimination are."""
+    rows = [list(row) for row in matrix]
+    for k, pivot in enumerate(rows):
+        if pivot[k] <= 0:
+            return False
+        for row in rows[k + 1:]:
+            factor = row[k] / pivot[k]
+            for j in range(k, len(rows)):
+                row[j] -= factor * pivot[j]
+    return True
+
+
+def run_many(count: int) -> tuple[int, float]:
+    """Number of random runs that are lost, and the largest error of y (m) that the others end with.
+
+    Steps of up to 3 mm between any two gaps, at any place of x, with random friction, ripple and modulation.
+    """
+    random = np.random.default_rng(41)
+    start = random.uniform(18.9e-3, 29.6e-3, count)
+    along = random.uniform(-55e-3, 55e-3, count)
+    values = {"plant.y.position_start": start, "reference.y.start": start,
+              "reference.y.end": np.clip(start + random.uniform(-3e-3, 3e-3, count), 19.2e-3, 29.2e-3),
+              **dict.fromkeys(("plant.x.position_start", "reference.x.start", "reference.x.end"), along),
+              "plant.y.ripple.amplitude": random.uniform(0.0, 0.15, count),
+              "plant.y.friction.coulomb": random.uniform(0.0, 2.0, count),
+              "plant.attraction_modulation": random.uniform(0.0, RIG.modulation, count)}
+    with scratch() as folder:
+        scenario = folder / "runs.toml"
+        layers = [str(PACKAGED / name) for name in ("steps/3dof.toml", "gains/3dof-improved.toml")]
+        scenario.write_text(f'extends = {json.dumps(layers)}\nname = "runs"\ntitle = "Runs"\nstop_time = "3 s"\n'
+                            '[fmus.controller]\nmodel = "InterpolatedRegulator3DOF"\n', encoding="utf-8")
+        batch = maglev.batch(scenario, values, kind="native")
+    error = batch["end error of y"]
+    held = (error < 0.5e-3) & ~np.isfinite(batch["stop contact time"])
+    return int((~held).sum()), float(error[held].max())
+
+
+def main() -> None:
+    """Find a certificate, verify it, and write it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
+    parser.add_argument("--decay", type=float, default=0.05, help="1/s")
+    parser.add_argument("--runs", type=int, help="run so many instead")
+    given = parser.parse_args()
+    if given.runs:
+        lost, largest = run_many(given.runs)
+        print(f"{lost} of {given.runs} runs lost, the largest error 2.5 s after the step is {1e6 * largest:.1f} µm")
+        return
+    found = find(given.rate, given.decay)
+    if not verify(found):
+        raise SystemExit(f"rate {given.rate:g} m/s, decay {given.decay:g} 1/s: not certified")
+    write_whole(FILE, json.dumps(found) + "\n")
+    print(f"certified at {found['rate']:g} m/s, decay {found['decay']:g} 1/s: {FILE.name}")
+
+
+if __name__ == "__main__":
+    main()
