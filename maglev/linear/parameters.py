@@ -85,6 +85,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
                                        f"{variable.hinted}")
         path, _, attribute = variable.place.rpartition(".")
         setattr(attrgetter(path)(block) if path else block, attribute, value)
+    block.geometry.prepare()   # what a motor of another geometry owes to it; one that is none is refused by `prepare`
     return block
 
 

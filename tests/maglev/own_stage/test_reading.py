@@ -162,6 +162,32 @@ def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, me
     assert "\n" not in str(refused.value)
 
 
+def test_its_linear_model_has_its_own_geometry(tmp_path: Path) -> None:
+    """Thrust per current and stiffness of a stage with another pole pitch, by differences of what its plant computes."""
+    from maglev.linear.linearise import linearise
+    from maglev.own_fmus import definition
+    from maglev.own_stage.adoption import know_stage
+
+    know_stage(changed(tmp_path / "own.toml", "2dof", ("pole_pitch = 0.05715", "pole_pitch = 0.03")))
+    model = linearise("PlantOwn", {"v": 0.02})
+    plant = definition("PlantOwn").new_block()
+    plant.start()
+    plant.encoder.resolution = 0.0
+
+    def moved(gap: float, quadrature: float) -> tuple[float, float]:
+        plant.v.begin()
+        plant.h.begin()
+        plant.v.position = gap
+        plant.motor.i_d, plant.motor.i_q = model.equilibrium.i_d[0], quadrature
+        plant.add_slope(0.0, 0.0)
+        return float(plant.v.acceleration), float(plant.h.acceleration)
+
+    by_current = (moved(0.02, 1.0)[1] - moved(0.02, -1.0)[1]) / 2.0
+    by_gap = (moved(0.02 + 1e-6, 0.0)[0] - moved(0.02 - 1e-6, 0.0)[0]) / 2e-6
+    assert model.A[model.states.index("h.velocity"), model.states.index("motor.i_q")] == pytest.approx(by_current)
+    assert model.A[model.states.index("v.velocity"), 0] == pytest.approx(by_gap, rel=1e-6)
+
+
 @pytest.mark.parametrize("name", RIGS)
 def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
     """Written from the description it says what stands in the files of the scenarios, but for tolerances of checks."""
