@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from maglev.live.page import write_live
     from maglev.microcontroller.target import Target, target
     from maglev.own_stage.adoption import know_stage
+    from maglev.own_stage.consequences import Consequences, stage
     from maglev.own_stage.new import new_scenario, new_stage
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {
     "Batch": "maglev.api.many.batch", "BatchInterrupted": "maglev.api.many.batch",
-    "batch": "maglev.api.many.batch",
+    "batch": "maglev.api.many.batch", "Consequences": "maglev.own_stage.consequences",
     "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.response",
     "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
     "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "FmuSetup": "maglev.cosim.master",
@@ -75,21 +76,23 @@ PLACES = {
     "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
     "region": "maglev.stability.analysis", "run": "maglev.api.running",
     "run_all": "maglev.api.running",
-    "scenarios": "maglev.api.catalogue", "Study": "maglev.api.many.studying", "study": "maglev.api.many.studying",
+    "scenarios": "maglev.api.catalogue", "stage": "maglev.own_stage.consequences",
+    "Study": "maglev.api.many.studying", "study": "maglev.api.many.studying",
     "sweep": "maglev.api.many.studying", "Target": "maglev.microcontroller.target",
     "target": "maglev.microcontroller.target", "Tuned": "maglev.api.many.tuning", "tune": "maglev.api.many.tuning",
     "update": "maglev.api.checking",
     "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
 
 __all__ = [
-    "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "ControllerError", "CsvError", "FmuError",
-    "FmuSetup", "FrequencyResponse", "IdentificationError", "LinearModelError", "MaglevError", "Master",
-    "MeasurementError", "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed", "ScenarioError",
-    "StabilityError", "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check", "check_fmus", "compare",
-    "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop", "linearise_numerically",
+    "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "Consequences", "ControllerError",
+    "CsvError", "FmuError", "FmuSetup", "FrequencyResponse", "IdentificationError", "LinearModelError", "MaglevError",
+    "Master", "MeasurementError", "NumericalLoop", "QuantityError", "Region", "Results", "Run", "RunFailed",
+    "ScenarioError", "StabilityError", "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check",
+    "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop",
+    "linearise_numerically",
     "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference",
-    "region", "run", "run_all", "scenarios", "study", "sweep", "target", "tune", "update", "write_identification",
-    "write_live"]
+    "region", "run", "run_all", "scenarios", "stage", "study", "sweep", "target", "tune", "update",
+    "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:

@@ -117,6 +117,7 @@ class Amplifier:
 
     peak: float = quantity("A", 1e-3, 1000.0)
     continuous: float = quantity("A", 0.0, 1000.0)
+    lag: float = quantity("s", 0.0, 0.1, 0.3e-3)
 
 
 @dataclass(frozen=True)
@@ -203,6 +204,8 @@ class Design:
     current_limit: float = quantity("A", 0.0, 1000.0)       # of the regulators; 0 = none
     pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID
     antiwindup: bool = False                                # of the regulators
+    # Both time constants of the observers of velocities, of the regulators and the PID.
+    observer_time: float = quantity("s", 0.0, 1.0, 1.0e-3)
     schedule: Schedule | None = None
     table: Table | None = None
 

@@ -9,6 +9,7 @@ from pmlsm.rig_5dof import RIG as RIG_5DOF
 
 RIGS = {rig.name: rig for rig in (RIG_2DOF, RIG_3DOF, RIG_5DOF)}
 EXAMPLE = RIG_3DOF.name   # of what is written for any rig, if none is named
+SINGLE = RIG_2DOF.name    # of one motor: what a stage with a motor of a user's begins with
 
 
 def rig_of(models: Iterable[str], axes: Collection[str]) -> Rig | None:

@@ -124,9 +124,13 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
     every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
     given = [carried(name) for name in every]
     if rig is not None:
-        from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
+        from maglev.own_stage.consequences import stage  # linear models: scipy takes its time to load
 
-        flyable(rig)
+        follows = stage(rig)
+        if say is not None:
+            say(follows.brief)
+        for warning in follows.warnings:
+            (say or warnings.warn)(f"{rig}: {warning}")
     all_of = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":

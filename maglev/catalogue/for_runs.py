@@ -98,7 +98,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
     missing = [name for name in names if files_of(name, kind)[0] not in found]
     if missing:
         for stage in {stage.file: stage for stage in map(own_stage, missing) if stage is not None}:
-            require_flyable(stage)
+            require_flyable(stage, say)
         say(f"{', '.join(missing)}: {what_is_built(kind)} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
             build(missing, folder, kind, partial(watcher, "FMUs"))
@@ -153,11 +153,12 @@ def own_stage(name: str) -> OwnStage | None:
     return next((stage for stage in OWN.values() if name in definitions(stage.rig)), None)
 
 
-def require_flyable(description: Path) -> None:
-    """Refuse a stage that cannot fly, as of `flyable`."""
-    from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
+def require_flyable(description: Path, say: Say) -> None:
+    """Refuse a stage that cannot fly, as of `flyable`, and say what keeps it from flying well."""
+    from maglev.own_stage.consequences import stage  # linear models: scipy takes its time to load
 
-    flyable(description)
+    for warning in stage(description).warnings:
+        say(f"{description}: {warning}")
 
 
 @cache

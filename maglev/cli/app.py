@@ -28,6 +28,7 @@ from maglev.cli.options import (
     with_flight_options,
 )
 from maglev.cli.pack import pack
+from maglev.cli.stage import stage
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import study, sweep, tune
 from maglev.cli.target import target
@@ -259,6 +260,7 @@ app.command("frequency-response")(frequency_response)
 app.command()(identify)
 app.command()(linearise)
 app.command()(region)
+app.command()(stage)
 app.command()(study)
 app.command()(sweep)
 app.command()(target)

@@ -7,7 +7,10 @@ import typer
 
 from maglev.cli.options import RIG_NAMES, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say
-from pmlsm.rigs import EXAMPLE, RIGS
+from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
+
+MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
+              "lag", "resistance", "inductance", "slot_pitch", "slot_width", "magnet_height", "gap", "mass")
 
 STAGES = f"{RIG_NAMES}, or the description of a stage of yours."
 
@@ -117,21 +120,31 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
 @new.command("stage")
 def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml, with a name of small "
                                                     "letters and digits; nothing is overwritten.")],
-               like: Annotated[str, typer.Option(help="Stage whose axes and motors it begins with: "
-                                                 f"{', '.join(RIGS)}.")]
-               = EXAMPLE, debug: Debug = False) -> None:
+               like: Annotated[str | None, typer.Option(help="Stage whose axes and motors it begins with: "
+                                                        f"{', '.join(RIGS)}.",
+                                                        show_default=f"{EXAMPLE}, with --motor {SINGLE}")] = None,
+               motor: Annotated[list[str] | None, typer.Option(
+                   metavar="NAME|KEY=VALUE", help="Other motors in its places: `small`, `medium` or `large`, typical "
+                   "of catalogues; or, over these or alone, numbers of a data sheet, may be repeated: "
+                   f"{', '.join(MOTOR_KEYS)}; gap and mass are the stage's.", show_default=False)] = None,
+               debug: Debug = False) -> None:
     """Write the description of a stage that flies as it is, for you to change, and a scenario beside it.
 
     **Examples:**
 
     `maglev new stage mine --like 3dof`
 
-    `maglev build --rig mine.toml`
+    `maglev new stage heavy --motor medium --motor mass=12kg`
+
+    `maglev new stage yours --motor force_constant=93 --motor attraction=950 --motor attraction_gap=0.9mm --motor
+    pole_pitch=12mm --motor peak=6.5`
+
+    `maglev stage mine.toml` says what follows from it
 
     `maglev run mine-setpoints.toml --plot`
     """
     with one_line_errors(debug):
         from maglev.own_stage.new import new_stage
 
-        file, scenario = new_stage(path, like)
+        file, scenario = new_stage(path, like, motor or ())
         typer.echo(f"{file}, {scenario}: fly with `maglev run {scenario} --plot`")

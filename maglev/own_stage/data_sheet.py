@@ -50,6 +50,7 @@ class Catalogue:
     iron_attraction: float | None = optional("1", 1e-9, 1e6)    # N/A², attraction per current squared, there
     peak: float | None = optional("A", 1e-3, 700.0)             # current of its amplifiers
     continuous: float | None = optional("A", 0.0, 700.0)        # current of its amplifiers
+    lag: float | None = optional("s", 0.0, 0.1)                 # of its amplifiers: 1/(2 π bandwidth)
     # Of a phase: half of what is measured from one phase to another.
     resistance: float | None = optional("Ohm", 1e-3, 1e4)
     inductance: float | None = optional("H", 1e-6, 10.0)

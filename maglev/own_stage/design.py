@@ -1,25 +1,44 @@
-"""Gains of a stage from poles, or scaled from those of the rig that all begin with."""
+"""Gains of a stage: from poles, or designed on its linear model with lag, hold and observer in the loop."""
 
 from collections.abc import Sequence
 from math import inf, pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from controller_fmu.feedback_linearisation import equilibrium_current
+from controller_fmu.internal_model import OscillatorStep
 from controller_fmu.linearisation import Linearisation
+from controller_fmu.velocity_observer import ObserverFilter
+from maglev.arrays import Array, Complex
 from maglev.errors import RigError
-from maglev.linear.design import gains_of, regulator_polynomial
+from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.digits import kept
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig
-from pmlsm.rigs import EXAMPLE, RIGS
-
-LIKE = RIGS[EXAMPLE]   # whose gains are scaled
-
-MOST_QUICK = 2.0    # horizontal design against that of the 3-DOF stage; beyond, sampling and observer count
+from pmlsm.rig import Rig, RigAxis
+from pmlsm.velocity_rows import GRAVITY
 
 OMEGA0 = 1.5 * pi   # rad/s, of the internal models
+
+# Poles of the design by their rate: a fast pair, and slow ones by which the internal model settles. These are not far
+# slower than its own sinusoid, or every step swings in it first.
+FAST = (0.9, 0.436)
+SLOW, SLOWEST = 0.15, 0.5
+BANDWIDTH = 0.7     # of the three poles of the controller that a user begins with, by the rate of the fast pair
+
+# A disk margin α keeps a loop stable under factors of (2 − α)/(2 + α) to its inverse and angles of 2 atan(α/2): 6 dB
+# and 36.9° at 2/3. More is wanted, for encoders, friction and the motion of other axes are not in the model.
+DISK = 0.85
+RATES = np.geomspace(1.2, 5.0, 16)                    # of the fast pair, by how fast the mover leaves its place
+SLOWER = np.geomspace(1.0, 0.1, 16)                   # by what is wanted of an axis that stays where it is
+OBSERVER_TIMES = (1e-3, 5e-4, 3e-4, 2e-4, 1e-4, 5e-5)   # s
+FREQUENCIES = 200
+LOWEST = 0.2        # rad/s
+SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: beyond, no gains of ours hold it
+# Phase that hold and sampling cost a loop of ours, which crosses over at about 4.2 times the rate of the unstable pole:
+# 5° for a sample and a half.
+WANTED_SAMPLING = 5.0 * pi / 180.0 / (1.5 * 4.2)
 
 
 def gains_of_poles(place: str, given: Any) -> list[float]:
@@ -40,10 +59,40 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
     return [kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0)]
 
 
-def scaled_gains(gains: Sequence[float], factor: float) -> tuple[float, ...]:
-    """Gains with all poles times a factor."""
-    polynomial = regulator_polynomial(gains, OMEGA0)
-    return tuple(kept(gain) for gain in gains_of((polynomial * factor ** np.arange(6)).tolist(), OMEGA0))
+class Held(NamedTuple):
+    """The model's mover at a gap where a direct current holds it."""
+
+    current: float     # A, i_d of all motors
+    stiffness: float   # α, 1/s², of the air gap while the currents stay: δ'' = α δ
+    f1: float
+
+
+def held(rig: Rig, gap: float) -> Held | None:
+    """The mover as the model has it at a gap (m); None where no direct current holds it."""
+    of, motor, linear = rig.model, rig.motor(), Linearisation()
+    attraction, coils, iron = (rig.carrying * each for each in (of.attraction, of.coils, of.iron))
+    if not linear.prepare(motor, attraction, coils, iron, gap):
+        return None
+    current, _ = equilibrium_current(motor, attraction, coils, iron, gap)
+    return Held(current, linear.stiffness, linear.f1)
+
+
+def travel(rig: Rig) -> tuple[float, float, float]:
+    """Air gaps (m): the start, and both ends of what the stops leave."""
+    return rig.vertical.start, rig.gap_stop.lower, rig.gap_stop.upper
+
+
+def stiffness(rig: Rig, axis: str, at: Held) -> float:
+    """How an axis leaves its place while the currents stay as they are: δ'' = α δ, in 1/s², positive where it does.
+
+    Horizontally the phase currents hold the field, and the mover with it where i_d is below 0 (2.1).
+    """
+    places, k = MotorPlaces.of(rig), rig.axis_names.index(axis)
+    if rig.axis(axis) in rig.horizontal:
+        thrust = rig.sharing * len(rig.motors_of(axis)) * rig.model.thrust[axis] * at.f1
+        return thrust * rig.motor().wave_number * at.current
+    ratio = float(places.effects[k, 0::2] @ places.gaps[:, k]) / len(rig.motors)   # of what all do to the air gap
+    return at.stiffness * ratio
 
 
 def unstable_rate(rig: Rig, axis: str = "") -> float:
@@ -51,17 +100,14 @@ def unstable_rate(rig: Rig, axis: str = "") -> float:
 
     Along the air gap, or a tilt of it. RigError if no direct current holds it there.
     """
-    of, motor, gap = rig.model, rig.motor(), rig.vertical.start
-    linear = Linearisation()
-    attraction, coils, iron = (rig.carrying * each for each in (of.attraction, of.coils, of.iron))
-    if not linear.prepare(motor, attraction, coils, iron, gap):
-        attracted = attraction * gap_functions(motor, gap)[1]
-        raise RigError(f"no direct current holds the mover of {rig.vertical.mass:g} kg at {1e3 * gap:g} mm: without "
+    start = held(rig, rig.vertical.start)
+    if start is None:
+        gap, vertical = rig.vertical.start, rig.vertical
+        attracted = rig.carrying * rig.model.attraction * gap_functions(rig.motor(), gap)[1]
+        raise RigError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
-    places, k = MotorPlaces.of(rig), rig.axis_names.index(axis or rig.vertical.name)
-    ratio = float(places.effects[k, 0::2] @ places.gaps[:, k]) / len(rig.motors)   # of what all do to the air gap
-    return sqrt(max(linear.stiffness * ratio, 1e-6))
+    return sqrt(max(stiffness(rig, axis or rig.vertical.name, start), 1e-6))
 
 
 def strongest(rig: Rig, axis: str) -> float:
@@ -72,12 +118,176 @@ def strongest(rig: Rig, axis: str) -> float:
         min(each.amplifier.continuous or each.amplifier.peak, rig.design.current_limit or inf) for each in motors)
 
 
-def quickness(rig: Rig, axis: str) -> float:
-    """How much faster than on the 3-DOF stage the design of an axis is to be.
+def current_limit(rig: Rig) -> float:
+    """Largest direct current (A): of the regulators, and of the amplifiers for a short time."""
+    return min([rig.design.current_limit or inf, *(motor.amplifier.peak for motor in rig.motors)])
 
-    Air gap and tilts by the rate at which the mover leaves its start, a horizontal axis by the root of what its motors
-    can accelerate, and at most twice.
+
+def accelerations(rig: Rig, gap: float, limit: float) -> tuple[float, float]:
+    """Largest accelerations (m/s²) that close a gap (m) and that open it, with direct currents up to a limit (A)."""
+    model = rig.model
+    _, f2, f3, f4 = gap_functions(rig.motor(), gap)
+    attraction, coils, iron = (rig.carrying * each for each in (model.attraction * f2, model.coils * f3,
+                                                                model.iron * f4))
+    most = min(limit, coils / (2.0 * iron))   # beyond, the iron is attracted by more than the coils push
+    return (iron * limit * limit + coils * limit + attraction - GRAVITY,
+            GRAVITY - attraction + coils * most - iron * most * most)
+
+
+def steps(rig: Rig) -> dict[str, float]:
+    """Step (m, rad) for which gains ask for half of the force left over at the start, horizontally for all of it."""
+    vertical = min(accelerations(rig, rig.vertical.start, current_limit(rig)))
+    found = {}
+    for axis in rig.axes:
+        given = 2.0 * strongest(rig, axis.name) if axis in rig.horizontal else max(vertical, 0.0)
+        if axis.rotation:
+            given *= rig.vertical.mass * rig.arm / axis.mass / sqrt(len(rig.motors))
+        found[axis.name] = 0.5 * given / max(abs(axis.design.gains[0]), 1e-9)
+    return found
+
+
+def longest_sample_time(rig: Rig) -> float:
+    """Sample time (s) by which sampling costs the fastest axis 5° of phase; RigError as of `unstable_rate`."""
+    axes = [rig.vertical.name, *(axis.name for axis in rig.rotations)]
+    rates = [unstable_rate(rig, axis) for axis in axes]
+    places = [at for gap in travel(rig) if (at := held(rig, gap)) is not None]
+    rates += [sqrt(max(stiffness(rig, axis, at), 0.0)) for axis in axes for at in places]
+    return WANTED_SAMPLING / max(rates)
+
+
+def wanted_sample_time(rig: Rig) -> float:
+    """The next shorter sample time (s) of 1, 2 or 5 times a power of ten; RigError as of `unstable_rate`."""
+    longest = longest_sample_time(rig)
+    decade = 10.0 ** np.floor(np.log10(longest))
+    return float(f"{max(step for step in (1.0, 2.0, 5.0) if step * decade <= longest) * decade:.3g}")
+
+
+class DelayedAxis(NamedTuple):
+    """An axis with the lag of its amplifiers, sampled, as its measurement sees it: δ'' = α δ + a, a → v − α δ.
+
+    The law gives the acceleration v; what it measures also goes into the feedback linearisation of the air gap, and
+    horizontally into the commutation, both of which take off the stiffness α where the mover is.
     """
-    if axis not in [each.name for each in rig.horizontal]:
-        return unstable_rate(rig, axis) / unstable_rate(LIKE)
-    return min(sqrt(strongest(rig, axis) / strongest(LIKE, LIKE.horizontal[0].name)), MOST_QUICK)
+
+    rates: Array       # rad/s, that come into question for the fast poles, the first that of a stage without delays
+    best: bool         # whether the rate with the largest margin is wanted, not the first with enough
+    places: tuple[tuple[float, Complex], ...]   # α (1/s²), and δ by a at the frequencies, wherever it can be
+
+    def disk(self, law: Complex) -> float:
+        """Smallest disk margin of all places under a law, v by δ at the frequencies.
+
+        A loop that is unstable has one, too: laws that come into question are stable without delays, and lose what
+        they have of it before they are not.
+        """
+        loops = [-plant * (law - alpha) for alpha, plant in self.places]
+        return float(1.0 / max(np.abs(1.0 / (1.0 + loop) - 0.5).max() for loop in loops))
+
+    def rate(self, terms: Complex) -> tuple[float, float]:
+        """Rate (rad/s) for the fast poles under a regulator's terms (see `law_terms`), and its margin."""
+        found = (float(self.rates[0]), 0.0)
+        for rate in self.rates.tolist():
+            margin = self.disk(terms @ weights(regulator_gains(rate)))
+            if margin > found[1]:
+                found = rate, margin
+            if margin >= DISK and not self.best:
+                break
+        return found
+
+
+def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
+    """An axis at frequencies exp(jωTs), with rates that come into question.
+
+    A horizontal axis that nothing drives off its place is as fast as its motors can make it over a tenth of its way.
+    """
+    alphas = [stiffness(rig, axis.name, at) for gap in travel(rig) if (at := held(rig, gap)) is not None]
+    leaving = sqrt(max([*alphas, 1e-6]))
+    rates = leaving * RATES
+    if axis in rig.horizontal:
+        assert axis.stop is not None   # as the reader of descriptions sees to
+        way = 0.1 * min(axis.start - axis.stop.lower, axis.stop.upper - axis.start)
+        wanted = max(sqrt(strongest(rig, axis.name) / (2.0 * way)), rates[0])
+        rates = np.concatenate([wanted * SLOWER[SLOWER * wanted >= leaving], rates])
+    if leaving * rig.sample_time > SLOWEST_SAMPLING:
+        return DelayedAxis(rates[:1], True, ())   # refused where it is to fly
+    lag = max(motor.amplifier.lag for motor in rig.motors)
+    places = tuple((alpha, response(alpha, lag, rig.sample_time, z)) for alpha in alphas)
+    return DelayedAxis(rates, axis not in rig.horizontal, places)
+
+
+def frequencies(sample_time: float) -> Complex:
+    """Frequencies at which margins are looked at, as z = exp(jωTs)."""
+    z: Complex = np.exp(1j * np.geomspace(LOWEST, max(pi / sample_time, LOWEST), FREQUENCIES) * sample_time)
+    return z
+
+
+def response(alpha: float, lag: float, sample_time: float, z: Complex) -> Complex:
+    """δ by the commanded a of δ'' = α δ + a, sampled with hold, at z."""
+    from scipy.linalg import expm  # commands that design nothing start without it
+
+    rate = 1.0 / max(lag, 1e-3 * sample_time)
+    # [δ, δ', a, command]
+    step = expm(sample_time * np.array([[0.0, 1.0, 0.0, 0.0], [alpha, 0.0, 1.0, 0.0], [0.0, 0.0, -rate, rate],
+                                        [0.0, 0.0, 0.0, 0.0]]))
+    return transfer(step[:3, :3], step[:3, 3:], z)[:, 0]
+
+
+def transfer(a: Array, b: Array, z: Complex) -> Complex:
+    """States by the one input of a sampled system at z, shape (frequencies, states)."""
+    resolvent = z[:, None, None] * np.eye(len(a)) - a
+    return np.asarray(np.linalg.solve(resolvent, np.broadcast_to(b, (len(z), *b.shape)))[..., 0], np.complex128)
+
+
+def law_terms(observer_time: float, sample_time: float, z: Complex) -> Complex:
+    """What the demand of the output regulator (4.16) weighs, by its measurement at z, sampled as its blocks do.
+
+    Measurement, velocity, ξ1, ξ2, ξ3: shape (frequencies, 5).
+    """
+    observer, step = ObserverFilter(), OscillatorStep()
+    observer.time1 = observer.time2 = observer_time
+    observer.prepare(sample_time)
+    step.prepare(OMEGA0, sample_time)
+    share = observer.share1
+    velocity = (share / (1.0 - (1.0 - share) / z)) ** 2 * (1.0 - 1.0 / z) / sample_time
+    internal = transfer(np.array([[1.0, step.sine, step.versine], [0.0, step.cosine, step.sine],
+                                  [0.0, step.minus_sine, step.cosine]]),
+                        np.array([[step.ramp], [step.versine], [step.sine]]), z)
+    return np.column_stack([np.ones(len(z)), velocity, internal])
+
+
+def weights(gains: Sequence[float]) -> Array:
+    """Weights of these terms under gains k1…k5."""
+    return np.array([*gains[:2], gains[2] + 1.0, *gains[3:]])
+
+
+def regulator_gains(rate: float) -> tuple[float, ...]:
+    """Gains k1…k5 for a fast pair of poles at a rate (rad/s), and three slow ones."""
+    slow = min(max(SLOW * rate, OMEGA0), SLOWEST * rate)
+    fast = rate * complex(*FAST)
+    poles = [-fast, -fast.conjugate(), -slow, -slow * (0.8 + 0.6j), -slow * (0.8 - 0.6j)]
+    return tuple(kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
+
+
+@np.errstate(all="ignore")   # what is no number is no margin
+def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -> tuple[float, dict[str, float], float]:
+    """What the gains of axes follow from, by the disk margin that they leave over the travel of the air gap.
+
+    Returns
+    -------
+    time, rates, margin
+        Time constant of the observers (s): a given one, or the longest that leaves enough; rates (rad/s) of the fast
+        poles by axis; the smallest disk margin.
+    """
+    z = frequencies(rig.sample_time)
+    loops = {axis: delayed(rig, rig.axis(axis), z) for axis in axes}
+    best = (0.0, 0.0, {axis: kept(float(loop.rates[0])) for axis, loop in loops.items()})
+    if not all(loop.places for loop in loops.values()):
+        return (OBSERVER_TIMES[0] if observer_time is None else observer_time), best[2], 0.0
+    for time in OBSERVER_TIMES if observer_time is None else (observer_time,):
+        terms = law_terms(time, rig.sample_time, z)
+        found = {axis: loop.rate(terms) for axis, loop in loops.items()}
+        margin = min(each for _, each in found.values())
+        if margin > best[0] or best[1] == 0.0:
+            best = margin, time, {axis: kept(rate) for axis, (rate, _) in found.items()}
+        if margin >= DISK:
+            break
+    return best[1], best[2], best[0]

@@ -8,10 +8,8 @@ from maglev.linear.equilibrium import equilibrium
 from maglev.linear.loop import linearise_loop
 from maglev.linear.parameters import BLOCKS
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.design import strongest, unstable_rate
+from maglev.own_stage.design import SLOWEST_SAMPLING, strongest, unstable_rate
 from pmlsm.rig import Rig, RigAxis
-
-SLOWEST_SAMPLING = 0.25   # samples in which the mover's distance may grow by e: beyond, no gains of ours hold it
 
 
 def flyable(path: str | Path) -> Rig:

@@ -2,9 +2,35 @@
 
 from typing import Any
 
+from maglev.own_stage.design import steps
 from pmlsm.rig import Rig
 
 PHASES = ("a", "b", "c")
+
+# Set-points as shares of a step, for every axis in turn: a fifth of the way from the start to the nearer stop, of a
+# tilt that of the outermost motor, and no more than the forces left over follow.
+SHARES = ((0.0, 1.0, -1.0, 0.5), (0.0, 0.4, -0.4, 0.6), (0.0, -0.4, 0.4, -0.6), (0.0, 0.5, -0.5, 0.25),
+          (0.0, -0.5, 0.25, 0.5))
+TIMES = (0, 1, 6, 11)   # s
+LARGEST = 0.2           # step, of the way
+
+
+def setpoints(rig: Rig) -> dict[str, list[float]]:
+    """Set-points of every axis (mm, mrad), at the times of `TIMES`: within the travel and the forces of the stage."""
+    found, largest = {}, steps(rig)
+    for axis, shares in zip(rig.axes, SHARES, strict=False):
+        stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
+        way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
+        step = min(LARGEST * way, largest[axis.name])
+        found[axis.name] = [float(f"{1e3 * (axis.start + float(f'{share * step:.1g}')):.6g}") for share in shares]
+    return found
+
+
+def setpoint_signals(rig: Rig) -> list[dict[str, Any]]:
+    """Signals of a scenario that has `signals = "setpoints"`."""
+    return [{"to": f"controller.{axis}.reference", "kind": "steps", "unit": f"m{rig.axis(axis).unit('m')}",
+             "times": [*TIMES], "values": values}
+            for axis, values in setpoints(rig).items()]
 
 
 def loop_table(rig: Rig) -> dict[str, Any]:

@@ -1,30 +1,33 @@
 """What a user begins with, as files: a stage with a scenario beside it, a scenario, the text of a study."""
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from maglev.errors import MaglevError, RigError, one_of
 from maglev.own_stage.adoption import OWN, rig_named
+from maglev.own_stage.data_sheet import Catalogue, Field
+from maglev.own_stage.loop import TIMES, setpoints
+from maglev.own_stage.motor import Motor, read_motor, sheet_of, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.writer import render
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
-from pmlsm.rigs import EXAMPLE, RIGS
-
-# Set-points of the scenario, as shares of the way from the start to the nearer stop, for every axis in turn; of a tilt
-# that of the outermost motor.
-SHARES = ((0.0, 0.2, -0.2, 0.1), (0.0, 0.08, -0.08, 0.12), (0.0, -0.08, 0.08, -0.12), (0.0, 0.1, -0.1, 0.05),
-          (0.0, -0.1, 0.05, 0.1))
+from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 
 
-def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
+def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = ()) -> tuple[Path, Path]:
     """Write the description of a stage, and a scenario that flies it, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME or NAME.toml; the FMUs of the stage are named after it.
-    like : str
-        Rig whose axes and motors it begins with.
+    like : str, optional
+        Rig whose axes and motors it begins with: the 3-DOF stage, with a motor the 2-DOF stage.
+    motor : sequence of str
+        Other motors in its places: "small", "medium" or "large", typical of catalogues, and numbers of a data sheet as
+        "KEY=VALUE", such as "force_constant=93 N/A". Travel, encoders, sample time and limits go with them.
 
     Returns
     -------
@@ -34,7 +37,7 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     Raises
     ------
     RigError
-        If a file is there already, or its name or the rig is no such thing.
+        If a file is there already, or its name, the rig or the motor is no such thing, or nothing flies with it.
 
     Examples
     --------
@@ -43,16 +46,29 @@ def new_stage(path: str | Path, like: str = EXAMPLE) -> tuple[Path, Path]:
     ['mine.toml', 'mine-setpoints.toml']
     """
     file = file_named(path, ".toml")
+    like = like or (SINGLE if motor else EXAMPLE)
     if like not in RIGS:
         raise RigError(f"--like {like}: expected {one_of(like, RIGS)}")
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
-    write_new(file, stage_text(RIGS[like], file))
-    try:
+    write_new(file, stage_text(RIGS[like], file, read_motor(motor) if motor else None))
+    with undone(file):
         write_new(scenario, scenario_text(read_own(file), scenario, file.name, more=False))
-    except RigError:
+        if motor:
+            from maglev.own_stage.flyable import flyable  # linear models: scipy takes its time to load
+
+            with undone(scenario):
+                flyable(file)
+    return file, scenario
+
+
+@contextmanager
+def undone(file: Path) -> Iterator[None]:
+    """Take a file away again if what comes after it is refused."""
+    try:
+        yield
+    except MaglevError:
         file.unlink()
         raise
-    return file, scenario
 
 
 def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
@@ -118,32 +134,41 @@ def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> Non
         raise error(f"{file}: it is there already, expected the name of a new file") from None
 
 
-def stage_text(rig: Rig, file: Path) -> str:
-    """Text of a description that begins as a rig is; a first motor's numbers are those of all."""
-    motor, first, vertical, stage = rig.motor(), rig.horizontal[0], rig.vertical, rig.stage
-    f1, f2, f3, f4 = gap_functions(motor, vertical.start)
-    gaps = [motor.field.lower + k * (motor.field.upper - motor.field.lower) / 8.0 for k in range(9)]
-    return render(
-        "new/stage.toml.j2", rig, file=file.name, name=file.stem, suffix=file.stem[:1].upper() + file.stem[1:],
-        sharing=f"{rig.sharing:g}", geometry=motor, force=f"{stage.thrust[first.name] * first.mass * f1:.4g}",
-        magnets=f"{stage.attraction * vertical.mass * f2:.4g}", direct=f"{stage.coils * vertical.mass * f3:.4g}",
-        windings=f"{stage.iron * vertical.mass * f4:.4g}", gaps=[round(gap, 6) for gap in gaps],
-        field=[float(f"{motor.field.value(gap):.5g}") for gap in gaps])
+def stage_text(rig: Rig, file: Path, motor: Motor | None = None) -> str:
+    """Text of a description that begins as a rig is, a first motor's numbers those of all; or with a given motor."""
+    if motor is None:
+        sheet, field = sheet_of_rig(rig), Field(rig.motor().field.lower, rig.motor().field.upper)
+    else:
+        sheet, (rig, field) = sheet_of(motor), with_motor(rig, motor)
+    known = rig.motor().field
+    gaps = [known.lower + k * (known.upper - known.lower) / 8.0 for k in range(9)]
+    return render("new/stage.toml.j2", rig, file=file.name, name=file.stem,
+                  suffix=file.stem[:1].upper() + file.stem[1:], sharing=f"{rig.sharing:g}", geometry=rig.motor(),
+                  sheet=sheet, field=field, gaps=[round(gap, 6) for gap in gaps],
+                  B=[float(f"{known.value(gap):.5g}") for gap in gaps])
+
+
+def sheet_of_rig(rig: Rig) -> Catalogue:
+    """Data sheet from which the constants of a rig follow, of its first motor."""
+    first, vertical, stage, motor = rig.horizontal[0], rig.vertical, rig.stage, rig.motors[0]
+    f1, f2, f3, f4 = gap_functions(rig.motor(), vertical.start)
+    printed = [float(f"{value:.4g}") for value in (
+        stage.thrust[first.name] * first.mass * f1, stage.attraction * vertical.mass * f2,
+        stage.coils * vertical.mass * f3, stage.iron * vertical.mass * f4)]
+    return Catalogue("peak", printed[0], vertical.start, printed[1], vertical.start, printed[2], printed[3],
+                     motor.amplifier.peak, motor.amplifier.continuous,
+                     resistance=round(rig.sharing * motor.winding.resistance, 6),
+                     inductance=round(rig.sharing * motor.winding.inductance, 6))
 
 
 def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
-    """Text of a scenario of set-points that lie well between the stops.
+    """Text of a scenario of set-points that the stage can follow.
 
-    `own` is the description of a stage of the user's; with `more` it has claims, and comments on what else there is, or
-    in place of these the file of a `controller` and what a baseline keeps.
+    `own` is the description of a stage of the user's; with `more` it has the set-points themselves, claims, and
+    comments on what else there is, or in place of these the file of a `controller` and what a baseline keeps.
     """
-    setpoints = {}
-    for axis, shares in zip(rig.axes, SHARES, strict=False):
-        stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
-        way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
-        setpoints[axis.name] = [round(1e3 * (axis.start + share * way), 1) for share in shares]
-    return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name, setpoints=setpoints,
-                  more=more, controller=controller)
+    return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name,
+                  setpoints=setpoints(rig) if more else {}, times=list(TIMES), more=more, controller=controller)
 
 
 def study_text(rig: Rig, file: Path, scenario: str) -> str:

@@ -6,16 +6,27 @@ from typing import Any
 
 from maglev.errors import RigError
 from maglev.own_stage.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
-from maglev.own_stage.design import LIKE, gains_of_poles, quickness, scaled_gains
+from maglev.own_stage.design import (
+    BANDWIDTH,
+    FAST,
+    SLOW,
+    designed_rates,
+    gains_of_poles,
+    regulator_gains,
+    unstable_rate,
+    wanted_sample_time,
+)
+from maglev.own_stage.digits import kept
 from maglev.rig.description import Reader
 from maglev.toml_file import read_toml
-from pmlsm.rig import Constants, Estimator, Rig, RigAxis
+from pmlsm.rig import Constants, Estimator, Rig
+from pmlsm.rigs import EXAMPLE, RIGS
 
 Table = dict[str, Any]
 
 
 def read_own(path: Path) -> Rig:
-    """Read a description, which may have a catalogue, a field and poles; a design that it leaves out is scaled.
+    """Read a description, which may have a catalogue, a field and poles; what it leaves out of the design is designed.
 
     RigError, ScenarioError as of `read_rig`.
     """
@@ -26,6 +37,7 @@ def read_own(path: Path) -> Rig:
     if (sheet is None) == ("stage" not in table):
         raise RigError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
+    said = {"sample_time"} & {*table} | {*design_of(table)}
     open_designs = completed(path, table, sheet)
     rig: Rig = reader.read(Rig, table, "")
     if field is not None:
@@ -38,8 +50,14 @@ def read_own(path: Path) -> Rig:
     if not with_estimator:
         rig = replace(rig, estimator=Estimator(scaled(rig.model, 0.5), weights(rig)))
     reader.check(rig)
+    limit = rig.design.current_limit if "current_limit" in said else min(each.amplifier.peak for each in rig.motors)
+    rig = replace(rig, design=replace(
+        rig.design, current_limit=limit,
+        pid_current_limit=rig.design.pid_current_limit if "pid_current_limit" in said else limit))
     try:
-        return replace(rig, axes=tuple(designed(rig, axis, open_designs[axis.name]) for axis in rig.axes))
+        if "sample_time" not in said:
+            rig = replace(rig, sample_time=wanted_sample_time(rig))
+        return designed(rig, open_designs, "observer_time" in said)
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
 
@@ -51,13 +69,18 @@ def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, se
     table.setdefault("title", f"stage {name}")
     table.setdefault("text", f"levitated and driven by iron-cored linear synchronous motors ({', '.join(motors)})")
     table.setdefault("longest_step", "0.2 ms")
+    table.setdefault("sample_time", "1 ms")
+    table.setdefault("design", {})
+    for key in ("current_limit", "pid_current_limit"):
+        design_of(table).setdefault(key, 0.0)
     horizontal = [axis for axis, entries in axes.items() if entries.get("rotation") is not True][1:]
     unknown = {"thrust": dict.fromkeys(horizontal, 1.0), "attraction": 1.0, "coils": 1.0, "iron": 1.0}
     table.setdefault("stage", unknown)
     table.setdefault("model", table["stage"])
     table.setdefault("estimator", {"guess": unknown, "weight": unknown})
     if sheet is not None and sheet.peak is not None:
-        rating = {"peak": sheet.amplitude * sheet.peak, "continuous": sheet.amplitude * (sheet.continuous or 0.0)}
+        rating = {"peak": sheet.amplitude * sheet.peak, "continuous": sheet.amplitude * (sheet.continuous or 0.0),
+                  **({} if sheet.lag is None else {"lag": sheet.lag})}
         for motor in motors.values():
             motor.setdefault("amplifier", rating)
     if sheet is not None and isinstance(sharing := table.get("sharing", 1), int | float) and sharing >= 1:
@@ -86,6 +109,12 @@ def tables(table: Table, key: str) -> dict[str, Table]:
     return {name: entry for name, entry in given.items() if isinstance(entry, dict)} if isinstance(given, dict) else {}
 
 
+def design_of(table: Table) -> Table:
+    """The table [design]; what is no such thing is refused where it is read."""
+    design = table.get("design")
+    return design if isinstance(design, dict) else {}
+
+
 def scaled(of: Constants, factor: float) -> Constants:
     return Constants({axis: factor * value for axis, value in of.thrust.items()}, factor * of.attraction,
                      factor * of.coils, factor * of.iron)
@@ -93,19 +122,26 @@ def scaled(of: Constants, factor: float) -> Constants:
 
 def weights(rig: Rig) -> Constants:
     """Weights of the 3-DOF stage, whichever the axes."""
-    of = LIKE.estimator.weight
+    of = RIGS[EXAMPLE].estimator.weight
     return replace(of, thrust={axis.name: max(of.thrust.values()) for axis in rig.horizontal})
 
 
-def designed(rig: Rig, axis: RigAxis, missing: set[str]) -> RigAxis:
-    """Axis with what is missing of its design, scaled from that of the 3-DOF stage."""
-    if not missing:
-        return axis
-    like = LIKE.horizontal[0] if axis in rig.horizontal else LIKE.vertical
-    factor = quickness(rig, axis.name)
-    found: dict[str, Any] = {"gains": scaled_gains(like.design.gains, factor),
-                             "pid": tuple(factor * part for part in like.design.pid),
-                             "bandwidth": factor * like.design.bandwidth}
-    # Steps of the gap and of tilts share the currents of the motors: without a pre-filter they end on the stops.
-    found["prefilter"] = found["bandwidth"] if rig.rotations and axis not in rig.horizontal else 0.0
-    return replace(axis, design=replace(axis.design, **{key: found[key] for key in missing}))
+def designed(rig: Rig, missing: dict[str, set[str]], observer_time: bool) -> Rig:
+    """Rig with what is missing of its design: on its linear model, over the travel of the air gap."""
+    if not any(missing.values()):
+        return rig
+    unstable_rate(rig)   # refuses a mover that nothing holds at its start
+    given = rig.design.observer_time if observer_time else None
+    time, rates, _ = designed_rates(rig, [axis for axis, keys in missing.items() if keys], given)
+    axes = []
+    for axis in rig.axes:
+        if missing[axis.name]:
+            rate = rates[axis.name]
+            found: dict[str, Any] = {"gains": regulator_gains(rate), "bandwidth": kept(BANDWIDTH * rate),
+                                     "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate)}
+            # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
+            tilting = rig.rotations and axis not in rig.horizontal
+            found["prefilter"] = min(found["bandwidth"], 1.0 / rig.sample_time) if tilting else 0.0
+            axis = replace(axis, design=replace(axis.design, **{key: found[key] for key in missing[axis.name]}))
+        axes.append(axis)
+    return replace(rig, axes=tuple(axes), design=replace(rig.design, observer_time=time))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from maglev.errors import ScenarioError, shortened
-from maglev.own_stage.loop import loop_table
+from maglev.own_stage.loop import loop_table, setpoint_signals
 from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
 from pmlsm.rigs import RIGS
@@ -27,6 +27,7 @@ Scenario = str | Path | Mapping[str, Any]   # a name or a file, or what would be
 GIVEN: dict[Path, str] = {}   # scenarios that were given as tables, as JSON, by the paths that stand for them
 
 DEEPEST = 30        # files that extend each other one after the other
+SETPOINTS = "setpoints"   # in place of signals: those that follow from the stage of a description
 MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number
 
 
@@ -57,7 +58,14 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     bases = [bases] if isinstance(bases, str) else bases
     if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
-    layers = [Layer(Path(table["rig"]), loop_table(read_own(Path(table["rig"]))))] if "rig" in table else []
+    layers = []
+    if table.get("signals") == SETPOINTS and "rig" not in table:
+        raise ScenarioError(f'{path}: signals = "{SETPOINTS}": expected rig = "NAME.toml" with it, or [[signals]]')
+    if "rig" in table:
+        rig = read_own(Path(table["rig"]))
+        layers = [Layer(Path(table["rig"]), loop_table(rig))]
+        if table.get("signals") == SETPOINTS:
+            layer.table["signals"] = setpoint_signals(rig)
     for base in bases:
         layers += read_layers(found_base(path, base), (*extending, path))
         if len(layers) > MOST_LAYERS:

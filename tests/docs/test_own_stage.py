@@ -24,7 +24,8 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.chdir(tmp_path)
     said: list[str] = []
     commands = re.findall(r"^    ((?:maglev|sed) .*)$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    assert [command.split()[1] for command in commands if command.startswith("maglev")] == ["new", "run", "build"]
+    assert [command.split()[1] for command in commands if command.startswith("maglev")] == [
+        "new", "stage", "run", "build"]
     for command in commands:
         if command.startswith("sed"):
             before = Path("mine.toml").read_text(encoding="utf-8")
@@ -38,4 +39,4 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             said.append(done.stdout)
     forget("mine")
     assert Path("results/mine-setpoints.png").stat().st_size > 10_000
-    assert "held: largest end error" in said[1]
+    assert "held: largest end error" in said[2]

@@ -189,7 +189,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert run.plan.axes["roll"].rotation
     for axis in ("y", "x", "z", "roll", "pitch"):
         assert abs(run[f"plant.{axis}.position"][-1] - run[f"controller.{axis}.reference"][-1]) < 0.1e-3
-    assert run["controller.roll.reference"].max() > 2e-3
+    assert run["controller.roll.reference"].max() > 0.5e-3
     (tmp_path / "pid.toml").write_text('extends = "leaning-setpoints.toml"\nname = "pid"\n'
                                        'fmus.controller.model = "PIDLeaning"\n', encoding="utf-8")
     assert not maglev.run("pid.toml")["plant.at_stop"].any()
@@ -200,12 +200,12 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert np.array_equal(rows, ours_from_zero(plan, Path("fmus/native")))
     found = maglev.region("leaning.toml", "y", "25 mm", fly=False)
     assert found.loop.axes == ("y",)
-    assert 3e-3 < found["without"].certificate.step < found["without"].simulated
+    assert 1e-3 < found["without"].certificate.step < found["without"].simulated
     # A controller to begin with, through its first steps of all axes.
     maglev.new_controller("lqi.py", stage="leaning.toml")
     (tmp_path / "short.toml").write_text('extends = "leaning-setpoints.toml"\nname = "short"\nstop_time = "2.5 s"\n',
                                          encoding="utf-8")
     short = maglev.run("short.toml", controller="lqi.py")
     assert not short["plant.at_stop"].any()
-    assert short["controller.roll.reference"][-1] > 2e-3
+    assert short["controller.roll.reference"][-1] > 0.5e-3
     assert max(short.metrics.end_errors.values()) < 50e-6

@@ -1,0 +1,239 @@
+"""What follows from the description of a stage: constants, currents, times, margins over the travel, and warnings."""
+
+from dataclasses import asdict, dataclass
+from math import degrees, inf, log10
+from pathlib import Path
+from typing import Any
+
+from maglev.errors import LinearModelError
+from maglev.linear.loop import Loop, linearise_loop
+from maglev.linear.margins import Margins
+from maglev.linear.text import aligned
+from maglev.own_stage.design import (
+    accelerations,
+    current_limit,
+    held,
+    longest_sample_time,
+    travel,
+    unstable_rate,
+    wanted_sample_time,
+)
+from maglev.own_stage.flyable import flyable
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
+from pmlsm.velocity_rows import GRAVITY
+
+LEAST_PHASE = 35.0   # degrees
+LEAST_GAIN = 6.0     # dB
+LONGEST_FALL = 10.0  # s, beyond which a mover without current counts as balanced
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stage at one air gap.
+
+    Attributes
+    ----------
+    gap : float
+        m.
+    current : float or None
+        i_d that holds the mover, A, as the controllers' model has it; None where none does.
+    closing, opening : float
+        Net force on the mover at the limit of i_d, N: the most that closes the gap, and that opens it. What is left
+        over to hold it is the smaller one; one below 0 N is missing.
+    margins : dict of str to (float, float)
+        Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
+        (degrees), and gain (dB), the smaller of that upwards and that downwards.
+    """
+
+    gap: float
+    current: float | None
+    closing: float
+    opening: float
+    margins: dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Consequences:
+    """What follows from the description of a stage.
+
+    Attributes
+    ----------
+    rig : Rig
+    forces : dict of str to float
+        At the start: of all motors, thrust per current by axis and normal force by i_d in N/A, attraction in N.
+    limit : float
+        Largest i_d, A: of the regulators, and of the amplifiers for a short time.
+    fall : float
+        Time without current from the start to a stop, s; inf where it is balanced.
+    rate : float
+        Of the fastest unstable pole at the start, 1/s.
+    wanted : float
+        Sample time by which sampling costs at most 5° of phase, s.
+    places : tuple of Place
+        The start, and both ends of travel.
+    """
+
+    rig: Rig
+    forces: dict[str, float]
+    limit: float
+    fall: float
+    rate: float
+    wanted: float
+    places: tuple[Place, Place, Place]
+
+    @property
+    def continuous(self) -> float:
+        """Current that the amplifiers give for good, A."""
+        return min((motor.amplifier.continuous for motor in self.rig.motors if motor.amplifier.continuous > 0.0),
+                   default=inf)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What keeps it from flying well, each with what to change."""
+        rig, vertical = self.rig, self.rig.vertical.name
+        found = []
+        if rig.sample_time > 2.0 * longest_sample_time(rig):
+            found.append(f"sample_time: {1e3 * rig.sample_time:g} ms costs more than 10° of phase, expected "
+                         f"{1e3 * self.wanted:g} ms or less")
+        for place in self.places:
+            at = f"{vertical} = {1e3 * place.gap:.4g} mm"
+            if place.current is None:
+                found.append(f"{at}: no direct current holds the mover, expected stops further apart from it, a "
+                             "lighter attraction or a heavier mover")
+            elif min(place.closing, place.opening) <= 0.0:
+                found.append(f"{at}: i_d = {place.current:.3g} A holds the mover, expected less than {self.limit:.3g} "
+                             "A: a larger limit or amplifier, stops nearer to the start, or another mass")
+            elif abs(place.current) > self.continuous:
+                found.append(f"{at}: i_d = {place.current:.3g} A holds the mover, for good the amplifiers give "
+                             f"{self.continuous:.3g} A: stops nearer to the start, or another mass")
+        for axis in self.rig.axis_names:
+            met = [(min(margins[0] / LEAST_PHASE, margins[1] / LEAST_GAIN), *margins, place.gap)
+                   for place in self.places if (margins := place.margins.get(axis)) is not None]
+            share, phase, gain, gap = min(met, default=(1.0, inf, inf, 0.0))
+            if share < 1.0:
+                found.append(f"{vertical} = {1e3 * gap:.4g} mm: {axis} has margins of {phase:.0f}° and {gain:.1f} dB, "
+                             f"expected {LEAST_PHASE:g}° and {LEAST_GAIN:g} dB: gains that are left to the design, a "
+                             "shorter sample_time, or amplifiers with less lag")
+        return found
+
+    @property
+    def brief(self) -> str:
+        """The most of it in one line."""
+        rig, start = self.rig, self.places[0]
+        margins = [each for place in self.places for each in place.margins.values()]
+        least = f"{min(phase for phase, _ in margins):.0f}°, {min(gain for _, gain in margins):.1f} dB"
+        return (f"{rig.title}: {rig.vertical.mass:g} kg at {1e3 * start.gap:g} mm, i_d = {start.current or 0.0:.3g} A "
+                f"at rest of at most {self.limit:.3g} A, unstable pole {self.rate:.3g} 1/s, sample time "
+                f"{1e3 * rig.sample_time:g} ms, margins {least} or more; `maglev stage` says more")
+
+    def __str__(self) -> str:
+        """All of it, a line each, and a table of the places."""
+        rig, start = self.rig, self.places[0]
+        forces = ", ".join(f"{name} {value:.4g} {'N' if name == 'attraction' else 'N/A'}"
+                           for name, value in self.forces.items())
+        rows = [["gap", "i_d", "force left over", *(f"{axis}: phase, gain" for axis in start.margins)]]
+        for place in self.places:
+            current = "none" if place.current is None else f"{place.current:.3g} A"
+            rows.append([f"{1e3 * place.gap:.4g} mm", current, f"{min(place.closing, place.opening):.3g} N",
+                         *(f"{phase:.0f}°, {gain:.1f} dB" for phase, gain in place.margins.values())])
+        for row in rows[1:]:
+            row += [""] * (len(rows[0]) - len(row))
+        fall = "it is balanced" if self.fall == inf else f"{1e3 * self.fall:.3g} ms from the start to a stop"
+        constants = ", ".join(f"{each.name} = {each.stage:.4g}" for each in rig.constants)
+        return "\n".join([
+            f"{rig.title}: {rig.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
+            f"constants         {constants} (docs/equations.md)",
+            f"motors            {forces}, at the start",
+            f"current at rest   i_d = {start.current or 0.0:.3g} A, of at most {self.limit:.3g} A",
+            f"without current   {fall}",
+            f"unstable pole     {self.rate:.3g} 1/s",
+            f"sample time       {1e3 * rig.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
+            f"observers         {1e3 * rig.design.observer_time:g} ms",
+            *(f"gains of {axis.name:<8} {', '.join(f'{gain:.6g}' for gain in axis.design.gains)}" for axis in rig.axes),
+            "", aligned(rows), *([""] if self.warnings else []),
+            *(f"warning: {each}" for each in self.warnings)]) + "\n"
+
+    def as_data(self) -> dict[str, Any]:
+        """All of it as JSON has it, SI."""
+        return {"stage": self.rig.name, "constants": {each.name: each.stage for each in self.rig.constants},
+                "forces": self.forces, "limit": self.limit, "fall": None if self.fall == inf else self.fall,
+                "rate": self.rate, "sample_time": self.rig.sample_time, "wanted_sample_time": self.wanted,
+                "observer_time": self.rig.design.observer_time,
+                "gains": {axis.name: list(axis.design.gains) for axis in self.rig.axes},
+                "places": [asdict(place) for place in self.places], "warnings": self.warnings}
+
+
+def stage(path: str | Path) -> Consequences:
+    """Say what follows from the description of a stage, NAME.toml.
+
+    Raises
+    ------
+    RigError, ScenarioError
+        If it is no description, or no stage that can fly, with what to change.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> description, _ = maglev.new_stage("lifted.toml", motor=["small"])
+    >>> found = maglev.stage(description)
+    >>> found.places[0].margins["v"][0] > 35.0
+    True
+    """
+    return consequences(flyable(path))
+
+
+def consequences(rig: Rig) -> Consequences:
+    """What follows from a stage that this process knows, and that can fly."""
+    gap, *ends = travel(rig)
+    inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
+    limit = current_limit(rig)
+    model, vertical = rig.model, rig.vertical
+    f1, f2, f3, _ = gap_functions(rig.motor(), gap)
+    forces = {f"thrust {axis.name}": axis.mass * rig.sharing * len(rig.motors_of(axis.name)) * model.thrust[axis.name]
+              * f1 for axis in rig.horizontal}
+    forces |= {"normal": vertical.mass * rig.carrying * model.coils * f3,
+               "attraction": vertical.mass * rig.carrying * model.attraction * f2}
+    axes = [vertical.name, *(axis.name for axis in rig.rotations)]
+    places = (place(rig, gap, limit), place(rig, ends[0] + inward, limit), place(rig, ends[1] - inward, limit))
+    return Consequences(rig, forces, limit, fall(rig), max(unstable_rate(rig, axis) for axis in axes),
+                        wanted_sample_time(rig), places)
+
+
+def place(rig: Rig, gap: float, limit: float) -> Place:
+    """The stage at a gap (m), its direct currents up to a limit (A)."""
+    at = held(rig, gap)
+    closing, opening = (rig.vertical.mass * each for each in accelerations(rig, gap, limit))
+    if at is None:
+        return Place(gap, None, closing, opening, {})
+    lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
+              for key, value in (("peak", 1e3), ("continuous", 0.0))}
+    try:
+        loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", {rig.vertical.name: gap, **{
+            axis.name: axis.start for axis in rig.axes[1:]}}, plant_parameters=lifted,
+            controller_parameters={"current_limit": 0.0})
+    except LinearModelError:   # the stage itself is not held where its model is
+        return Place(gap, None, closing, opening, {})
+    return Place(gap, at.current, closing, opening, {axis: margins_at(loop, axis) for axis in rig.axis_names})
+
+
+def margins_at(loop: Loop, axis: str) -> tuple[float, float]:
+    """Phase (degrees) and gain (dB) of the loop opened at a measurement; 0 of a loop that is unstable."""
+    if not loop.stable:
+        return 0.0, 0.0
+    found: Margins = loop.margins(axis)
+    down = -20.0 * log10(found.gain_down) if found.gain_down > 0.0 else inf
+    return degrees(found.phase), min(20.0 * log10(found.gain_up), down)
+
+
+def fall(rig: Rig) -> float:
+    """Time (s) in which the mover without current goes from its start to a stop; inf if it takes very long."""
+    from scipy.integrate import solve_ivp
+
+    motor, stop, attraction = rig.motor(), rig.gap_stop, rig.carrying * rig.model.attraction
+    ends = [lambda t, state, end=end: state[0] - end for end in (stop.lower, stop.upper)]
+    for each in ends:
+        each.terminal = True   # type: ignore[attr-defined]  # where scipy looks
+    done = solve_ivp(lambda t, state: [state[1], GRAVITY - attraction * gap_functions(motor, state[0])[1]],
+                     (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
+    return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)
