@@ -1,4 +1,4 @@
-"""Build pd_controller.fmu beside this file, or into the folder that is named: compile, and zip.
+"""Build pd_controller.fmu beside this file, or the FMU of the C file in the folder that is named: compile, and zip.
 
 The FMI headers are those that fmpy ships. The compiler is the system's cc, or that of the package ziglang.
 """
@@ -18,22 +18,25 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib"), "Windows": ("win64", ".dll")}
 
 
-def build(folder: Path = HERE) -> Path:
-    """Build the FMU into a folder; returns its path."""
+def build(folder: Path = HERE, sources: Path = HERE) -> Path:
+    """Build into a folder the FMU of the C file and the modelDescription.xml in another; returns its path."""
     compiler = [found] if (found := shutil.which("cc")) else [sys.executable, "-m", "ziglang", "cc"]
     place, ending = FOLDERS[platform.system()]
-    library = folder / f"pd_controller{ending}"
+    source, = sources.glob("*.c")
+    library = folder / f"{source.stem}{ending}"
     position = [] if ending == ".dll" else ["-fPIC", "-lm"]
-    subprocess.run([*compiler, "-O2", "-shared", "-I", HEADERS, HERE / "pd_controller.c", "-o", library, *position],
-                   check=True)
-    fmu = folder / "pd_controller.fmu"
+    subprocess.run([*compiler, "-O2", "-ffp-contract=off", "-shared", "-I", HEADERS, "-I", HERE, source, "-o", library,
+                    *position], check=True)
+    fmu = library.with_suffix(".fmu")
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.write(HERE / "modelDescription.xml", "modelDescription.xml")
+        archive.write(sources / "modelDescription.xml", "modelDescription.xml")
         archive.write(library, f"binaries/{place}/{library.name}")
-        archive.write(HERE / "pd_controller.c", "sources/pd_controller.c")
+        for text in (source, HERE / "fmi2_unused.h"):
+            archive.write(text, f"sources/{text.name}")
     library.unlink()
     return fmu
 
 
 if __name__ == "__main__":
-    print(build(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE))
+    named = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    print(build(named, named))

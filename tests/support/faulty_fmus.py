@@ -79,12 +79,10 @@ def faulty(fault: str, folder: Path) -> Path:
     require_compiler()
     copy = folder / "sources"
     shutil.copytree(EXAMPLES / "pd_controller_c", copy, dirs_exist_ok=True)
-    source = copy / "pd_controller.c"
-    text = source.read_text()
     for old, new in FAULTS[fault]:
-        assert old in text, f"{fault}: the example has changed"
-        text = text.replace(old, new, 1)
-    source.write_text(text)
+        found = [source for source in copy.glob("*.[ch]") if old in source.read_text()]
+        assert found, f"{fault}: the example has changed"
+        found[0].write_text(found[0].read_text().replace(old, new, 1))
     built: Path = script(copy / "build.py").build(folder)
     return built
 
