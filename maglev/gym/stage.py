@@ -1,6 +1,5 @@
 """A stage as a Gymnasium environment: to be levitated by an agent that commands currents."""
 
-import warnings
 import weakref
 from collections.abc import Mapping, Sequence
 from functools import reduce
@@ -80,6 +79,7 @@ class Stage(gymnasium.Env[Array, Array]):
     fmus : path, optional
         Folder of FMUs; the native ones are in its folder `native`. If not given, what is needed is built where it is
         missing, and kept in the user's cache: native where there is a compiler.
+
     Raises
     ------
     MaglevError
@@ -92,13 +92,11 @@ class Stage(gymnasium.Env[Array, Array]):
                  duration: float | str = 2.0, sample_time: float | str | None = None, error_weight: float = 1.0,
                  current_weight: float = 0.1, parameters: Mapping[str, Setting] | None = None,
                  measurement: Mapping[str, Setting] | None = None, render_mode: str | None = None,
-                 fmus: str | Path | None = None, **former: Setting):
+                 fmus: str | Path | None = None):
         if action not in ACTIONS:
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ScenarioError(f"render_mode = {render_mode!r}, expected None or 'rgb_array'")
-        if former:
-            warnings.warn(f"{', '.join(former)}: parameters={{…}} has these now", stacklevel=2)
         self.rig = rig_named(rig)
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
@@ -111,7 +109,7 @@ class Stage(gymnasium.Env[Array, Array]):
         self.stage = CompiledStage(self.rig, folder, action == "phases", measurement is not None)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.stage.close)
-        self.parameters = Parameters("plant", self.given_to_plant(), {**(parameters or {}), **former})
+        self.parameters = Parameters("plant", self.given_to_plant(), parameters or {})
         self.measurement = Parameters("measurement", self.given_to_measurement(), measurement or {})
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.sample_time)}

@@ -4,6 +4,7 @@ import pickle
 import zipfile
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -391,14 +392,54 @@ def test_pictures(make: Make, rig: str) -> None:
         Stage(rig, render_mode="ansi")
 
 
-def test_former_spellings_are_read(folder: Path) -> None:
-    """Parameters among the options, of an environment and of an episode; with a word of it."""
-    with pytest.warns(UserWarning, match=r"y.position_start: parameters=\{…\} has these now"):
-        former: dict[str, Any] = {"y.position_start": "24 mm"}
-        env = gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, **former)
-    stage: Any = env.unwrapped
-    assert env.reset() and stage.stage.positions[0] == 24e-3
-    assert env.reset(options={"y.position_start": "23 mm"}) and stage.stage.positions[0] == 23e-3
-    env.close()
-    with pytest.warns(UserWarning), pytest.raises(UnknownName, match="sampletime: the plant has no such parameter"):
-        gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, sampletime=1e-3)
+def test_an_option_that_there_is_not(folder: Path) -> None:
+    """Is no parameter of the plant either, as Python says."""
+    for name in ("sampletime", "y.mass"):
+        wrong: dict[str, Any] = {name: 1e-3}
+        with pytest.raises(TypeError, match=f"unexpected keyword argument '{name}'"):
+            gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, **wrong)
+
+
+def test_videos_are_recorded(folder: Path, tmp_path: Path) -> None:
+    """By Gymnasium's wrapper, which wants moviepy; without that, every picture that it would write."""
+    env: Any = gymnasium.make("maglev/Stage3DOF-v0", fmus=folder, render_mode="rgb_array", sample_time="2 ms",
+                              duration="20 ms")
+    written = find_spec("moviepy") is not None
+    video: Any = (gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"), fps=50) if written
+                  else gymnasium.wrappers.RenderCollection(env))
+    video.reset(seed=1)
+    while not video.step(np.zeros(4))[3]:
+        pass
+    if not written:
+        frames = video.render()
+        assert [frame.shape for frame in frames] == [(240, 480, 3)] * 11
+        assert np.any(frames[0] != frames[-1])
+    video.close()
+    assert [path.stat().st_size > 1000 for path in tmp_path.rglob("*.mp4")] == [True] * written
+
+
+def test_a_vector_as_others_make_it(folder: Path) -> None:
+    """As stable-baselines3 does: a render mode that nobody asked for, keywords, seeds, new episodes."""
+    given: dict[str, Any] = {"reference": "hold", "duration": "4 ms", "fmus": folder,
+                             "parameters": {"y.position_start": "24 mm"}}
+    envs: list[Any] = []
+    for rank in range(3):
+        envs.append(gymnasium.make("maglev/Stage3DOF-v0", **{"render_mode": "rgb_array", **given}))
+        envs[rank].action_space.seed(3 + rank)
+    assert len({id(env.unwrapped) for env in envs}) == 3
+    assert [env.get_wrapper_attr("render_mode") for env in envs] == ["rgb_array"] * 3
+    buffer = np.zeros((3, *envs[0].observation_space.shape), envs[0].observation_space.dtype)
+    for rank, env in enumerate(envs):
+        buffer[rank], _ = env.reset(seed=3 + rank, options={})
+        for sample in range(20):
+            buffer[rank], reward, terminated, truncated, info = env.step(env.action_space.sample())
+            assert (terminated, truncated) == (False, sample == 19)
+            assert isinstance(info, dict) and np.isfinite(reward)
+        assert env.reset()[0][0] == 24e-3 != buffer[rank, 0]
+        assert env.render().shape == (240, 480, 3)
+        env.close()
+    assert len({row.tobytes() for row in buffer}) == 3
+    ours: Any = gymnasium.make_vec("maglev/Stage3DOF-v0", 2, "sync", render_mode="rgb_array", **given)
+    ours.reset(seed=1)
+    assert [picture.shape for picture in ours.render()] == [(240, 480, 3)] * 2
+    ours.close()
