@@ -34,7 +34,8 @@ function readings(now) {
   lastReadings = now;
   const row = page.history.last();
   at("time").textContent = `${row.time.toFixed(2)} s`;
-  at("pace").textContent = page.playing ? `${page.frame.pace.toFixed(page.frame.pace < 1 ? 2 : 1)}× real time` : "paused";
+  const { pace } = page.frame, { speed } = page.state, asked = pace === 0 || Math.abs(pace - speed) < 0.1 * speed;   // which the field of the speed says
+  at("pace").textContent = page.playing ? (asked ? "" : `${pace.toFixed(pace < 1 ? 2 : 1)}× real time`) : "paused";
   for (const axis of page.run.axes) {
     const shown = page.run.rig.shown[axis];
     page.panel.references[axis]?.(shown.scale * row.axes[axis].reference);

@@ -1,6 +1,6 @@
-"""The live page in Chromium: runs against the native FMUs, and what hands on it do.
+"""The live page in Chromium beyond its tests: every run against the native FMUs, and what hands do to a flight.
 
-    python tools/pages/live_check.py [--fmus fmus] [--pictures FOLDER]
+    python tools/pages/live_check.py [--fmus fmus]
 
 It needs a Chromium, Playwright, and the FMUs of `maglev build --kind native --target host` and `--target wasm`.
 """
@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -24,7 +23,6 @@ from maglev.live.content import live_runs
 from maglev.live.page import write_live
 from maglev.schema.run_plan import RunPlan
 
-SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 POSITION = "maglevLive.history.last().axes"
 UNFOLD = "for (const details of document.querySelectorAll('.panel details')) details.open = true"
 
@@ -50,11 +48,10 @@ def wait_until(page: Page, condition: str, most: float = 20.0) -> None:
 class Tab:
     """The page in a browser of its own; what goes wrong in it is kept."""
 
-    def __init__(self, browser: Browser, url: str, size: str = "desktop", **options: Any):
-        width, height = SIZES[size]
-        phone = size == "phone"
+    def __init__(self, browser: Browser, url: str, phone: bool = False):
+        width, height = (390, 844) if phone else (1440, 900)
         self.context = browser.new_context(offline=True, viewport={"width": width, "height": height}, is_mobile=phone,
-                                           has_touch=phone, **options)
+                                           has_touch=phone)
         self.page = self.context.new_page()
         self.problems: list[str] = []
         self.page.on("console", lambda message: self.problems.append(message.text))
@@ -197,7 +194,7 @@ def tilting_hands(browser: Browser, url: str) -> None:
 
 def fingers(browser: Browser, url: str) -> None:
     """On a phone: a finger on the mover takes it as far as it cannot follow; what fell lifts off."""
-    tab = Tab(browser, url + "#run=3dof-setpoints-improved", "phone")
+    tab = Tab(browser, url + "#run=3dof-setpoints-improved", phone=True)
     page, touches = tab.page, tab.context.new_cdp_session(tab.page)
     x, y = middle(page)
     for kind, part in (("touchStart", 0.0), *(("touchMove", 0.1 * k) for k in range(1, 11))):
@@ -259,7 +256,7 @@ def faults(browser: Browser, url: str) -> None:
 
 
 def own_controllers(browser: Browser, url: str, folder: Path) -> None:
-    """The law in JavaScript against the C of the same one; what is wrong is said, and a link runs nothing."""
+    """The law in JavaScript against the C of the same one."""
     for rig in ("2dof", "3dof", "5dof"):
         run = next(plan.name for plan in live_runs() if plan.name.startswith(f"{rig}-setpoints"))
         file = new_controller(folder / f"mine{rig}.py", stage=rig)
@@ -280,46 +277,6 @@ def own_controllers(browser: Browser, url: str, folder: Path) -> None:
         most = np.abs(flown[0] - flown[1]).max()
         print(f"  {run}: law in JavaScript and in C differ by at most {most:.1e} m in 3 s")
         require(most < 1e-12 and np.ptp(flown[0]) > 1e-3, f"{run}: {most} m")
-        law, link = page.evaluate("lawText()"), page.evaluate("location.href")
-        for wrong, right, said in (("this.started = true;", "this.started = = true;", "line .*SyntaxError"),
-                                   ("step(t) {", "step(t) {\nnothing();", "line .*nothing is not"),
-                                   ('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
-                                   ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "is|expected"),
-                                   ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
-            page.evaluate("(text) => setLawText(text)", law.replace(wrong, right, 1))
-            page.click("#run-law")
-            wait_until(page, f"/{said}/.test(document.getElementById('law-said').textContent)")
-            print(f"    {page.inner_text('#law-said')}")
-        tab.close()
-        shared = Tab(browser, link)
-        require(shared.page.evaluate("lawText()") == law, "the law does not come with its link")
-        require(shared.page.evaluate("maglevLive.state.controller") != "own:law", "the law of a link runs by itself")
-        shared.page.click("#run-law")
-        wait_until(shared.page, "maglevLive.state.controller === 'own:law'")
-        shared.close()
-
-
-def stories(browser: Browser, url: str) -> None:
-    """Each experiment on each stage: what came of it is said, nothing moves on the page, and it can be flown anew."""
-    for run, id in ((run, id) for run in ("2dof-setpoints", "3dof-setpoints-improved", "5dof-setpoints")
-                    for id in ("off", "weight", "pid", "weak")):
-        tab = Tab(browser, f"{url}#run={run}&story={id}")
-        page = tab.page
-        place = "JSON.stringify(document.getElementById('stage').getBoundingClientRect())"
-        before = page.evaluate(place)
-        wait_until(page, "document.getElementById('moment').textContent !== ''", 60.0)
-        said, falls = page.inner_text("#moment"), id in ("off", "weak")
-        print(f"  {run} {id}: {said}")
-        if falls:   # a platform that bounces is off its stop for some frames
-            wait_until(page, "maglevLive.frame.flags.stop")
-        require(falls or not page.evaluate("maglevLive.frame.flags.stop"), f"{run} {id}: it fell")
-        require(("The PID hit" in said and "the nonlinear law got there" in said) == (id == "pid"), said)
-        require(page.evaluate(place) == before, f"{run} {id}: the picture jumps")
-        if falls:
-            fallen = page.evaluate("maglevLive.frame.time")
-            page.click("#lift")
-            wait_until(page, f"maglevLive.frame.time > {fallen + 0.5} && !maglevLive.frame.flags.stop")
-            require(page.inner_text("#moment") == said, "lifting off drops the experiment")
         tab.close()
 
 
@@ -340,34 +297,10 @@ def drag(page: Page, across: float) -> None:
     page.mouse.up()
 
 
-def pictures(browser: Browser, url: str, folder: Path) -> None:
-    """Pictures of the page, on several screens."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, size, scheme, fragment in (
-            ("desktop", "desktop", "light", "#run=3dof-setpoints-improved&ghost=PID3DOF"),
-            ("dark", "desktop", "dark", "#run=3dof-tracking-nonlinear&ghost=PID3DOF"),
-            ("2dof", "desktop", "light", "#run=2dof-setpoints"),
-            ("5dof", "desktop", "light", "#run=5dof-setpoints&ghost=PID5DOF"),
-            ("5dof-dark", "desktop", "dark", "#run=5dof-tracking"),
-            ("5dof-phone", "phone", "light", "#run=5dof-setpoints"),
-            ("phone", "phone", "light", "#run=3dof-setpoints-improved"),
-            ("story", "phone", "dark", "#run=2dof-setpoints&story=off"),
-            ("sides", "tablet", "light", "#run=3dof-setpoints-improved&view=sides")):
-        tab = Tab(browser, url + fragment, size, color_scheme=scheme)
-        tab.page.wait_for_timeout(2500)
-        width, available = tab.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
-        require(width <= available, f"{name}: the page is wider than the screen")
-        tab.page.screenshot(path=folder / f"{name}.png", full_page=size == "phone")
-        tab.close()
-
-
 def main() -> None:
     """Check everything; the exit code is 1 if something is not as it should be."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--fmus", type=Path, default=Path("fmus"))
-    parser.add_argument("--pictures", type=Path)
-    parser.add_argument("--hands", action="store_true", help="hands alone, without the runs")
-    parser.add_argument("--own", action="store_true", help="controllers of the reader's, and faults, alone")
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -375,20 +308,10 @@ def main() -> None:
         print(f"page: {path.stat().st_size / 1000:.0f} kB")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         try:
-            if arguments.own:
-                faults(browser, path.as_uri())
-                own_controllers(browser, path.as_uri(), Path(folder))
-                return
-            if not arguments.hands:
-                compare_runs(browser, path.as_uri(), arguments.fmus)
-            hands(browser, path.as_uri())
-            tilting_hands(browser, path.as_uri())
-            fingers(browser, path.as_uri())
-            faults(browser, path.as_uri())
-            stories(browser, path.as_uri())
+            compare_runs(browser, path.as_uri(), arguments.fmus)
+            for check in (hands, tilting_hands, fingers, faults):
+                check(browser, path.as_uri())
             own_controllers(browser, path.as_uri(), Path(folder))
-            if arguments.pictures:
-                pictures(browser, path.as_uri(), arguments.pictures)
         except Problem as problem:
             print(f"not as it should be: {problem}")
             sys.exit(1)

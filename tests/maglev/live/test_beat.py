@@ -95,6 +95,19 @@ def test_what_is_wrong_is_said_and_marked_at_its_line(tab: Tab) -> None:
     assert tab.page.locator(".cm-bad").count() == 0
 
 
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_what_a_law_cannot_be_is_refused_by_name(tab: Tab) -> None:
+    wait_until(tab.page, "editor.view !== null")
+    law = tab.evaluate("lawText()")
+    for right, wrong, said in (('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
+                               ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "_cmd = NaN at t = 0 s, expected"),
+                               ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
+        assert right in law
+        tab.evaluate("(text) => setLawText(text)", law.replace(right, wrong, 1))
+        tab.page.click("#run-law")
+        wait_until(tab.page, f"/{said}/.test(document.getElementById('law-said').textContent)")
+
+
 @pytest.mark.parametrize("tab", [(PHONE, "")], ids=[""], indirect=True)
 def test_on_a_phone_gains_are_sliders(tab: Tab) -> None:
     page = tab.page
