@@ -28,6 +28,12 @@ class TiltingPlatform:
         square.factorise()
         return square.g1 > 0.0 and square.g2 > 0.0 and square.g3 > 0.0
 
+    def rolls(self) -> bool:
+        """Factorise JᵀJ where guides hold pitch and no motor has an x; whether the motors feel and make roll."""
+        square = self.square
+        square.factorise()
+        return square.g1 > 0.0 and square.g2 > 0.0
+
     def share(self, place: MotorPlace) -> None:
         """Give a motor its column of S."""
         place.share_y, place.share_roll, place.share_pitch = self.square.solve(1.0, -place.z, place.x)

@@ -1,5 +1,6 @@
 """Variables that controllers share, part by part."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
@@ -52,11 +53,16 @@ def measurements(rig: Rig, axis: str) -> tuple[str, ...]:
 
 def place_parameters(rig: Rig) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
-    return tuple(replace(parameter(f"{motor}.{along}", "m", f"place of the motor along {axis.name}, from the centre of "
+    return tuple(replace(parameter(f"{motor}.{along}", "m", f"place of the motor along {axis}, from the centre of "
                                    "mass", rig.source(f"motors.{motor}.{along}"), -10.0, 10.0, 0.1, fixed=True),
                          path=f"{motor}_place.{along}")
-                 for motor in rig.motor_names for along, axis in zip("xz", rig.horizontal, strict=False)
-                 if rig.rotations)
+                 for motor in rig.motor_names for along, axis in along_axes(rig) if rig.rotations)
+
+
+def along_axes(rig: Rig) -> Iterator[tuple[str, str]]:
+    """Directions in which motors have a place, x and z or z alone, and what they are along."""
+    second = rig.horizontal[1].name if rig.spots == "xz" else f"the platform, across {rig.horizontal[0].name}"
+    return (each for each in (("x", rig.horizontal[0].name), ("z", second)) if each[0] in rig.spots)
 
 
 def height(rig: Rig) -> Variable:
@@ -69,7 +75,8 @@ def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
     """The controllers' model of a platform that tilts."""
     if not rig.rotations:
         return ()
-    names = ("mass_y", "mass_x", "mass_z", "inertia_roll", "inertia_pitch")
+    names = (("mass_y", "mass_x", "mass_z", "inertia_roll", "inertia_pitch") if rig.spots == "xz" else
+             ("mass_y", "mass_x", "inertia_roll"))
     axes = (rig.vertical, *rig.horizontal, *rig.rotations)
     found = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
                        rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
@@ -82,8 +89,9 @@ def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
 
 def bad_places(rig: Rig) -> str:
     """Refusal of motors that cannot make every force and torque."""
-    places = ", ".join(f"{motor}.{along} = {{{motor}.{along}}} m" for motor in rig.motor_names for along in "xz")
-    return f"{places}, expected motors that are not all on one line"
+    places = ", ".join(f"{motor}.{along} = {{{motor}.{along}}} m" for motor in rig.motor_names for along in rig.spots)
+    line = "one line" if rig.spots == "xz" else f"one line along {rig.horizontal[0].name}"
+    return f"{places}, expected motors that are not all on {line}"
 
 
 def commutation_variables(rig: Rig) -> tuple[Variable, ...]:

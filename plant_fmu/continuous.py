@@ -32,9 +32,9 @@ def reach(rig: Rig, motor: RigMotor) -> Reach:
     """What of the motion a motor sees; where the platform tilts, its place on it counts."""
     gap, along = [rig.vertical.name], [motor.drives]
     if rig.rotations:
-        roll, pitch = (axis.name for axis in rig.rotations)
-        gap += [roll, pitch]
-        along.append(pitch if motor.drives == rig.horizontal[0].name else roll)
+        gap += [axis.name for axis in rig.rotations]
+        if len(rig.rotations) == 2:   # a lever of the magnets, along what the motor drives
+            along.append(gap[2] if motor.drives == rig.horizontal[0].name else gap[1])
     return Reach(*(tuple(f"{axis}.{what}" for axis in axes) for axes, what in (
         (gap, "position"), (along, "position"), (gap, "velocity"), (along, "velocity"))))
 

@@ -8,6 +8,8 @@ from pmlsm.rig import Rig
 
 def plant(rig: Rig, block: type) -> FmuDefinition:
     """Definition of the plant of a rig, which is a block of `plant_fmu`."""
+    # A tilt about what is seen from the side is in no drawing.
+    drawn = rig.axis_names if len(rig.horizontal) == 2 else rig.axis_names[:2]
     page = "stage_tilts.html" if rig.rotations else f"stage_{rig.name}.html"
     return FmuDefinition(
         name=f"Plant{rig.suffix}",
@@ -19,5 +21,5 @@ def plant(rig: Rig, block: type) -> FmuDefinition:
         variable_step=True,
         continuous=continuous_stage(rig),
         documentation=(("pmlsm", "motor.html"), ("plant_fmu", page), ("plant_fmu", "effects.html")),
-        icon=Drawing("plant_fmu.drawings", "icon", (len(rig.axes),)),
-        sketch=Drawing("plant_fmu.drawings", "stage_sketch", (rig.title, *rig.axis_names)))
+        icon=Drawing("plant_fmu.drawings", "icon", (len(drawn),)),
+        sketch=Drawing("plant_fmu.drawings", "stage_sketch", (rig.title, *drawn)))

@@ -123,20 +123,22 @@ def mode_parameters(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
 
 def place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:
     """Place of something on a platform that tilts, along x or z."""
-    axis = rig.horizontal["xz".index(way)].name
-    return parameter(f"{what}.{way}", "m", f"place on the platform along {axis}, from its centre of mass",
+    axes = [axis.name for axis in rig.horizontal]
+    along = f"across {axes[0]}" if len(axes) == 1 else f"along {axes['xz'.index(way)]}"
+    return parameter(f"{what}.{way}", "m", f"place on the platform {along}, from its centre of mass",
                      source, -10.0, 10.0, 0.1, fixed)
 
 
 def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Outputs and parameters of a motor at its place on a platform that tilts."""
     mount = f"{motor}_mount"
-    decides = (*(f"{axis.name}.position_start" for axis in (rig.vertical, *rig.rotations)), f"{motor}.x", f"{motor}.z")
+    decides = (*(f"{axis.name}.position_start" for axis in (rig.vertical, *rig.rotations)),
+               *(f"{motor}.{way}" for way in rig.spots))
     outputs = (
         real_output(f"{motor}.gap_encoder", "m", "measured air gap of the motor", 0.01, discrete=True,
                     starts_from=(*decides, "encoder.resolution")),
         real_output(f"{motor}.gap", "m", "true air gap of the motor", 0.01, starts_from=decides))
-    parameters = (place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in "xz")
+    parameters = (place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in rig.spots)
     placed = [lying_at(v, v.name.replace(motor, mount, 1)) for v in (*outputs, *parameters)]
     return tuple(placed[:2]), (*placed[2:], *stop_parameters(motor, mount, rig.source("motor_stop")))
 
@@ -153,7 +155,7 @@ def platform_variables(rig: Rig) -> tuple[Variable, ...]:
             parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
                       rig.source("height"), -1.0, 1.0, 0.01, fixed=True),
             parameter("payload.mass", "kg", "mass of a payload that lies on the platform", NONE, 0.0, 1e6, 1.0),
-            *(place(rig, "payload", way, NONE, fixed=False) for way in "xz"), *guides)
+            *(place(rig, "payload", way, NONE, fixed=False) for way in rig.spots), *guides)
 
 
 def constant(of: RigConstant, source: str) -> Variable:

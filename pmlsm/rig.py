@@ -255,8 +255,13 @@ class Rig:
 
     @property
     def rotations(self) -> tuple[RigAxis, ...]:
-        """The tilts of the platform: about the first horizontal axis, then about the second; none if guides hold it."""
+        """The tilts of the platform: about the first horizontal axis, then about the second; none that guides hold."""
         return tuple(axis for axis in self.axes if axis.rotation)
+
+    @property
+    def spots(self) -> str:
+        """Directions in which motors of a platform have a place: "xz", with one horizontal axis "z", across it."""
+        return "xz" if len(self.horizontal) == 2 else "z"
 
     @property
     def gap_stop(self) -> Stop:

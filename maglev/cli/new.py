@@ -121,7 +121,8 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
 def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml, with a name of small "
                                                     "letters and digits; nothing is overwritten.")],
                like: Annotated[str | None, typer.Option(help="Stage whose axes and motors it begins with: "
-                                                        f"{', '.join(RIGS)}.",
+                                                        f"{', '.join(RIGS)}, side-by-side: two motors under "
+                                                        "one axis, which tilt it.",
                                                         show_default=f"{EXAMPLE}, with --motor {SINGLE}")] = None,
                motor: Annotated[list[str] | None, typer.Option(
                    metavar="NAME|KEY=VALUE", help="Other motors in its places: `small`, `medium` or `large`, typical "

@@ -96,8 +96,9 @@ def modelled(rig: Rig, controller: Any) -> Any:
     if rig.rotations:
         model = controller.allocation
         stage.height, stage.payload.mass = controller.platform.height, 0.0
-        for name, mass in zip(rig.axis_names, (model.mass_y, model.mass_x, model.mass_z, model.inertia_roll,
-                                               model.inertia_pitch), strict=True):
+        masses = (model.mass_y, model.mass_x, model.mass_z, model.inertia_roll, model.inertia_pitch)
+        for name, mass in zip(rig.axis_names, masses if len(rig.horizontal) == 2 else (*masses[:2], masses[3]),
+                              strict=True):
             axis = getattr(stage, name)
             axis.mass = axis.nominal_mass = mass
         for motor in rig.motor_names:

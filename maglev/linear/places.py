@@ -51,10 +51,12 @@ class MotorPlaces:
         gaps, along, slots = np.zeros((3, len(motors), axes))
         gaps[:, 0] = along[motors, list(rig.driven)] = slots[:, 1] = 1.0
         if rig.rotations:
-            roll, pitch = (rig.axis_names.index(tilt.name) for tilt in rig.rotations)
-            gaps[:, roll], gaps[:, pitch] = [-spot.z for spot in spots], [spot.x for spot in spots]
-            along[:, pitch] = [-height if motor.drives == rig.horizontal[0].name else 0.0 for motor in rig.motors]
-            along[:, roll] = [height if motor.drives == rig.horizontal[1].name else 0.0 for motor in rig.motors]
+            roll, *others = (rig.axis_names.index(tilt.name) for tilt in rig.rotations)
+            gaps[:, roll] = [-spot.z for spot in spots]
+            for pitch in others:   # guides hold it where there is one horizontal axis
+                gaps[:, pitch] = [spot.x for spot in spots]
+                along[:, pitch] = [-height if motor.drives == rig.horizontal[0].name else 0.0 for motor in rig.motors]
+                along[:, roll] = [height if motor.drives == rig.horizontal[1].name else 0.0 for motor in rig.motors]
             slots = along
         mass = np.array([axis.mass for axis in rig.axes])
         effects, even = np.zeros((axes, 2 * len(motors))), np.zeros((2 * len(motors), axes))

@@ -206,8 +206,9 @@ def tilts(rig: Rig) -> dict[str, Any]:
 
     With a tilt the gap grows along the axis (sign 1) or shrinks (−1), see `plant_fmu.motor_mount`.
     """
-    return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in
-            zip(rig.horizontal, reversed(rig.rotations), (1, -1), ("x", "z"), strict=False)}
+    seen = zip(rig.horizontal, reversed(rig.rotations), (1, -1), ("x", "z"), strict=False)
+    return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in seen
+            if len(rig.horizontal) == 2}   # with one, the tilt is about what is seen from the side
 
 
 def places(rig: Rig) -> dict[str, list[tuple[float, float]]]:

@@ -12,14 +12,35 @@ from maglev.toml_file import read_toml
 from maglev.units import number_or_text
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig, Stop, quantity
+from pmlsm.rigs import RIGS, SINGLE
 from pmlsm.velocity_rows import GRAVITY
 
 MOTORS = {path.stem: path for path in (PACKAGED / "motors" / f"{size}.toml" for size in ("small", "medium", "large"))}
+
+SIDE_BY_SIDE = "side-by-side"   # stage to begin with: two motors side by side under one axis, which also tilt it
+APART = 0.3                  # m, between these two
 
 TRAVEL = 0.3        # of the gap, to either stop
 GAP = 0.4           # of a pole pitch: the gap where none is given
 SURFACE_FIELD = 0.6   # T, at the magnets; forces are known at a gap, so that only its decay counts
 RESOLUTION = 1e-6   # m, of the encoders beside a motor of such a gap
+
+
+def side_by_side() -> Rig:
+    """The 2-DOF stage on two of its motors, twice as heavy, with a platform that tilts about the horizontal axis."""
+    rig, roll = RIGS[SINGLE], next(rig.rotations[0] for rig in RIGS.values() if rig.rotations)
+    travelling = rig.horizontal[0]
+    motor, mass = rig.motors[0], 2.0 * rig.vertical.mass
+    inertia = float(f"{mass * (0.5 * APART) ** 2:.3g}")   # as of masses at the motors
+    stage, model = (replace(of, thrust={name: value / 2.0 for name, value in of.thrust.items()},
+                            attraction=of.attraction / 2.0, coils=of.coils / 2.0, iron=of.iron / 2.0)
+                    for of in (rig.stage, rig.model))
+    return replace(
+        rig, title="2-DOF stage on two motors", motor_stop=rig.gap_stop, experiment="", equation="", stage=stage,
+        model=model,
+        axes=(replace(rig.vertical, mass=mass, stop=None), replace(travelling, mass=2.0 * travelling.mass),
+              replace(roll, meaning=f"tilt about {travelling.name}", mass=inertia)),
+        motors=(replace(motor, name="left", z=-0.5 * APART), replace(motor, name="right", z=0.5 * APART)))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from maglev.errors import MaglevError, RigError, one_of
 from maglev.own_stage.adoption import OWN, rig_named
 from maglev.own_stage.data_sheet import Catalogue, Field
 from maglev.own_stage.loop import TIMES, setpoints
-from maglev.own_stage.motor import Motor, read_motor, sheet_of, with_motor
+from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, side_by_side, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.writer import render
 from pmlsm.gap_functions import gap_functions
@@ -47,10 +47,11 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     """
     file = file_named(path, ".toml")
     like = like or (SINGLE if motor else EXAMPLE)
-    if like not in RIGS:
-        raise RigError(f"--like {like}: expected {one_of(like, RIGS)}")
+    if like not in (*RIGS, SIDE_BY_SIDE):
+        raise RigError(f"--like {like}: expected {one_of(like, (*RIGS, SIDE_BY_SIDE))}")
+    rig = side_by_side() if like == SIDE_BY_SIDE else RIGS[like]
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
-    write_new(file, stage_text(RIGS[like], file, read_motor(motor) if motor else None))
+    write_new(file, stage_text(rig, file, read_motor(motor) if motor else None))
     with undone(file):
         write_new(scenario, scenario_text(read_own(file), scenario, file.name, more=False))
         if motor:

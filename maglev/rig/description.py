@@ -141,9 +141,9 @@ class Reader:
                         f"{field.lower:g} to {field.upper:g} m, where the field is known")
         horizontal = [axis.name for axis in rig.horizontal]
         if rig.rotations:
-            if (len(horizontal), len(rig.rotations)) != (2, 2):
-                self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, two horizontal axes, and the "
-                            "tilts about them")
+            if (len(horizontal), len(rig.rotations)) not in ((1, 1), (2, 2)):
+                self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, one or two horizontal axes, "
+                            "and the tilts about them")
             if rig.design.schedule is not None:
                 self.refuse("design.schedule", "expected none where the platform tilts")
             if rig.motor_stop is None:
@@ -151,8 +151,15 @@ class Reader:
             if rig.sharing != 1.0:
                 self.refuse("sharing", f"{rig.sharing:g}, expected 1 where the platform tilts: each motor has a place")
             first, *others = rig.motors
-            if not any(abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
-                       for a in others for b in others):
+            for motor in rig.motors:
+                if motor.x != 0.0 and rig.spots == "z":
+                    self.refuse(f"motors.{motor.name}.x", f"{motor.x:g} m, expected 0 with one horizontal axis, along "
+                                "which guides hold the platform level: a place z across it")
+            if rig.spots == "z" and all(motor.z == first.z for motor in others):
+                self.refuse("motors", f"all at z = {first.z:g} m, expected places side by side")
+            if rig.spots == "xz" and not any(
+                    abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
+                    for a in others for b in others):
                 places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in rig.motors)
                 self.refuse("motors", f"{places}, expected motors that are not all on one line")
         elif rig.motor_stop is not None:

@@ -18,6 +18,7 @@ KEYWORDS_OF_C = {
     "auto", "case", "char", "const", "default", "do", "double", "enum", "extern", "float", "goto", "inline", "int",
     "long", "register", "restrict", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
     "unsigned", "void", "volatile"}
+HELD = "level"   # the tilt that guides hold, where there is one horizontal axis
 OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 
 
@@ -38,7 +39,7 @@ def environment() -> "Environment":
 @cache
 def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
-    found = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law"}
+    found = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD}
     for path in TEMPLATES.rglob("*.j2"):
         if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name == "repository":
             continue
@@ -56,8 +57,9 @@ def render(template: str, rig: Rig, **more: Any) -> str:
 def words(rig: Rig) -> dict[str, Any]:
     """What stands in the templates of a rig.
 
-    `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts,
-    `stopped` those that have stops. `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
+    `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts;
+    with one horizontal axis there is no `z`, and guides hold `pitch` (`single`). `stopped` are those that have stops.
+    `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
     `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
     current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
     it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `place` by
@@ -65,6 +67,7 @@ def words(rig: Rig) -> dict[str, Any]:
     motors where their gaps are measured, each with where it starts.
     """
     horizontal = [axis.name for axis in rig.horizontal]
+    single = len(horizontal) == 1
     tilts = [axis.name for axis in rig.rotations]
     attraction, coils, iron = rig.constants_of(rig.vertical.name)
     motors_of = {axis: [motor.name for motor in rig.motors_of(axis)] for axis in horizontal}
@@ -72,9 +75,13 @@ def words(rig: Rig) -> dict[str, Any]:
         "rig": rig, "tilting": bool(tilts), "schedule": rig.design.schedule,
         "table": rig.design.table,
         "y": rig.vertical.name,
-        **(dict(zip(("x", "z", "roll", "pitch"), horizontal + tilts, strict=True)) if tilts else {}),
+        **(dict(zip(("x", "z", "roll", "pitch"), [*horizontal, "", *tilts, HELD] if single else horizontal + tilts,
+                    strict=True)) if tilts else {}),
+        "single": single,
         "axes": list(rig.axis_names), "horizontal": horizontal, "tilts": tilts,
-        "masses": [axis.mass for axis in (rig.vertical, *rig.horizontal, *rig.rotations)],
+        # Of y, x, z, roll, pitch where the platform tilts; what guides hold has any.
+        "masses": [rig.vertical.mass, *(axis.mass for axis in rig.horizontal), *([1.0] if single else []),
+                   *(axis.mass for axis in rig.rotations), *([1.0] if single else [])],
         "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
         "place": {axis: f"{names[0]}_mount.displacement" if tilts else f"{axis}.position"

@@ -210,7 +210,7 @@ def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
     ([("z = 0.2", "z = 0.0"), ("z = -0.2", "z = 0.0")],
      "motors: alpha1 at x = 0 m, z = 0 m, .*, expected motors that are not all on one line"),
     ([("rotation = true             # a tilt of the platform: rad, N m\nmeaning = \"tilt about z\"",
-       "meaning = \"tilt about z\"")], "expected the air gap, two horizontal axes, and the tilts about them")])
+       "meaning = \"tilt about z\"")], "expected the air gap, one or two horizontal axes, and the tilts")])
 def test_tilts_that_fit_nothing_are_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
     with pytest.raises(RigError, match=message):
         read_own(changed(tmp_path / "own.toml", "5dof", *changes))

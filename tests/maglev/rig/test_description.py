@@ -70,8 +70,8 @@ def test_every_value_has_a_source() -> None:
 
 @pytest.mark.parametrize(("start", "end", "message"), [
     ("[motor_stop]", "# Half", "motor_stop: missing, expected stops at the motors of a platform that tilts"),
-    ("[axes.pitch]", "# Stops", "axes: y, x, z, roll, expected the air gap, two horizontal axes, and the tilts about "
-                                "them"),
+    ("[axes.pitch]", "# Stops", "axes: y, x, z, roll, expected the air gap, one or two horizontal axes, and the tilts "
+                                "about them"),
     ('stop = { lower = "-62', "\n", "axes.x.stop: missing")])
 def test_what_a_platform_that_tilts_needs(tmp_path: Path, start: str, end: str, message: str) -> None:
     """Without one of its parts, which reaches from its start to an end."""

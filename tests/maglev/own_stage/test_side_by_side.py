@@ -1,0 +1,154 @@
+"""Two motors side by side under one horizontal axis, which also tilt the platform about it: v, h, roll."""
+
+from math import cos, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from described_stages import written
+from reference_stage import G, park_matrix
+from scipy.integrate import solve_ivp
+
+import maglev
+from maglev.errors import RigError
+from maglev.experiment.following import following
+from maglev.linear.loop import linearise_loop
+from maglev.own_fmus import definition
+from maglev.own_stage.adoption import know_stage
+from maglev.own_stage.loop import setpoints
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
+
+pytestmark = pytest.mark.usefixtures("slow")
+
+LIKE = "side-by-side"
+# Unlike in all that the equations could mix up: places, height of the magnets, payload, masses.
+UNEVEN = {"z = -0.15": "z = -0.11", "z = 0.15": "z = 0.17", "height = 0.0 ": "height = -0.04 ",
+          "mass = 0.196": "mass = 0.23"}
+PAYLOAD, OFFSET = 0.4, 0.05   # kg, m
+
+
+def lagrangian_motion(rig: Rig, start: np.ndarray, currents: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Positions v, h, roll under constant phase currents, (motors, 3), by virtual work; shape (times, 3).
+
+    The platform is a body that turns about h: a motor's face is a point of it, and a force's share of a coordinate is
+    the way that the point goes along the force when the coordinate changes, by differences.
+    """
+    geometry, of = rig.motor(), rig.stage
+    mass, travelling, inertia = (axis.mass for axis in rig.axes)
+    inertias = np.array([mass + PAYLOAD, travelling + PAYLOAD, inertia + PAYLOAD * OFFSET**2])
+
+    def point(q: np.ndarray, z: float, low: float) -> np.ndarray:
+        """Where a point of the platform is: downwards, along h."""
+        v, h, roll = q
+        return np.array([v - z * sin(roll) + low * (cos(roll) - 1.0), h])
+
+    def share(q: np.ndarray, z: float, low: float) -> np.ndarray:
+        """Ways of the point by the coordinates, without tilt: its small angles are those of the model."""
+        level = np.array([q[0], q[1], 0.0])
+        return np.column_stack([(point(level + d, z, low) - point(level - d, z, low)) / 2e-6 for d in 1e-6 * np.eye(3)])
+
+    def rates(_: float, state: np.ndarray) -> np.ndarray:
+        q = state[:3]
+        force = np.array([mass * G, 0.0, 0.0]) + PAYLOAD * G * share(q, OFFSET, 0.0)[0]
+        for motor, phases in zip(rig.motors, currents, strict=True):
+            ways = share(q, motor.z, rig.height)
+            gap, along = q[0] + ways[0, 2] * q[2], q[1]
+            f1, f2, f3, f4 = gap_functions(geometry, gap)
+            i_d, i_q = park_matrix(along) @ phases
+            pull = of.attraction * f2 * (1.0 - rig.modulation * sin(np.pi * along / geometry.slot_pitch)**2)
+            normal = mass * (of.coils * f3 * i_d - of.iron * f4 * (i_d**2 + i_q**2) - pull)
+            thrust = -travelling * of.thrust["h"] * f1 * i_q
+            force = force + ways.T @ [normal, thrust]
+        return np.concatenate([state[3:], force / inertias])
+
+    found = solve_ivp(rates, (0.0, times[-1]), np.concatenate([start, np.zeros(3)]), method="DOP853", t_eval=times,
+                      rtol=1e-11, atol=1e-14)
+    return found.y[:3].T
+
+
+def test_it_moves_by_its_equations(tmp_path: Path) -> None:
+    """The plant's block, without friction, bias and lag, against an integration of its own."""
+    rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
+    plant: Any = definition("PlantPair").new_block()
+    start = np.array([0.0203, 1.5e-3, 4e-3])
+    plant.payload.mass, plant.payload.z, plant.encoder.resolution = PAYLOAD, OFFSET, 0.0
+    for axis, position in zip(rig.axis_names, start.tolist(), strict=True):
+        of = getattr(plant, axis)
+        of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
+        of.position_start = position
+    currents = np.array([[1.0, -0.3, -0.7], [-0.4, 0.9, -0.5]])
+    for motor, phases in zip(("left", "right"), currents.tolist(), strict=True):
+        supply = getattr(plant, motor)
+        supply.amplifier.lag = 0.0
+        supply.i_a_cmd, supply.i_b_cmd, supply.i_c_cmd = phases
+    assert plant.start() == 0
+    times = 1e-3 * np.arange(31)
+    rows = [start]
+    for k in range(30):
+        assert plant.step(1e-3 * k, 1e-3) == 0
+        rows.append(np.array([getattr(plant, axis).position for axis in rig.axis_names]))
+    expected = lagrangian_motion(rig, start, currents, times)
+    assert (np.ptp(expected, axis=0) > 1.5e-4).all()   # it goes somewhere along all of them
+    assert np.abs(np.array(rows) - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=2e-9)
+
+
+@pytest.mark.parametrize("law", ["", "Linear", "PID"])
+def test_it_flies(tmp_path: Path, law: str) -> None:
+    rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
+    loop: Any = definition(f"ClosedLoop{law}Pair").new_block()
+    assert loop.start() == 0
+    for k in range(3):
+        for axis, values in setpoints(rig).items():
+            getattr(loop.controller, axis).reference = 1e-3 * values[k]
+        for _ in range(60):
+            assert loop.step(0.0, 1e-2) == 0
+            assert not loop.plant.at_stop
+    for axis, values in setpoints(rig).items():
+        assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[2], abs=3e-5)
+    left, right = loop.plant.left_mount, loop.plant.right_mount
+    tilt = loop.plant.roll.position
+    assert abs(tilt) > 4e-4
+    assert left.gap - right.gap == pytest.approx((0.11 + 0.17) * tilt)
+    assert left.thrust == pytest.approx(right.thrust, rel=0.02, abs=0.02)   # no yaw by the gaps
+
+
+def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run, margins, a controller to begin with, a model that follows the plant, an environment."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "pair.toml", LIKE, UNEVEN)
+    (tmp_path / "short.toml").write_text('extends = "pair-setpoints.toml"\nname = "short"\nstop_time = "1.2 s"\n')
+    maglev.new_controller("law.py", stage="pair.toml")
+    for controller in (None, "law.py"):
+        run = maglev.run("short.toml", kind="python", controller=controller)
+        assert not run["plant.at_stop"].any()
+        assert run.plan.axes["roll"].rotation
+        assert abs(run["plant.roll.position"] - run["controller.roll.reference"])[-1] < 1e-4
+    found = maglev.stage("pair.toml")
+    assert set(found.places[0].margins) == {"v", "h", "roll"}
+    loop = linearise_loop("PlantPair", "RegulatorPair", {"v": 0.02, "roll": 2e-3})
+    assert loop.stable and loop.margins("left.gap_measured").disk > 0.0
+    own = {"controller.C1": 7.0}
+    rig = know_stage("pair.toml")
+    blocks = {name: definition(f"{kind}Pair") for name, kind in (("plant", "Plant"), ("controller", "Regulator"))}
+    start = {name: {v.name: 1.0 for v in of.variables} for name, of in blocks.items()}
+    assert following(rig, start["plant"].get, start["controller"].get, own) is not None
+    import gymnasium
+
+    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", rig="pair.toml")
+    observation, _ = environment.reset(seed=1)
+    assert observation[:3] == pytest.approx([0.0, 0.02, 0.02], abs=1e-3)   # h, and the gaps at the motors
+    environment.close()
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"z = -0.15": "x = 0.1\nz = -0.15"}, "motors.left.x: 0.1 m, expected 0 with one horizontal axis"),
+    ({"z = -0.15": "z = 0.15"}, "motors: all at z = 0.15 m, expected places side by side"),
+    ({"rotation = true ": "rotation = false "}, "motor_stop: expected only where the platform tilts"),
+    ({"sharing = 1 ": "sharing = 2 "}, "sharing: 2, expected 1 where the platform tilts")])
+def test_what_is_no_such_stage_is_refused(tmp_path: Path, changes: dict[str, str], message: str) -> None:
+    from maglev.own_stage.reading import read_own
+
+    with pytest.raises(RigError, match=message):
+        read_own(written(tmp_path / "pair.toml", LIKE, changes))
