@@ -14,7 +14,7 @@ from typing import NamedTuple
 from maglev_files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
-FMUS, STEP_LOOP = "fmus", "step_loop"   # folders in it
+FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
 
 
 class Kept(NamedTuple):
@@ -72,13 +72,13 @@ def keep(key: str, name: str, content: bytes) -> Kept:
 
 def sizes() -> list[int]:
     """Sizes of all files that are kept, bytes."""
-    return [path.stat().st_size for part in (FMUS, STEP_LOOP) for path in (cache_folder() / part).rglob("*-*")
+    return [path.stat().st_size for part in FOLDERS for path in (cache_folder() / part).rglob("*-*")
             if path.is_file()]
 
 
 def clear() -> None:
     """Remove all that is kept, and nothing else that lies there; OSError if it cannot be removed."""
-    for part in (FMUS, STEP_LOOP):
+    for part in FOLDERS:
         if (cache_folder() / part).exists():
             shutil.rmtree(cache_folder() / part)
 

@@ -27,7 +27,7 @@ from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
-from maglev_files.cache import Kept, keep, kept
+from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
@@ -176,7 +176,7 @@ def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
     """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
     key = hashlib.sha256(repr((sorted(sources.items()), FLAGS, platform)).encode("utf-8")).hexdigest()[:32]
-    place = f"block_loops/{key}"
+    place = f"{BLOCK_LOOPS}/{key}"
     found = kept(place, LIBRARY)
     if found is None and build:
         found = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))

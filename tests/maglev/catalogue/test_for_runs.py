@@ -19,7 +19,7 @@ from maglev.catalogue.for_runs import fmus_for_runs, key
 from maglev.errors import BuildError, MaglevError
 from maglev.own_fmus import own_kind
 from maglev.own_stage.adoption import forget, know_stage
-from maglev_files.cache import PLACE
+from maglev_files.cache import BLOCK_LOOPS, PLACE, keep
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -205,8 +205,9 @@ def test_the_cache_is_shown_and_cleared(here: Path, no_compiler: None) -> None:
     assert "0 files, 0.0 MB" in command("cache").output
     command("run", "short.toml")
     (here / "cache" / "of others").write_text("stays", encoding="utf-8")
+    keep(f"{BLOCK_LOOPS}/of blocks", "loop.so", b"a loop")
     shown = command("cache").output
-    assert shown.startswith(f"{here / 'cache'}: 2 files, ")
+    assert shown.startswith(f"{here / 'cache'}: 3 files, ")
     assert "cleared" not in shown
     assert command("cache", "--clear").output.endswith(", cleared\n")
     assert [path.name for path in (here / "cache").iterdir()] == ["of others"]
