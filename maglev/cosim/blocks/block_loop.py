@@ -224,7 +224,7 @@ def parts_of(fmus: Iterable[Fmu],
             block = Block.of(definition(build.name))
         if block is None or fmu.scales:
             return None
-        parts[id(fmu)] = Part(number, block, files_of_block(fmu.path))
+        parts[id(fmu)] = with_own_header(Part(number, block, files_of_block(fmu.path)))
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
@@ -273,6 +273,15 @@ def files_of_block(path: Path) -> dict[str, str]:
     layer = {PREFIX, TABLE, BUILD, *(name for shell in SHELLS.values() for name in shell.layer)}
     layer -= INSTANCE
     return {name: text for name, text in carried.items() if name not in layer and "_tangent." not in name}
+
+
+def with_own_header(part: Part) -> Part:
+    """The part with a name of its own for the file with its block: around every class of a user's one is written."""
+    stem = part.what.header.removesuffix(".h")
+    names = re.compile(rf"\b{stem}(?=\.[ch]\b)|\b{stem.upper()}(?=_H\b)")
+    return Part(part.number, part.what._replace(header=f"{stem}_{part.number}.h"),
+                {names.sub(rf"\g<0>_{part.number}", name): names.sub(rf"\g<0>_{part.number}", text)
+                 for name, text in part.files.items()})
 
 
 def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from written_controllers import PD, controller, flight
+from written_controllers import PD, blocks, controller, flight
 
 import maglev
 from maglev.errors import ControllerError
@@ -67,6 +67,20 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
     found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0, 60.0]}, controller=path, kind="native",
                          fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
     assert found.failures == (None, None)
+    for sample in range(2):
+        assert found["rms error of v"][sample] == found.run(sample).metrics.rms_errors["v"]
+
+
+def test_two_classes_fly_in_one_loop(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sensor of the user's between our plant and a controller of the user's."""
+    (tmp_path / "fmus").mkdir()
+    (tmp_path / "fmus" / "native").symlink_to(native_fmus)
+    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(here, "fly_batches", None)
+    found = maglev.batch(blocks(tmp_path) / "sensor.toml", {"sensor.resolution": [0.0, 20e-6]}, jobs=1, kind="native",
+                         controller=controller(tmp_path), fmus=tmp_path / "fmus", say=lambda _: None)
+    assert found.failures == (None, None)
+    assert len({*found["rms error of v"].tolist()}) == 2
     for sample in range(2):
         assert found["rms error of v"][sample] == found.run(sample).metrics.rms_errors["v"]
 
