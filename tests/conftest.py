@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+import wheel
 from hypothesis import settings
 from native_builds import built_once, missing_native_tools, require_native_tools, translates_once
 
@@ -198,6 +199,14 @@ def fastest_fmus(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU: native ones where they can be built, for what takes long; both kinds agree bit for bit."""
     folder: Path = request.getfixturevalue("fmus" if missing_native_tools() else "native_fmus")
     return folder
+
+
+@pytest.fixture(scope="session")
+def installed(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the wheel, the sources that it was built from, and an environment with it."""
+    if os.name != "posix":
+        pytest.skip("the folders of the environment are those of Linux and macOS")
+    return built_once(tmp_path_factory, "wheel", wheel.install)
 
 
 Load = Callable[[str], Fmu]

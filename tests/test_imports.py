@@ -9,6 +9,7 @@ import pytest
 
 from fmi_export.native.prefix import EXTERNAL
 from fmi_export.native.shells import PARTS, SHELLS
+from maglev.packages import OURS
 from tools.house_map import drawing, imported, page, room_of
 
 ROOT = Path(__file__).parents[1]
@@ -183,4 +184,4 @@ def test_every_package_is_here() -> None:
     assert all((ROOT / folder / "__init__.py").exists() for folder in folders)
     listed = set(project["tool"]["setuptools"]["packages"])
     assert listed == {".".join(folder.parts) for folder in folders} | {"maglev.rigs", "maglev.scenarios"}
-    assert {name.split(".")[0] for name in listed} == set(BELOW)
+    assert {name.split(".")[0] for name in listed} == set(BELOW) == set(OURS)

@@ -1,24 +1,16 @@
 """The wheel: what it installs, and the command from it, in the folder of a user who has modules of common names."""
 
 import json
-import os
 import re
-import runpy
 import shlex
-import shutil
-import subprocess
-import sys
-import sysconfig
 import zipfile
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import pytest
-from native_builds import built_once, require_native_tools
+from native_builds import require_native_tools
+from wheel import ROOT, ran, said
 
-ROOT = Path(__file__).parents[1]
-PACKAGES = set(runpy.run_path(str(Path(__file__).with_name("test_imports.py")))["BELOW"])
-NOT_SHIPPED = shutil.ignore_patterns("__pycache__")
+from maglev.packages import OURS
 
 # What users have in their folders; a name of ours that is one of these would run their code.
 COMMON_NAMES = ("messages", "sampling", "scenarios", "identification", "build", "units", "errors", "report", "study")
@@ -31,42 +23,6 @@ stop_time = "2 s"
 """
 
 
-def setuptools_release() -> int:
-    """Release of the interpreter's setuptools; 0 without one."""
-    try:
-        return int(version("setuptools").split(".")[0])
-    except PackageNotFoundError:
-        return 0
-
-
-def install(folder: Path) -> None:
-    """Build the wheel into a folder and install it there into an environment that has the dependencies behind it."""
-    source = folder / "source"   # a copy, for setuptools leaves a folder build, from which it also ships what is old
-    for package in [*PACKAGES, "rigs", "scenarios"]:
-        shutil.copytree(ROOT / package, source / package, ignore=NOT_SHIPPED)
-    for file in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / file, source)
-    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
-    alone = ["--no-build-isolation"] if setuptools_release() >= 77 else []   # the one that pyproject.toml asks for
-    subprocess.run([*pip, "wheel", "--no-deps", *alone, "--wheel-dir", folder, source], check=True)
-    environment = folder / "environment"
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
-    wheel, = folder.glob("*.whl")
-    subprocess.run([*pip, "--python", environment / "bin" / "python", "install", "--no-deps", "--no-index", wheel],
-                   check=True)
-    packages, = environment.glob("lib/python*/site-packages")
-    # A folder that is named so is searched last, and its own .pth files, such as one to the repository, are not read.
-    (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
-
-
-@pytest.fixture(scope="session")
-def installed(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the wheel, the sources that it was built from, and an environment with it."""
-    if os.name != "posix":
-        pytest.skip("the folders of the environment are those of Linux and macOS")
-    return built_once(tmp_path_factory, "wheel", install)
-
-
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
     """Folder of a user with modules of common names, none of which may be imported."""
@@ -76,20 +32,6 @@ def home(tmp_path: Path) -> Path:
         (folder / f"{name}.py").write_text(f"raise ImportError('{name}.py of the user, expected a module of ours')\n")
     (folder / "excited.toml").write_text(EXCITED)
     return folder
-
-
-def ran(installed: Path, home: Path, program: str | Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """A program of the environment as it ended, in the user's folder."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return subprocess.run([installed / "environment" / "bin" / program, *arguments], cwd=home, env=kept,
-                          capture_output=True, text=True)
-
-
-def said(installed: Path, home: Path, *arguments: str | Path) -> str:
-    """What such a program writes; it must succeed."""
-    done = ran(installed, home, *arguments)
-    assert done.returncode == 0, f"{done.stdout[-2000:]}{done.stderr[-2000:]}"
-    return done.stdout
 
 
 def command(installed: Path, home: Path, *arguments: str | Path) -> str:
@@ -104,10 +46,10 @@ def test_contents(installed: Path) -> None:
         names = {name for name in archive.namelist() if not name.endswith("/")}
         information, = {name.split("/")[0] for name in names if ".dist-info/" in name}
         top_level = archive.read(f"{information}/top_level.txt").decode().split()
-    assert set(top_level) == PACKAGES
-    assert {name.split("/")[0] for name in names} == {*PACKAGES, information}
+    assert set(top_level) == {*OURS}
+    assert {name.split("/")[0] for name in names} == {*OURS, information}
     source = installed / "source"
-    expected = {path.relative_to(source).as_posix() for package in [*PACKAGES, "rigs", "scenarios"]
+    expected = {path.relative_to(source).as_posix() for package in [*OURS, "rigs", "scenarios"]
                 for path in (source / package).rglob("*") if path.is_file()}
     assert {name for name in names if not name.startswith(information)} == {
         f"maglev/{name}" if name.startswith(("rigs/", "scenarios/")) else name for name in expected}
