@@ -43,7 +43,7 @@ class ThrustAxis:
         if matched:
             a = filtered
         u = a / self.information
-        gain = a * u
+        gain = 0.0 if law.held else a * u
         change = self.model.advance(self.velocity, a * self.thrust, gain, law)
         self.residual = self.model.error / law.epsilon
         if gain > 0.0:
@@ -121,8 +121,8 @@ class NormalAxis:
         sigma.factorise()
         u1, u2, u3 = sigma.solve(a1, a2, a3)
         gain = a1 * u1 + a2 * u2 + a3 * u3
-        if gain < 0.0:
-            gain = 0.0   # rounding
+        if law.held or gain < 0.0:
+            gain = 0.0   # negative by rounding
         acceleration = a1 * self.attraction + a2 * self.coils + a3 * self.iron + b
         change = self.model.advance(self.velocity, acceleration, gain, law)
         self.residual = self.model.error / law.epsilon

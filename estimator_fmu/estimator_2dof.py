@@ -1,6 +1,7 @@
 """Estimator of the constants of the 2-DOF stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import BAD_GEOMETRY, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
@@ -9,10 +10,6 @@ from estimator_fmu.velocity_model import EstimatorLaw
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-BAD_GEOMETRY = 2   # no motor has such a geometry
 
 
 class Estimator2DOF:
@@ -31,6 +28,7 @@ class Estimator2DOF:
         self.gamma = 1.1                 # parameter
         self.forgetting = 0.0            # 1/s, parameter, 0 = off
         self.matched_filter = False      # parameter
+        self.held = False                # parameter
         self.sample_time = 0.0005        # s, parameter
         self.geometry = MotorGeometry()
         self.v = NormalAxis(0.02)
@@ -87,6 +85,8 @@ class Estimator2DOF:
             h.seed(thrust_h)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
+        if self.held:
+            law.hold()
         v.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
         h.sample(thrust_h, self.matched_filter, self.observer, law)
         v.watch(self.convergence, self.sample_time)

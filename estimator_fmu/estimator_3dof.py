@@ -1,6 +1,7 @@
 """Estimator of the constants of the 3-DOF stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import BAD_GEOMETRY, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.constant_estimate import ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
@@ -9,10 +10,6 @@ from estimator_fmu.velocity_model import EstimatorLaw
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-BAD_GEOMETRY = 2   # no motor has such a geometry
 
 
 class Estimator3DOF:
@@ -33,6 +30,7 @@ class Estimator3DOF:
         self.gamma = 1.1                 # parameter
         self.forgetting = 0.0            # 1/s, parameter, 0 = off
         self.matched_filter = False      # parameter
+        self.held = False                # parameter
         self.sample_time = 0.0002        # s, parameter
         self.geometry = MotorGeometry()
         self.y = NormalAxis(0.025)
@@ -98,6 +96,8 @@ class Estimator3DOF:
             z.seed(thrust_z)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
+        if self.held:
+            law.hold()
         y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
         x.sample(thrust_x, self.matched_filter, self.observer, law)
         z.sample(thrust_z, self.matched_filter, self.observer, law)

@@ -2,6 +2,7 @@
 
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.velocity_observer import ObserverFilter
@@ -12,11 +13,6 @@ from estimator_fmu.motor_rows import MotorRows
 from estimator_fmu.velocity_model import EstimatorLaw
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.velocity_rows import GRAVITY
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-BAD_GEOMETRY = 2   # no motor has such a geometry
-BAD_PLACES = 3     # the motors stand on one line, and do not feel every tilt
 
 
 class Estimator5DOF:
@@ -37,6 +33,7 @@ class Estimator5DOF:
         self.gamma = 1.1                 # parameter
         self.forgetting = 0.0            # 1/s, parameter, 0 = off
         self.matched_filter = False      # parameter
+        self.held = False                # parameter
         self.sample_time = 0.0002        # s, parameter
         self.geometry = MotorGeometry()
         self.y = NormalAxis(0.025)
@@ -139,6 +136,8 @@ class Estimator5DOF:
             z.seed(thrust_z)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
+        if self.held:
+            law.hold()
         y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
         x.sample(thrust_x, self.matched_filter, self.observer, law)
         z.sample(thrust_z, self.matched_filter, self.observer, law)

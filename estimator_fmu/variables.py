@@ -1,5 +1,7 @@
 """Variables that the estimators share, part by part."""
 
+import controller_fmu.status as status
+from controller_fmu.status import STEP_MISFIT
 from controller_fmu.variables import bad_places, by_gaps, gap_inputs, measured_axis, measurements, place_parameters
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
@@ -15,7 +17,8 @@ WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of an estimator, by the status of the block."""
-    return {1: REFUSED_STEP, 2: BAD_GEOMETRY, **({3: bad_places(rig)} if rig.rotations else {})}
+    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: BAD_GEOMETRY,
+            **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
 
 
 def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
@@ -85,6 +88,8 @@ def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:
                       "rate forgetting / (1 - 1/gamma²); 0 = off", "assumed: off, as in (3.8)", 0.0, 1e3, 0.1),
             switch("matched_filter", "filter the columns of A(y, u) as the observer filters the velocity",
                    "assumed: off, the thesis does not mention it"),
+            switch("held", "leave estimates and Σ as they are, for as long as the data are not to be trusted",
+                   "assumed: the thesis does not mention it"),
             parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
                       1e-6, 1.0, 1e-3, fixed=True),
             parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",

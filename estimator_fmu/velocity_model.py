@@ -21,17 +21,25 @@ class EstimatorLaw:
         self.growth = 0.0           # 1 − γ⁻², of Σ' = AᵀA − γ⁻² AᵀA
         self.forgotten = 0.0        # share of Σ that a sample forgets
         self.added = 0.0            # s, weight of a sample's AᵀA in Σ
+        self.held = False           # whether the estimates and Σ stay as they are
 
     def prepare(self, sample_time: float, epsilon: float, gamma: float, forgetting: float) -> None:
         """Take in the parameters: sample time (s), ε (s), γ, rate of forgetting (1/s)."""
         self.sample_time = sample_time
         self.epsilon = epsilon
         self.growth = 1.0 - 1.0 / (gamma * gamma)
+        self.held = False
         self.forgotten = 0.0
         self.added = self.growth * sample_time
         if forgetting > 0.0:
             self.forgotten = 1.0 - exponential(-forgetting * sample_time)
             self.added = self.growth * self.forgotten / forgetting
+
+    def hold(self) -> None:
+        """Take nothing from this sample but the velocity, which the model goes on following."""
+        self.held = True
+        self.forgotten = 0.0
+        self.added = 0.0
 
 
 class VelocityModel:

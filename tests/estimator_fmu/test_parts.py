@@ -14,10 +14,10 @@ from motor import MOTOR
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from controller_fmu.status import STEP_MISFIT
 from controller_fmu.symmetric3 import Symmetric3
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
-from estimator_fmu.estimator_2dof import STEP_MISFIT
 from estimator_fmu.matched_filter import MatchedFilter
 from estimator_fmu.velocity_model import two_states
 from pmlsm.gap_functions import gap_functions

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from estimator_fmu.estimator_5dof import BAD_PLACES, STEPPED, Estimator5DOF
+from controller_fmu.status import BAD_PLACES, STEPPED
+from estimator_fmu.estimator_5dof import Estimator5DOF
 from plant_fmu.stage_5dof import Stage5DOF
 
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
