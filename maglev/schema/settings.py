@@ -9,7 +9,7 @@ from maglev.units import measures, number_or_text, refused_as
 from pmlsm.rig import ROTATION
 
 REFERENCE = "reference"   # in the place of an FMU's name
-UNITS = {"amplitude": "1", "start": "m", "end": "m"}
+UNITS = {"amplitude": "1", "start": "m", "end": "m", "time": "s"}
 
 Settings = Mapping[str, float | int | bool | str | StartValue] | Iterable[str] | None
 
@@ -59,33 +59,37 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
 
 
 def unit_of(plan: RunPlan, setting: str) -> str:
-    """SI unit of a setting of a reference, `AXIS.what`; of one that is not there "1"."""
+    """SI unit of a setting of a reference, `AXIS.what`; of one that is not there, or of no axis, "1"."""
     name, _, what = setting.rpartition(".")
     unit, axis = UNITS.get(what, "1"), plan.axes.get(name)
+    if axis is None and what != "time":
+        return "1"
     return ROTATION.get(unit, unit) if axis is not None and axis.rotation else unit
+
+
+def port_of(plan: RunPlan, name: str) -> str:
+    """Port that a signal leads to, by the name of an axis or by its own."""
+    return plan.axes[name].reference if name in plan.axes else name
 
 
 def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
     """Plan with another reference of an axis, by a setting and its value (SI).
 
     "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
-    "AXIS.end": the first or the last value of steps, or that of a constant. ScenarioError if there is no such axis or
-    reference, or it is of a kind that has none of these.
-
-    In the place of the axis there may be what another signal goes to, `fmu.variable`; that has an amplitude alone.
+    "AXIS.end": the first or the last value of steps, or that of a constant; "AXIS.time": when the last step is. For
+    AXIS can stand what another signal is to, as in "plant.y.mass.end". ScenarioError if there is no such axis or
+    signal, or it is of a kind that has none of these.
     """
     axis, _, what = setting.rpartition(".")
     if what not in UNITS:
         raise ScenarioError(f"reference.{setting}: expected reference.AXIS.{', .'.join(UNITS)}; nearest is "
                             f"{nearest(what, UNITS)}")
-    fed = [signal.to for signal in plan.signals]
-    if axis not in plan.axes and axis not in fed:
+    driven = [signal.to for signal in plan.signals]
+    if axis not in plan.axes and axis not in driven:
         raise ScenarioError(f"reference.{setting}: {plan.name} has no axis {axis!r}, nearest is "
-                            f"{nearest(axis, [*plan.axes, *fed])}")
-    to = plan.axes[axis].reference if axis in plan.axes else axis
-    if axis not in plan.axes and what != "amplitude":
-        raise ScenarioError(f"reference.{setting}: is no axis, expected reference.{axis}.amplitude")
-    if to not in fed:
+                            f"{nearest(axis, [*plan.axes, *driven])}")
+    to = port_of(plan, axis)
+    if to not in driven:
         raise ScenarioError(f"reference.{setting}: {plan.name} has no signal to {to}, expected one to change")
     return plan.model_copy(update={"signals": [changed(signal, setting, what, value) if signal.to == to else signal
                                                for signal in plan.signals]})
@@ -93,6 +97,12 @@ def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
 
 def changed(signal: Signal, setting: str, what: str, value: float) -> Signal:
     """A signal with another amplitude, start or end."""
+    if isinstance(signal, Steps) and what == "time":
+        before = signal.times[-2] if len(signal.times) > 1 else value
+        if not before < value:
+            raise ScenarioError(f"reference.{setting} = {value:g} s, expected a time after the step before, at "
+                                f"{before:g} s")
+        return signal.model_copy(update={"times": [*signal.times[:-1], value]})
     if isinstance(signal, Steps):
         values = list(signal.values)
         if what == "amplitude":

@@ -10,7 +10,8 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import StartValue
-from maglev.schema.settings import REFERENCE, unit_of, with_reference
+from maglev.schema.settings import REFERENCE, port_of, unit_of, with_reference
+from maglev.schema.signals.kinds import Steps
 from maglev.studies.schema import Mode, StudyFile, Varied
 from maglev.units import measures
 
@@ -72,14 +73,15 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     if fmu == REFERENCE:
         what = own.rpartition(".")[2]
         try:
-            plan = with_reference(experiment.plan, own, 1.0)
+            plan = with_reference(experiment.plan, own, experiment.plan.stop_time if what == "time" else 1.0)
         except ScenarioError as error:
             raise ScenarioError(f"{key}: {error}") from None
-        nominal = 1.0
-        if what in ("start", "end"):
-            to = plan.axes[own.rpartition(".")[0]].reference
-            signal = next(signal for signal in experiment.plan.signals if signal.to == to)
-            nominal = signal.value(0.0 if what == "start" else experiment.plan.stop_time)
+        to = port_of(plan, own.rpartition(".")[0])
+        signal = next(signal for signal in experiment.plan.signals if signal.to == to)
+        times = {"start": 0.0, "end": experiment.plan.stop_time}
+        nominal = signal.value(times[what]) if what in times else 1.0
+        if what == "time" and isinstance(signal, Steps):
+            nominal = signal.times[-1]
         return Target(name, column, mode, nominal, unit_of(plan, own), False, -np.inf, np.inf)
     if fmu not in descriptions:
         raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
