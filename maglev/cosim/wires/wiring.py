@@ -142,7 +142,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     ----------
     fmus : mapping of str to Fmu
     connections : sequence of (str, str)
-        From an output to an input, both `fmu.variable`.
+        From an output to an input or a tunable parameter, both `fmu.variable`.
     drives : mapping of str to sequence of float or ndarray
         Values of inputs at every communication point.
     rows : int
@@ -162,8 +162,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     Raises
     ------
     FmuError
-        If a name does not exist, is not an output or input (for a drive: or parameter) as it should be, or if an input
-        has two sources.
+        If a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
     """
     sources = sources_of(fmus, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
@@ -220,7 +219,7 @@ def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         if target in sources:
             raise FmuError(f"{target} has two sources, expected one connection or signal")
         sources[target] = source
-        kind = kind_of(endpoint(fmus, target, *(("input", "parameter") if source == target else ("input",))))
+        kind = kind_of(endpoint(fmus, target, "input", "parameter"))
         if source != target and kind_of(endpoint(fmus, source, "output")) != kind:
             raise FmuError(f"{source} and {target} differ in type, expected {kind} at both ends")
         if source == target and kind not in ("Real", "Boolean"):

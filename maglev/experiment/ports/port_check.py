@@ -68,15 +68,18 @@ class PortCheck:
         variable = self.variable(key, port, "input", *causalities)
         if port in self.fed:
             raise self.refuse(key, port, f"the input is fed by {self.fed[port]} already, expected one source")
+        if variable.causality == "parameter" and variable.variability != "tunable":
+            raise self.refuse(key, port, f"{variable.name!r} is a {variable.variability} parameter, expected an "
+                                         "input or a tunable parameter")
         self.fed[port] = key
         return variable
 
     def connections(self) -> None:
-        """Check that connections run from outputs to inputs of the same type and unit."""
+        """Check that connections run from outputs to inputs, or tunable parameters, of the same type and unit."""
         for key, (start, end) in self.plan.wires.items():
             ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
             output = self.variable(ends[0], start, "output")
-            target = self.feed(ends[1], end)
+            target = self.feed(ends[1], end, "parameter")
             if output.type != target.type:
                 raise self.refuse(key, [start, end], f"connects {output.type} to {target.type}, expected the same type"
                                                      f"{self.declared(start, end)}")
@@ -103,9 +106,6 @@ class PortCheck:
                 raise self.refuse(key, signal.to, f"{target.name!r} is {target.type}, expected numbers as values")
             else:
                 self.real(key, signal.to, target)
-            if target.causality == "parameter" and target.variability != "tunable":
-                raise self.refuse(key, signal.to, f"{target.name!r} is a {target.variability} parameter, expected an "
-                                                  "input or a tunable parameter")
             if signal.unit is not None:
                 self.dimension(key, signal.to, signal.unit, target)
             if signal.rate_to is not None:

@@ -119,14 +119,38 @@ def test_a_parameter_has_no_rate_and_one_source(fmus: Path, tmp_path: Path) -> N
         prepare(drive(tmp_path, rated), fmus, {}, {}).check()
 
 
-def test_connections_need_inputs(fmus: Path, tmp_path: Path) -> None:
+ESTIMATOR = """
+[fmus.plant.inputs]
+"{name}" = "{source}"
+[fmus.estimator]
+model = "Estimator2DOF"
+[fmus.estimator.start]
+C1_start = 7.1
+held = true
+"""
+
+
+def test_an_output_feeds_a_tunable_parameter(either_kind: Path, tmp_path: Path) -> None:
+    """As a signal of the same values does, from the first step on."""
+    wired = drive(tmp_path, ESTIMATOR.format(name="C1", source="estimator.C1"))
+    connected = accelerations(wired, either_kind)
+    signal = accelerations(drive(tmp_path, STEP.format(name="C1", times="[0]", values="[7.1]")), either_kind)
+    assert (connected == signal).all()
+    assert connected == pytest.approx(0.5 * accelerations(drive(tmp_path), either_kind), rel=1e-4)
+
+
+def test_connections_need_inputs_or_tunable_parameters(fmus: Path, tmp_path: Path) -> None:
     """Also where nothing was checked before."""
-    wired = drive(tmp_path, '[fmus.plant.inputs]\nC1 = "controller.motor.i_q_cmd"\n')
-    with pytest.raises(ScenarioError, match=r"fmus.plant.inputs.C1 = .*'C1' is of causality parameter, expected input"):
-        prepare(wired, fmus, {}, {}).check()
+    for name, source, words in (("v.stop.lower", "plant.v.position", "'v.stop.lower' is a fixed parameter, expected an "
+                                                                     "input or a tunable parameter"),
+                                ("C1", "estimator.C2", "expected the same unit"),
+                                ("h.position", "plant.v.position", "of causality output, expected input or parameter")):
+        wired = drive(tmp_path, ESTIMATOR.format(name=name, source=source))
+        with pytest.raises(ScenarioError, match=words):
+            prepare(wired, fmus, {}, {}).check()
     participants = [FmuSetup(name, fmus / f"{fmu.model}.fmu") for name, fmu in wired.fmus.items()]
-    with (Master(participants, [("controller.motor.i_q_cmd", "plant.C1")], DT) as master,
-          pytest.raises(FmuError, match="plant.C1 is of causality parameter, expected an input$")):
+    with (Master(participants, [("controller.motor.i_q_cmd", "plant.h.position")], DT) as master,
+          pytest.raises(FmuError, match="plant.h.position is of causality output, expected an input or parameter$")):
         master.run(0.01)
     with Master(participants, [], DT) as master:
         columns = master.run(0.01, {"plant.C1": [14.0] * 21}).columns

@@ -55,7 +55,7 @@ def loop(tmp_path: Path) -> Path:
 
 
 def variables(**kinds: str) -> dict[str, SimpleNamespace]:
-    return {name: SimpleNamespace(name=name, causality=kind, variability=None,
+    return {name: SimpleNamespace(name=name, causality=kind, variability="fixed",
                                   type="Boolean" if name == "at_stop" else "Real",
                                   unit="A" if ".i_" in name else "m" if name.startswith("y.") else None)
             for kind, names in kinds.items() for name in names.split()}
@@ -98,9 +98,10 @@ KEY = 'fmus.controller.inputs."y.measured"'
     (WIRE, '"y.measured" = "plant.y.encodr"', [KEY, "plant has no output 'y.encodr'; nearest is 'y.encoder'"]),
     (WIRE, '"y.measured" = "plant.m.i_a_cmd"', [KEY, "'m.i_a_cmd' is of causality input, expected output"]),
     (WIRE, '"y.measurd" = "plant.y.encoder"',
-     ['fmus.controller.inputs."y.measurd" = ', "controller has no input 'y.measurd'; nearest is 'y.measured'"]),
+     ['fmus.controller.inputs."y.measurd" = ',
+      "controller has no input or parameter 'y.measurd'; nearest is 'y.measured'"]),
     (WIRE, 'gain = "plant.y.encoder"', ["fmus.controller.inputs.gain = ",
-                                        "'gain' is of causality parameter, expected input"]),
+                                        "'gain' is a fixed parameter, expected an input or a tunable parameter"]),
     (WIRE, '"y.measured" = "plant.at_stop"', [KEY, "connects Boolean to Real, expected the same type"]),
     (WIRE, '"y.measured" = "controller.m.i_a_cmd"', [KEY, "connects A to m, expected the same unit"]),
     ('title = "Loop"', 'title = "Loop"\nconnections = [["plant.y.position", "controller.y.measured"]]',
