@@ -39,7 +39,9 @@ def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Pa
 @pytest.mark.parametrize(("setting", "words"), [
     ("reference.h.amplitud=2", "nearest is 'amplitude'"), ("reference.w.end=2", "has no axis 'w', nearest is"),
     ("reference.h.end=2 kg", "expected a number, or a quantity in m"),
-    ("reference.controller.h.reference.end=2", "is no axis, expected reference.controller.h.reference.amplitude")])
+    ("reference.plant.C2.end=2", "has no axis 'plant.C2', nearest is"),
+    ("reference.h.time=-1 s", "reference.h.time = -1 s, expected a time after the step before, at 0 s"),
+    ("reference.h.time=20 mm", "expected a number, or a quantity in s")])
 def test_references_that_cannot_be_set_are_refused(setting: str, words: str, fastest_fmus: Path,
                                                    tmp_path: Path) -> None:
     with pytest.raises(maglev.ScenarioError) as refusal:
@@ -52,3 +54,23 @@ def test_other_references_are_in_the_provenance(fastest_fmus: Path, tmp_path: Pa
     assert run.result.provenance is not None
     assert run.result.provenance.changes == ("reference.h.amplitude = 2",)
     assert run["controller.h.reference"][-1] == pytest.approx(0.002, abs=1e-15)
+
+
+def test_size_and_time_of_a_fault(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Any signal of steps can be set, by where it leads; in a batch, too, and once more as a run."""
+    path = scenario(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8") + """
+[[signals]]
+to = "plant.C1"
+kind = "steps"
+times = [0, 0.1]
+values = [14.2, 14.2]
+""", encoding="utf-8")
+    sizes, times = [10.0, 12.0], [0.05, 0.15]
+    batch = maglev.batch(path, {"reference.plant.C1.end": sizes, "reference.plant.C1.time": times,
+                                "reference.h.time": [0.02, 0.03]}, fmus=fastest_fmus, keep=["plant.h.position"])
+    for k, (size, time) in enumerate(zip(sizes, times, strict=True)):
+        run = batch.run(k)
+        assert np.array_equal(run["plant.C1"], np.where(run.time < time - 1e-9, 14.2, size))
+        assert run.time[np.flatnonzero(run["controller.h.reference"])[0]] == pytest.approx(0.02 + 0.01 * k)
+        assert np.array_equal(batch.signals["plant.h.position"][k], run["plant.h.position"])
