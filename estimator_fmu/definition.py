@@ -1,8 +1,12 @@
-"""The FMU of the estimator of a rig."""
+"""The FMUs of a rig that estimate: the estimator, and the regulator that takes over what it finds."""
 
+from controller_fmu.drawings import DIAGRAMS, ICONS
+from estimator_fmu.adaptive_variables import adaptive_variables
 from estimator_fmu.variables import estimator_variables, refusals
 from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rig import Rig
+
+FOLDER = "estimator_fmu"
 
 
 def estimator(rig: Rig, block: type) -> FmuDefinition:
@@ -17,7 +21,25 @@ def estimator(rig: Rig, block: type) -> FmuDefinition:
         experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=False,
         sampled=True,
-        documentation=(("estimator_fmu", "estimator.html"), ("estimator_fmu", rows),
-                       ("estimator_fmu", "matched_filter.html"), ("pmlsm", "motor.html")),
+        documentation=((FOLDER, "estimator.html"), (FOLDER, rows),
+                       (FOLDER, "matched_filter.html"), ("pmlsm", "motor.html")),
         icon=Drawing("estimator_fmu.drawings", "icon", (len(rig.axes),)),
         sketch=Drawing("estimator_fmu.drawings", "block_diagram"))
+
+
+def adaptive_regulator(rig: Rig, block: type, regulator: FmuDefinition, estimator: FmuDefinition) -> FmuDefinition:
+    """Definition of the adaptive regulator of a rig, from those of its parts."""
+    return FmuDefinition(
+        name=f"AdaptiveRegulator{rig.suffix}",
+        block=block,
+        description=f"Adaptive regulator of the {rig.title}: output regulation on the feedback-linearised motors, with "
+                    "constants that are estimated while it flies",
+        variables=adaptive_variables(rig, regulator, estimator),
+        refusals=regulator.refusals,
+        experiment=regulator.experiment,
+        variable_step=False,
+        sampled=True,
+        documentation=tuple(dict.fromkeys(((FOLDER, "adaptation.html"), *estimator.documentation,
+                                           *regulator.documentation))),
+        icon=Drawing(ICONS, "controller", ("adaptive", len(rig.axes))),
+        sketch=Drawing(DIAGRAMS, "regulator", ("nonlinear",)))

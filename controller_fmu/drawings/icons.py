@@ -5,7 +5,7 @@ import math
 from fmi_export.pages.icon import Point, Shape, disc, rectangle, stroke
 
 COLOURS = {"nonlinear": "#2b4fc7", "linear": "#137a4b", "scheduled": "#8a3aa0", "interpolated": "#0e7490",
-           "PID": "#b45309", "commutation": "#334155", "written": "#0f6f86"}
+           "adaptive": "#b0306a", "PID": "#b45309", "commutation": "#334155", "written": "#0f6f86"}
 PHASES = ("#c03030", "#2b4fc7", "#137a4b")
 AXES = "#9aa3ac"
 
@@ -18,6 +18,8 @@ CURVES: dict[str, tuple[tuple[Point, ...], ...]] = {
     "scheduled": (((0.0, 0.92), (0.25, 0.92), (0.25, 0.66), (0.5, 0.66), (0.5, 0.38), (0.75, 0.38), (0.75, 0.1),
                    (1.0, 0.1)),),
     "interpolated": (((0.0, 0.92), (0.3, 0.72), (0.62, 0.42), (1.0, 0.1)),),
+    "adaptive": (tuple((k / 16, 0.5 - 0.42 * math.tanh(4.0 * (k / 16 - 0.5))) for k in range(17)),
+                 ((0.06, 0.94), (0.94, 0.06))),
     "PID": LETTERS,
     "commutation": tuple(tuple((k / 24, 0.5 - 0.4 * math.sin(2.0 * math.pi * (k / 24 - phase / 3))) for k in range(25))
                          for phase in range(3)),
@@ -25,7 +27,7 @@ CURVES: dict[str, tuple[tuple[Point, ...], ...]] = {
 
 
 def controller(law: str, axes: int = 0) -> tuple[Shape, ...]:
-    """Icon of a controller by its law: "nonlinear", "linear", "scheduled", "interpolated", "PID", …."""
+    """Icon of a controller by its law, one of `CURVES`."""
     colour = COLOURS[law]
     dots = [disc(50 + 16 * (k - (axes - 1) / 2), 92, 5.5, colour) for k in range(axes)]
     return (*stroke([(3, 43), (97, 43)], 6, "#404850"), rectangle(14, 7, 72, 72, colour), *law_symbol(law, 14, 7, 72),

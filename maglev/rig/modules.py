@@ -19,6 +19,8 @@ MODULES = (
     "controller_fmu/commutation_{}_fmu.py",
     "estimator_fmu/estimator_{}.py",
     "estimator_fmu/estimator_{}_fmu.py",
+    "estimator_fmu/adaptive_regulator_{}.py",
+    "estimator_fmu/adaptive_regulator_{}_fmu.py",
     "measurement_fmu/measurement_{}.py",
     "measurement_fmu/measurement_{}_fmu.py",
     "closed_loop_fmu/closed_loop_{}.py",
@@ -78,6 +80,7 @@ def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
         f"PID{suffix}": (f"controller_fmu.pid_{name}_fmu", "PID"),
         f"Commutation{suffix}": (f"controller_fmu.commutation_{name}_fmu", "COMMUTATION"),
         f"Estimator{suffix}": (f"estimator_fmu.estimator_{name}_fmu", "ESTIMATOR"),
+        f"AdaptiveRegulator{suffix}": (f"estimator_fmu.adaptive_regulator_{name}_fmu", "ADAPTIVE_REGULATOR"),
         f"Measurement{suffix}": (f"measurement_fmu.measurement_{name}_fmu", "MEASUREMENT"),
         **{f"ClosedLoop{law}{suffix}": (loops, f"CLOSED_LOOP_{law or 'nonlinear'}".upper()) for law in laws},
         f"ClosedLoopPID{suffix}": (loops, "CLOSED_LOOP_PID")}

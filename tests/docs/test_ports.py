@@ -11,7 +11,8 @@ from pmlsm.rigs import RIGS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ports.md").read_text(encoding="utf-8")
 OF_TILTS = {"m": "rad", "m/s": "rad/s"}   # units, as the page says
-SECTIONS = {"Plant": "Plant", "Controllers": "Regulator LinearRegulator ScheduledRegulator InterpolatedRegulator PID",
+SECTIONS = {"Plant": "Plant", "Controllers": "Regulator LinearRegulator ScheduledRegulator InterpolatedRegulator "
+                                             "AdaptiveRegulator PID",
             "Commutation": "Commutation", "Estimator": "Estimator", "Measurement": "Measurement"}
 
 

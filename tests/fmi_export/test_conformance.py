@@ -22,7 +22,7 @@ BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEF
          "build(DEFINITIONS, Path(sys.argv[1]))")
 
 # Without a unit.
-RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergence.tolerance",
+RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergence.tolerance", "adaptation.range",
           "geometry.recoil_permeability")
 OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
 

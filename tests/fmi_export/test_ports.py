@@ -81,7 +81,7 @@ def test_ports_of_a_stage_that_tilts() -> None:
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS
                                   if not name.startswith(("Plant", "Estimator", "Measurement", "Commutation",
-                                                           "ClosedLoop"))])
+                                                           "ClosedLoop", "Adaptive"))])
 def test_controller_ports(name: str) -> None:
     stage = name[-4:]
     axes, motors, constants = CONTROLLED[stage]
@@ -117,9 +117,26 @@ def test_estimator_ports(stage: str) -> None:
                                      | each(axes[:3], "velocity", "residual"))
     assert ports(name, "parameter") == (
         {f"{c}_{what}" for c in estimates for what in ("start", "weight")}
-        | {"epsilon", "gamma", "forgetting", "matched_filter", "sample_time"}
+        | {"epsilon", "gamma", "forgetting", "matched_filter", "held", "sample_time"}
         | each(("observer",), "time1", "time2") | each(("convergence",), "tolerance", "time")
         | model(stage, False) - {"height"})
+
+
+@pytest.mark.parametrize("stage", CONTROLLED)
+def test_adaptive_ports(stage: str) -> None:
+    """Those of the regulator, whose constants are fixed here, and what is adapted: all but the last constant."""
+    name, constants = f"AdaptiveRegulator{stage}", tuple(f"C{i}" for i in range(1, CONTROLLED[stage][2] + 1))
+    adapted = constants[:-1]
+    assert ports(name, "input") == ports(f"Regulator{stage}", "input")
+    assert ports(name, "output") == ports(f"Regulator{stage}", "output") | {"adaptation.frozen"} | {
+        f"{what}.{each}" for what in ("adapted", "estimated") for each in adapted} | {
+        f"{each}_converged" for each in adapted}
+    stops = {"2DOF": ("v", "h"), "3DOF": ("y", "x", "z"), "5DOF": ("gap", "x", "z")}[stage]
+    assert ports(name, "parameter") == (
+        ports(f"Regulator{stage}", "parameter") | {f"{each}_weight" for each in adapted}
+        | {"epsilon", "gamma", "forgetting", "matched_filter", "convergence.tolerance", "convergence.time"}
+        | each(("adaptation",), "active", "range", "time", "pause") | each(stops, "travel.lower", "travel.upper"))
+    assert {v.variability for v in definition(name).variables if v.name in constants} == {"fixed"}
 
 
 @pytest.mark.parametrize("stage", CONTROLLED)

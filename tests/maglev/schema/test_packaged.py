@@ -1,7 +1,6 @@
 """The scenarios that come with the package: each starts at rest, and together they cover the thesis's figures."""
 
 import re
-from operator import attrgetter
 
 import pytest
 
@@ -30,7 +29,8 @@ def start_of(run: RunPlan, name: str) -> float:
     entry = run.fmus[fmu]
     if variable in entry.start:
         return float(entry.start[variable].value)
-    return float(attrgetter(variable)(definition(str(entry.model)).new_block()))
+    described = definition(str(entry.model))
+    return float(described.start_value(next(v for v in described.variables if v.name == variable)))
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
@@ -49,6 +49,8 @@ def test_runs_start_at_rest_at_their_references(run: RunPlan) -> None:
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
 def test_estimators_stand_beside_the_loop_where_something_is_identified(run: RunPlan) -> None:
+    if run.name.endswith("-loose"):
+        return   # what is estimated there is fed back
     others = {name: fmu for name, fmu in run.fmus.items() if name not in ("measurement", "controller", "plant")}
     assert {fmu.model for fmu in others.values()} <= {"Estimator2DOF" if run.name[:4] == "2dof" else "Estimator3DOF"}
     # Equilibrium currents are measured, and the identified model only flies.
@@ -83,6 +85,7 @@ def test_every_scenario_has_claims_or_is_for_comparison_only() -> None:
                                                          "2dof-faults", "3dof-faults",
                                                          "3dof-payload", "2dof-effects", "3dof-effects",
                                                          "2dof-laws", "3dof-laws", "2dof-estimator",
+                                                         "2dof-thrust-loss", "3dof-thrust-loss", "3dof-magnet-loss",
                                                          "3dof-estimator",
                                                          *(p.stem for p in (PACKAGED / "5dof").glob("*.toml"))}
 
