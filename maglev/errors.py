@@ -27,7 +27,8 @@ Whoever catches `MaglevError` catches mistakes and refusals; every other excepti
 import json
 import re
 import signal
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextvars import ContextVar
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
@@ -38,9 +39,26 @@ from maglev_files.extras import lacking
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
 
-OF_OWN_STAGE = "or with --rig mine.toml one of a stage of yours"   # what else is expected in place of an FMU's name
-
 HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
+
+
+def in_python(name: str, value: object) -> str:
+    """An option as an argument of a function."""
+    return name if value is None else f"{name}={value!r}" if isinstance(value, str) else f"{name}={value}"
+
+
+spelling: ContextVar[Callable[[str, object], str]] = ContextVar("spelling", default=in_python)
+"""How messages write options: in Python, unless the command line says otherwise for what it calls."""
+
+
+def option(name: str, value: object = None) -> str:
+    """An option, with its value, as the person who reads it would write it: step=-1, or --step -1."""
+    return spelling.get()(name, value)
+
+
+def or_of_own_stage() -> str:
+    """Say what else is expected in place of the name of an FMU of this project."""
+    return f"or with {option('rig', 'mine.toml')} one of a stage of yours"
 
 
 class MaglevError(Exception):

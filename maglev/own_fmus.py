@@ -14,7 +14,7 @@ from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import made_of
 from fmi_export.recognition import is_native_build, is_python_build
 from maglev.copies import original
-from maglev.errors import OF_OWN_STAGE, BuildError, FmuError, ScenarioError, nearest
+from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
 from maglev.own_stage.adoption import OWN, know_stage
 from maglev.packages import PACKAGES
 from maglev.rig.modules import definitions
@@ -87,9 +87,10 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
     ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
     """
     if clocked and fmi != 3:
-        raise ScenarioError("--clocked: expected --kind native and --fmi 3 with it")
+        raise ScenarioError(f"{option('clocked', True)}: expected {option('kind', 'native')} and {option('fmi', 3)} "
+                            "with it")
     if fmi not in (2, 3) or (fmi == 3 and not native):
-        raise ScenarioError(f"--fmi {fmi}: expected 2, or 3 and --kind native with it")
+        raise ScenarioError(f"{option('fmi', fmi)}: expected 2, or 3 and {option('kind', 'native')} with it")
     return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
 
 
@@ -116,9 +117,9 @@ def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in places():
         if name.endswith(".toml"):
-            raise BuildError(f"{name}: expected the name of an FMU; the FMUs of a stage of yours: --rig {name}")
+            raise BuildError(f"{name}: expected the name of an FMU; those of a stage of yours: {option('rig', name)}")
         raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one "
-                         f"that `maglev list` lists, {OF_OWN_STAGE}")
+                         f"that `maglev list` lists, {or_of_own_stage()}")
     module, attribute = places()[name]
     found: FmuDefinition = getattr(import_module(module), attribute)
     return found

@@ -76,8 +76,8 @@ class NumericalLoop:
     def linear(self) -> Loop:
         """The loop; LinearModelError says why there is none."""
         if self.loop is None:
-            raise LinearModelError(f"{self.pair.name}: {self.why_not}; expected a smooth law: `maglev "
-                                   "frequency-response` measures one that is not")
+            raise LinearModelError(f"{self.pair.name}: {self.why_not}; expected a smooth law: `maglev linearise "
+                                   "--measure` measures one that is not")
         return self.loop
 
     def margins(self, at: str) -> Margins:

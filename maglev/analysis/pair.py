@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import OF_OWN_STAGE, LinearModelError, nearest, one_of
+from maglev.errors import LinearModelError, nearest, one_of, option, or_of_own_stage
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
@@ -143,7 +143,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
         else:
             if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
                 raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, "
-                                       f"{OF_OWN_STAGE}, or the path of an FMU or a Python file; nearest is "
+                                       f"{or_of_own_stage()}, or the path of an FMU or a Python file; nearest is "
                                        f"{nearest(given, known)}")
             files[role] = as_it_is(path_of(given))
             names[role] = name_of(given)
@@ -159,7 +159,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
         for role, name, kind in ((giver, output, "output"), (taker, port, "input")):
             if name not in variables[role] or variables[role][name].causality != kind:
                 raise LinearModelError(f"{names[role]}: missing port: {kind} {name}, nearest is "
-                                       f"{nearest(name, variables[role])}; --map says what it calls its ports")
+                                       f"{nearest(name, variables[role])}; {option('ports')} says what it calls them")
         if giver == "plant":
             signals[port] = output
         else:
@@ -196,7 +196,7 @@ def rig_with(variables: Mapping[str, object]) -> Rig:
         if all(name in variables for role, _, name in ports if role == "plant"):
             return rig
     raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(BLOCKS)}, expected encoders and "
-                           "commands as they have them; --map says what it calls its ports")
+                           f"commands as they have them; {option('ports')} says what it calls its ports")
 
 
 def read_settings(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:

@@ -9,7 +9,7 @@ from typing import get_args
 from maglev.catalogue import Kind, Watch, build_written, unwatched, without_step_loop
 from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, option
 from maglev.kinds import KindName, reads_native
 from maglev.own_fmus import definition, kind_folder, names_of, systems
 from maglev.schema.layers import merged, packaged_files, run_layers
@@ -117,10 +117,11 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
     ['PID3DOF.fmu']
     """
     if kind not in get_args(KindName):
-        raise ScenarioError(f"--kind {kind}: expected python or native")
+        raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     native = kind == "native"
     if target not in ("all", "host", "wasm") or (target != "all" and not native):
-        raise ScenarioError(f"--target {target}: expected all, host or wasm, and --kind native with it")
+        raise ScenarioError(f"{option('target', target)}: expected all, host or wasm, and {option('kind', 'native')} "
+                            "with it")
     every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
     given = [carried(name) for name in every]
     if rig is not None:
@@ -136,12 +137,13 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
     if target == "wasm":
         folder = Path(fmus) / "wasm"
         if fmi != 2:
-            raise ScenarioError(f"--fmi {fmi}: expected 2 with --target wasm")
+            raise ScenarioError(f"{option('fmi', fmi)}: expected 2 with {option('target', 'wasm')}")
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:
         if not native or target != "all" or rig is not None or files:
-            raise ScenarioError(f"--from {source}: expected --kind native with it, and FMUs of this package alone")
+            raise ScenarioError(f"{option('source', str(source))}: expected {option('kind', 'native')} "
+                                "with it, and FMUs of this package alone")
         return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)
     form = Kind(native, target, fmi, clocked)
     written = [build_written(path, folder, form) for path in files]

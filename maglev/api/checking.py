@@ -5,26 +5,25 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar, Unpack
 
-from maglev.api.options import FlightOptions, experiments_of
+from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.baselines.check import check_all
 from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
-from maglev.errors import ScenarioError
 from maglev.experiment.selection import Scenarios, needed, select
-from maglev.kinds import reads_native
 from maglev.pictures import require_matplotlib
 from maglev.processes import processors
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
+from maglev.schema.options import RunOptions, takes_run_options
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
 
 
-@reads_native
+@takes_run_options("step", "order")
 def check(names: Scenarios | None = None, *, baselines: str | Path | None = None,
           junit: str | Path | None = None, pictures: str | Path | None = None, jobs: int | None = None,
-          watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[CheckResult]:
+          watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[CheckResult]:
     """Fly runs, and compare them with their baselines.
 
     Parameters
@@ -40,7 +39,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     jobs, watch, say
         As of `run_all`.
     **options
-        As of `run`, but the communication step and the order, which are those of the baselines.
+        As of `run`; the communication step and the order are those of the baselines.
 
     Returns
     -------
@@ -67,9 +66,9 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     return results
 
 
-@reads_native
+@takes_run_options("step", "order")
 def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
-           watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> list[UpdateResult]:
+           watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[UpdateResult]:
     """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
 
     The baselines are written when all runs are done: after Ctrl-C, all are as they were.
@@ -79,11 +78,8 @@ def update(names: Scenarios | None = None, *, baselines: str | Path | None = Non
 
 def compare(every: Callable[..., list[Result]], names: Scenarios | None,
             baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
-            options: FlightOptions) -> list[Result]:
+            options: RunOptions) -> list[Result]:
     """Check or update what is asked for and, after it, the runs that it starts from."""
-    for name in ("step", "order"):
-        if options.get(name) is not None:
-            raise ScenarioError(f"{name} = {options.get(name)}: expected none, for a baseline has its own")
     plans = select(names)
     plans += needed(plans)
     experiments = experiments_of(plans, options, say or warn, watch or unwatched)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack, cast
 import numpy as np
 
 from maglev.api.flown import Run
-from maglev.api.options import FlightOptions, experiments_of
+from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
@@ -19,7 +19,6 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
-from maglev.kinds import reads_native
 from maglev.own_fmus import places
 from maglev.pictures import require_matplotlib
 from maglev.processes.watching import Say, Watch, unwatched, warn
@@ -27,6 +26,7 @@ from maglev.report.plots.picture import overlay
 from maglev.report.text import held
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
+from maglev.schema.options import RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import Given, name_of
 
@@ -94,9 +94,9 @@ class Comparison:
         return write_comparison(Path(folder), self.name, self.title, self.results, picture=picture, page=page)
 
 
-@reads_native
+@takes_run_options("controller")
 def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
-            watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Comparison:
+            watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Comparison:
     """Fly a run once with each controller; or put runs side by side that were flown.
 
     Parameters
@@ -109,7 +109,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`, without `controller`.
+        As of `run`.
 
     Returns
     -------
@@ -189,7 +189,7 @@ def name_of_file(text: str) -> str:
     return name if colon and head.endswith(".py") else Path(text).stem
 
 
-def put_in(plan: RunPlan, label: str, controller: Given, options: FlightOptions, say: Say = warn,
+def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, say: Say = warn,
            watch: Watch = unwatched) -> Experiment:
     """The run with a controller, under a name of its own; the plan's own controller leaves the run as it is.
 
@@ -197,7 +197,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: FlightOptions,
     """
     know_stage_of(plan)
     own = plan.fmus.get("controller")
-    chosen: FlightOptions = {**options}
+    chosen: RunOptions = {**options}
     named = str(controller) if isinstance(controller, str | Path) else ""
     if named in places() and options.get("plant") is None:
         chosen.pop("ports", None)

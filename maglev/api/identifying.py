@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from maglev.csv_table import given_table, read_csv
-from maglev.errors import IdentificationError, nearest
+from maglev.errors import IdentificationError, nearest, option
 from maglev.identification.convergence import write_convergence, write_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
@@ -58,15 +58,16 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str |
     path = path_of(data)
     table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
     recording = read_recording(table.renamed(columns or {}), rig)
-    with refused_as(IdentificationError, f"--epsilon {epsilon}"):
+    with refused_as(IdentificationError, option("epsilon", epsilon)):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}
     valid = recording.rig.constants
     for name, value in (guess or {}).items():
+        asked = option("guess", {name: value})
         if name not in valid:
-            raise IdentificationError(f"--guess {name}={value}: expected one of {', '.join(valid)} and a value, such "
+            raise IdentificationError(f"{asked}: expected one of {', '.join(valid)} and a value, such "
                                       f"as C1=10; nearest is {nearest(name, valid)}")
-        with refused_as(IdentificationError, f"--guess {name}={value}"):
+        with refused_as(IdentificationError, asked):
             start[name] = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "1")
     try:
         return identified(recording, method, seconds, gamma, start, matched)

@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Literal, Unpack
 
 from maglev.api.flown import Run
-from maglev.api.options import FlightOptions, experiments_of
+from maglev.api.options import experiments_of
 from maglev.cosim.master import Progress
-from maglev.errors import ScenarioError, UnknownName, nearest, shortened
+from maglev.errors import ScenarioError, UnknownName, nearest, option
 from maglev.experiment.execution import (
     RunResult,
     completed,
@@ -25,7 +25,6 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.results import alone, require_parquet
 from maglev.experiment.selection import Scenarios, compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
-from maglev.kinds import reads_native
 from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.evaluate import judge_outcomes
 from maglev.procedures.outcome import Outcome
@@ -38,10 +37,13 @@ from maglev.report.text import as_html, claims_markdown, short_outcome, study_ta
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
+from maglev.schema.options import RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
 
 MOST_SHOWN = 5   # runs in the text of results
+
+ClaimsOf = Literal["thesis"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,9 +145,9 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
              "note": each.note} for each in claims]
 
 
-@reads_native
+@takes_run_options()
 def run(name: Scenario, *, every: int | None = None, progress: Progress | None = None,
-        **options: Unpack[FlightOptions]) -> Run:
+        **options: Unpack[RunOptions]) -> Run:
     """Fly one run and give what was recorded and measured; no files are written.
 
     It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
@@ -221,12 +223,12 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     return Run(completed(experiment, recording), experiment.units(recording.columns), recording)
 
 
-@reads_native
+@takes_run_options()
 def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot: bool = False,
-            page: bool = False, what_if: bool = True, format: Format = "csv", every: int | None = None,
-            jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
-            **options: Unpack[FlightOptions]) -> Results:
-    """Fly runs side by side, judge the claims about them, and write what was found.
+            page: bool | Literal["run"] = False, what_if: bool = True, claims: ClaimsOf | None = None,
+            format: Format = "csv", every: int | None = None, jobs: int | None = None, watch: Watch | None = None,
+            say: Say | None = None, **options: Unpack[RunOptions]) -> Results:
+    """Run scenarios side by side, judge the claims about them, and write what was measured.
 
     Parameters
     ----------
@@ -236,11 +238,14 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and claims.md.
     plot : bool
         Also write pictures, NAME.png.
-    page : bool
-        Also write one HTML page about all, report.html.
+    page : bool or "run"
+        Also write one HTML page about all, report.html; with "run", if it is one run, NAME.html.
     what_if : bool
-        For the page fly again, without friction, what claims rest on that were missed and whose reasons blame it; the
-        files are in the folder `without-friction`.
+        For report.html run again, without friction, what claims rest on that were missed and whose reasons
+        blame it; the files are in the folder `without-friction`.
+    claims : "thesis", optional
+        Show the thesis's claims also of runs that are not its own: with a controller, stage, scenario or values of
+        yours. They have no verdict there.
     format : "csv" or "parquet"
         Of the columns: NAME.parquet, with units and provenance in it, takes the place of NAME.csv.
     every : int, optional
@@ -252,8 +257,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     say : callable, optional
         Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
     **options
-        As of `run`: set, parameters, model, plant, controller, ports, step, order, fmus, kind, fmi, timeout,
-        keep_settings.
+        As of `run`.
 
     Returns
     -------
@@ -273,7 +277,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
     jobs, watch, say = processors(jobs), watch or unwatched, say or warn
-    experiments = keeping(experiments_to_fly(asked, options, say, watch), every)
+    experiments = keeping(experiments_to_fly(asked, options, claims == "thesis", say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)
     folder, by_name = folder_for(Path(out)), {each.plan.name: each for each in experiments}
@@ -287,10 +291,10 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
                  folder / "claims.md"]
         write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
         if page:
-            again = fly_frictionless(experiments, verdicts if what_if else {}, lambda runs: fly_all(
+            again = fly_frictionless(experiments, verdicts if what_if and page != "run" else {}, lambda runs: fly_all(
                 runs, folder_for(folder / "without-friction"), format, jobs, watch),
                 lambda runs: outcomes_of(runs, asked))
-            files.append(folder / "report.html")
+            files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
             write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
                          Frictionless(again.runs, again.outcomes))
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
@@ -302,29 +306,45 @@ def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experi
     for experiment in experiments if every is not None else ():
         steps = len(experiment.times) - 1
         if type(every) is not int or not 1 <= every <= steps:
-            raise ScenarioError(f"--every {shortened(every)}: expected a whole number from 1 to {steps}, the "
+            raise ScenarioError(f"{option('every', every)}: expected a whole number from 1 to {steps}, the "
                                 f"communication steps of {experiment.plan.name}")
     return [each if every is None else replace(each, plan=each.plan.model_copy(
         update={"output_interval": every * each.step})) for each in experiments]
 
 
-def experiments_to_fly(asked: Sequence[RunPlan], options: FlightOptions, say: Say, watch: Watch) -> list[Experiment]:
+def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch
+                       ) -> list[Experiment]:
     """Runs that were asked for, those that their claims compare with, and those that these start from, made ready.
 
     With another FMU on both sides of a comparison, a claim of the thesis would be about something else, and is not
-    judged; a user's own claims compare with runs as they are planned.
+    judged; a user's own claims compare with runs as they are planned. Unless `thesis` is asked for, runs that are not
+    the thesis's have none of its claims.
     """
+    def of_its_runs(experiments: list[Experiment]) -> list[Experiment]:
+        return experiments if thesis else [
+            replace(each, plan=without_thesis(each.plan)) if each.modified or each.plan.own else each
+            for each in experiments]
+
     if not (options.get("plant") or options.get("controller")):
-        plans = [*asked, *compared(asked)]
-        return experiments_of([*plans, *needed(plans)], options, say, watch)
+        plans = [*asked, *compared([without_thesis(plan) if plan.own and not thesis else plan for plan in asked])]
+        return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
     plans = [*asked, *needed(asked)]
     flown = {plan.name for plan in plans}
-    mine = [plan.model_copy(update={"claims": [claim for claim in plan.claims if claim.own]}) for plan in asked]
-    others = [plan for plan in compared(mine) if not flown & {each.name for each in needed([plan])}]
-    as_planned: FlightOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
-                                 "controller": None, "ports": None, "keep_settings": False}
-    return [*experiments_of(plans, options, say, watch),
-            *experiments_of([*others, *needed(others)], as_planned, say, watch)]
+    others = [plan for plan in compared(list(map(without_thesis, asked)))
+              if not flown & {each.name for each in needed([plan])}]
+    as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
+                              "controller": None, "ports": None, "keep_settings": False}
+    return of_its_runs([*experiments_of(plans, options, say, watch),
+                        *experiments_of([*others, *needed(others)], as_planned, say, watch)])
+
+
+def without_thesis(plan: RunPlan) -> RunPlan:
+    """A run with the user's own claims alone, also those of its procedure."""
+    own = plan.model_copy(update={"claims": [claim for claim in plan.claims if claim.own]})
+    if plan.procedure is None:
+        return own
+    mine = [claim for claim in plan.procedure.claims if claim.own]
+    return own.model_copy(update={"procedure": plan.procedure.model_copy(update={"claims": mine})})
 
 
 def folder_for(path: Path) -> Path:

@@ -14,7 +14,7 @@ from typing import get_args
 
 from maglev.catalogue import PYTHON, Kind, build, uncacheable
 from maglev.copies import copied
-from maglev.errors import BuildError, ScenarioError
+from maglev.errors import BuildError, ScenarioError, option
 from maglev.kinds import KindName
 from maglev.own_fmus import definition, kind_folder, places
 from maglev.own_stage.adoption import OWN, OwnStage, know_stage
@@ -56,7 +56,7 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
         If there is no such kind or FMU, or what is asked for by `kind` or `fmi` cannot be built.
     """
     if kind not in (None, *get_args(KindName)):
-        raise ScenarioError(f"--kind {kind}: expected python or native")
+        raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     asked = kind == "native" or (kind is None and fmi != 2)
     if fmus is not None:
         return kind_folder(Path(fmus), asked, fmi)

@@ -9,7 +9,7 @@ from zipfile import BadZipFile, ZipFile
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import PLATFORMS, library
 from maglev.catalogue import build_errors, build_systems, with_parts
-from maglev.errors import BuildError
+from maglev.errors import BuildError, option
 from maglev.own_fmus import built_here, definition, kind_folder, project, systems
 from maglev_files.whole_file import whole_files
 
@@ -45,16 +45,16 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
             path = unfinished / f"{part}.fmu"
             path.write_bytes(file_of(given, file))
             if not built_here(path):
-                raise BuildError(f"--from {given}: {file} is of other sources than those that are installed, expected "
-                                 f"the FMUs of the release of maglev-fmus {project()[0]}")
+                raise BuildError(f"{option('source', str(given))}: {file} is of other sources than those that are "
+                                 f"installed, expected the FMUs of the release of maglev-fmus {project()[0]}")
         content = file_of(given, loop)
         build_systems([name for name in names if name in systems()], unfinished, unfinished, fmi)
         with suppress(OSError):   # no room in the cache: runs are stepped in Python, then
             kept = keep_loop(content)
             if step_function(kept) is None:
                 kept.path.unlink()
-                raise BuildError(f"--from {given}: {loop} is of other sources than those that are installed, expected "
-                                 f"that of the release of maglev-fmus {project()[0]}")
+                raise BuildError(f"{option('source', str(given))}: {loop} is of other sources than those that are "
+                                 f"installed, expected that of the release of maglev-fmus {project()[0]}")
         return [folder / path.name for path in sorted(unfinished.iterdir())]
 
 
@@ -66,5 +66,5 @@ def file_of(given: Path, name: str) -> bytes:
         with ZipFile(given) as archive:
             return archive.read(name)
     except (OSError, KeyError, BadZipFile, EOFError, zlib.error) as error:
-        raise BuildError(f"--from {given}: there is no {name} in it ({error}), expected the archive of native FMUs of "
-                         "a release, or a folder with what was in it") from error
+        raise BuildError(f"{option('source', str(given))}: there is no {name} in it ({error}), expected the "
+                         "archive of native FMUs of a release, or a folder with what was in it") from error

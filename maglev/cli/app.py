@@ -10,61 +10,58 @@ from maglev.cli.cache import cache
 from maglev.cli.check import check
 from maglev.cli.compare import compare
 from maglev.cli.identify import identify
-from maglev.cli.loops.frequency_response import frequency_response
 from maglev.cli.loops.linearise import linearise
 from maglev.cli.loops.region import region
 from maglev.cli.new import new
 from maglev.cli.options import (
+    MORE,
     Built,
+    Claims,
     Debug,
     Every,
     Everything,
-    Fmus,
     Form,
     Jobs,
     Names,
     Out,
     RigFile,
-    with_flight_options,
+    with_run_options,
 )
 from maglev.cli.pack import pack
 from maglev.cli.stage import stage
 from maglev.cli.streams import CommandLine, Commands
-from maglev.cli.study import study, sweep, tune
+from maglev.cli.study import study, tune
 from maglev.cli.target import target
-from maglev.cli.terminal import one_line_errors, print_results, progress_of, report_console, require_environment, say
+from maglev.cli.terminal import (
+    one_line_errors,
+    print_results,
+    progress_of,
+    report_console,
+    require_environment,
+    say,
+    show_page,
+)
 from maglev.errors import ScenarioError
 from maglev.kinds import KindName
 
 # One paragraph for each line: the help joins the lines of a paragraph.
 app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown",
                   context_settings={"help_option_names": ["-h", "--help"]}, help="""
-Magnetically levitated stages as FMI 2.0 and 3.0 co-simulation: build the FMUs, run the experiments, judge the claims.
+Simulate magnetically levitated stages with their controllers, as FMUs of FMI 2.0 and 3.0.
 
-`maglev run 3dof-setpoints-improved` runs one experiment, results into the folder results
+`maglev run 3dof-setpoints --open` runs a scenario, and shows its page
 
-`maglev list` lists what there is to run and to build
+`maglev list` lists the scenarios, and the FMUs
 
-`maglev run --all` runs every experiment of the thesis, and makes a table of verdicts
+`maglev new controller mine.py` writes a controller for you to change
 
-`maglev report` does the same, and makes one HTML page about it
+`maglev run 3dof-setpoints --controller mine.py` runs a scenario with it
 
-`maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF` flies one experiment with each of them
+`maglev report` runs every scenario of the thesis, and makes one page about its claims
 
-`maglev live` writes a page that flies the stages in a browser
-
-`maglev study payload-friction` flies an experiment many times, with what varies in a file; `maglev sweep`, without
-
-`maglev tune horizontal-3dof` searches gains
-
-`maglev check` asks whether every experiment still gives what it gave; `maglev check mine.fmu` flies the experiments
-that an FMU carries
-
-`maglev build` builds FMUs for other tools: platforms, FMI 3.0, clocks
-
-Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that was not
-flown to its end, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what
-went wrong.
+Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that did not
+complete, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what went
+wrong.
 """)
 
 MOST_NAMED = 7   # variants of a scenario that are listed one by one
@@ -85,7 +82,6 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
     require_environment()
 
 
-@app.command()
 def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
                                                             "Python files with a controller of yours.",
                                                             show_default=False)] = None,
@@ -103,9 +99,10 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
                                                       "release, or a folder with what was in it; copied from there, "
                                                       "they take no compiler.", show_default=False)] = None,
           debug: Debug = False) -> None:
-    """Build FMUs for other tools, from the blocks, or from a controller or a stage of yours.
+    """Build FMUs for other tools.
 
-    The same sources give the same bytes. Runs need no build: they have what they need built.
+    They are made of the blocks, or of a controller or a stage of yours. The same sources give the same bytes. Runs need
+    no build: they have what they need built.
 
     **Examples:**
 
@@ -133,9 +130,8 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-@app.command("list")
 def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
-    """List the FMUs and the scenarios, or the FMUs of a stage of yours."""
+    """List the scenarios and the FMUs, or the FMUs of a stage of yours."""
     with one_line_errors(debug):
         from rich.table import Column, Table
 
@@ -166,16 +162,18 @@ def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = Fal
         console.print(table)
 
 
-@app.command()
-@with_flight_options()
+@with_run_options()
 def run(names: Names = None, everything: Everything = False, out: Out = Path("results"),
+        open_page: Annotated[bool, typer.Option("--open", help="Write the page of the run, and open it in the browser."
+                                                )] = False,
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
-        json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.")]
-        = False,
         fail_on_claims: Annotated[bool, typer.Option(
             "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run hits a stop or fails.")] = False,
-        form: Form = "csv", every: Every = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios: co-simulate their FMUs, measure, judge the claims, and write CSV and text.
+        claims: Claims = None, form: Form = "csv", every: Every = None,
+        json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.",
+                                           rich_help_panel=MORE)] = False,
+        jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
+    """Run scenarios, and judge the claims about them.
 
     **Examples:**
 
@@ -183,7 +181,7 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
 
     `maglev run 2dof-setpoints --controller my_controller.fmu --map ports.toml --set controller.gain=3`
 
-    `maglev run 3dof-setpoints --controller lqi.py` flies a class in Python; `maglev new controller lqi.py` writes one
+    `maglev run 3dof-setpoints --controller lqi.py --open` takes a class in Python: `maglev new controller lqi.py`
 
     `maglev run 2dof-step-4` runs all its variants, `maglev run 2dof-step-4-linear` one of them
 
@@ -198,19 +196,17 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
         if everything == bool(names):
             raise ScenarioError("expected the name of a scenario, or --all" if not names else
                                 f"--all and {', '.join(names)}: expected one of them")
-        from maglev.api.running import run_all
-
-        print_results(run_all(names or None, out=out, plot=plot, format=form, every=every, jobs=jobs,
-                              watch=progress_of, say=say, **options), json, debug, fail_on_claims)
+        finish(names, json=json, debug=debug, fail_on_claims=fail_on_claims, open_page=open_page, out=out, plot=plot,
+               page=open_page and "run", claims=claims, format=form, every=every, jobs=jobs, **options)
 
 
-@app.command()
-@with_flight_options("order")
+@with_run_options()
 def report(names: Names = None, out: Out = Path("results"),
-           what_if: Annotated[bool, typer.Option(help="Fly again, without friction, the runs behind missed claims "
-                                                      "whose reasons blame it.")] = True,
-           jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, every one of the package if none is named, and write one HTML page about them.
+           open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+           what_if: Annotated[bool, typer.Option(help="Run again, without friction, what is behind missed claims whose "
+                                                      "reasons blame it.")] = True,
+           claims: Claims = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
+    """Run scenarios, all if none is named, and write one page about them.
 
     The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
     a moving picture of the stage.
@@ -222,21 +218,30 @@ def report(names: Names = None, out: Out = Path("results"),
     `maglev report 3dof-setpoints --controller my_controller.fmu`
     """
     with one_line_errors(debug):
-        from maglev.api.running import run_all
-
-        print_results(run_all(names or None, out=out, page=True, what_if=what_if, jobs=jobs, watch=progress_of, say=say,
-                              **options), debug=debug)
+        finish(names, debug=debug, open_page=open_page, out=out, page=True, what_if=what_if, claims=claims, jobs=jobs,
+               **options)
 
 
-@app.command()
+def finish(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
+           open_page: bool = False, **options: Any) -> None:
+    """Run scenarios, open the page about them if that is asked for, and print what they gave."""
+    from maglev.api.running import run_all
+
+    results = run_all(names or None, watch=progress_of, say=say, **options)
+    if open_page:
+        show_page(results.files[-1])
+    print_results(results, json, debug, fail_on_claims)
+
+
+@with_run_options("fmus")
 def live(files: Annotated[list[str] | None, typer.Argument(
              metavar="FILE", help="Descriptions of stages of yours, or scenarios, in place of all packaged runs.",
              show_default=False)] = None,
-         out: Out = Path("results"), fmus: Fmus = None, debug: Debug = False) -> None:
-    """Write the page `live.html`, which runs the stages in a browser: drag, kick, change parameters, swap controllers.
+         out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
+    """Write the page `live.html`, which runs the stages in a browser.
 
-    It needs no network and nothing installed. The FMUs in it are WebAssembly; those that are missing are
-    built, which needs the extra `native`.
+    Drag, kick, change parameters, swap controllers. It needs no network and nothing installed. The FMUs in it are
+    WebAssembly; those that are missing are built, which needs the extra `native`.
 
     **Examples:**
 
@@ -247,24 +252,23 @@ def live(files: Annotated[list[str] | None, typer.Argument(
     with one_line_errors(debug):
         from maglev.live.page import write_live
 
-        path = write_live(out, files=files or (), fmus=fmus, say=say, watch=progress_of)
+        path = write_live(out, files=files or (), say=say, watch=progress_of, **options)
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-app.add_typer(new, name="new")
-app.add_typer(pack, name="pack")
-app.command()(cache)
-app.command()(check)
-app.command()(compare)
-app.command("frequency-response")(frequency_response)
-app.command()(identify)
-app.command()(linearise)
-app.command()(region)
-app.command()(stage)
-app.command()(study)
-app.command()(sweep)
-app.command()(target)
-app.command()(tune)
+# In the order that a reader has.
+PANELS: dict[str, dict[str, Any]] = {
+    "Run": {"run": run, "list": list_all, "compare": compare, "study": study, "tune": tune, "report": report,
+            "live": live},
+    "Bring your own": {"new": new, "stage": stage},
+    "Look into a stage": {"identify": identify, "linearise": linearise, "region": region},
+    "Hold and hand on": {"check": check, "build": build, "target": target, "pack": pack, "cache": cache}}
+for panel, commands in PANELS.items():
+    for command_name, command in commands.items():
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=command_name, rich_help_panel=panel)
+        else:
+            app.command(command_name, rich_help_panel=panel)(command)
 
 if __name__ == "__main__":
     app()

@@ -10,7 +10,7 @@ from maglev.cli.terminal import one_line_errors
 
 def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all of it: it is built again where it is needed."
                                               )] = False, debug: Debug = False) -> None:
-    """Show where FMUs that were built for runs are kept, and how much that is.
+    """Show where FMUs that were built for runs are kept.
 
     What is there was built of sources that are known by their content: those of other versions stay until it is
     cleared. The environment variable `MAGLEV_CACHE` sets another folder.

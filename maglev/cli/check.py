@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import FLIGHT, Debug, Jobs, NamesOrFmus, Out, with_flight_options
+from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, option
+from maglev.schema.options import OPTIONS, completed
 
 if TYPE_CHECKING:
     from maglev.baselines.outcome import CheckResult
 
 
-@with_flight_options("step", "order")
+@with_run_options(without=("step", "order"))
 def check(names: NamesOrFmus = None,
           update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
           baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
@@ -27,7 +28,7 @@ def check(names: NamesOrFmus = None,
                                              "signals, NAME.check.png in the folder --out (needs the extra "
                                              "`report`).")] = False,
           out: Out = Path("results"), jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, every one of the package if none is named, and compare with their baselines.
+    """Run scenarios, all if none is named, and compare with their baselines.
 
     A baseline is `NAME_ref.sha256`, the digest of all signals at all samples, by which FMUs of this project are
     compared, bit for bit; and `NAME_ref.csv` with a few signals at a few times and `NAME_ref.opt` with the tolerance of
@@ -51,7 +52,6 @@ def check(names: NamesOrFmus = None,
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
         from maglev.api.checking import check as check_runs
         from maglev.api.checking import update as update_runs
-        from maglev.api.options import timeout_of
         from maglev.baselines.outcome import exit_code, write_junit
 
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
@@ -64,13 +64,13 @@ def check(names: NamesOrFmus = None,
             updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
             print_outcomes(updated)
             raise typer.Exit(exit_code(updated))
-        timeout = timeout_of({"timeout": options["timeout"]})
+        timeout = float(completed({"timeout": options["timeout"]})["timeout"])
         checked: list[CheckResult] = []
         if runs or not fmus:
             checked += check_runs(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,
                                   watch=progress_of, say=say, **options)
         else:
-            require_no_options(fmus, {**options, "timeout": FLIGHT["timeout"][1], "baselines": baselines})
+            require_no_options(fmus, {**options, "timeout": OPTIONS["timeout"].default, "baselines": baselines})
         if fmus:
             from maglev.fmu_experiments.check import check_fmus
 
@@ -83,8 +83,6 @@ def check(names: NamesOrFmus = None,
 
 def require_no_options(fmus: Sequence[Path], options: dict[str, Any]) -> None:
     """Refuse options of runs where there are none: an FMU alone is run as its experiments say."""
-    defaults = {name: default for name, (_, default) in FLIGHT.items()} | {"baselines": None}
     for name, value in options.items():
-        if value != defaults[name]:
-            option = {"ports": "map"}.get(name, name.replace("_", "-"))
-            raise ScenarioError(f"--{option}: expected a scenario with it, {fmus[0]} is run as its experiments say")
+        if value != (OPTIONS[name].default if name in OPTIONS else None):
+            raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its experiments say")

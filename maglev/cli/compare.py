@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.options import Debug, Out, run_names, with_flight_options
+from maglev.cli.options import Debug, Out, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 
 
-@with_flight_options("model", "controller")
+@with_run_options(without=("controller",))
 def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or a "
                                                 "TOML file.", autocompletion=run_names)],
             controllers: Annotated[list[str], typer.Option(
@@ -18,7 +18,7 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
             out: Out = Path("results"),
             json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
             debug: Debug = False, **options: Any) -> None:
-    """Fly a scenario once with each controller, under the same references, and put the runs side by side.
+    """Run a scenario with several controllers, and put the runs side by side.
 
     Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, `.html`, and `.png` where
     matplotlib is installed. Nothing of another run is overwritten.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maglev.cli.options import RIG_NAMES, Debug, Out
+from maglev.cli.options import RIG_NAMES, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
@@ -34,7 +34,7 @@ Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and c
 def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilon: Epsilon = str(EPSILON),
              gamma: Gamma = GAMMA, guess: Guesses = None, matched: Matched = False, out: Out = Path("results"),
              debug: Debug = False) -> None:
-    """Identify the constants of a rig from recorded data.
+    """Identify the constants of a stage from recorded data.
 
     The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`, `i_q`
     or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors). Results of `maglev run` will do.
@@ -49,22 +49,11 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
         from maglev.api.identifying import identify as identified
         from maglev.api.identifying import write_identification
 
-        found = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=read_guesses(guess or []),
-                           matched=matched)
+        guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
+        found = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
         files = write_identification(found, data, out)
         show(report_console(), found)
         typer.echo(f"results: {', '.join(map(str, files))}")
-
-
-def read_guesses(texts: list[str]) -> dict[str, str]:
-    """Initial values of `--guess C1=value`."""
-    guesses = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise IdentificationError(f"--guess {text}: expected a constant and a value, such as C1=10")
-        guesses[name.strip()] = value.strip()
-    return guesses
 
 
 def show(console: "Console", found: "Identification") -> None:

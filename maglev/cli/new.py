@@ -19,7 +19,7 @@ new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown")
 
 @new.callback()
 def main() -> None:
-    """Write a file to begin with. Its name may be given without its suffix."""
+    """Write a file to begin with: a controller, scenario, study, stage …"""
 
 
 @new.command()

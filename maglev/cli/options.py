@@ -1,18 +1,21 @@
 """Options that commands of the command line share."""
 
-from collections.abc import Callable
-from inspect import Parameter, Signature, signature
+from collections.abc import Callable, Collection, Iterable, Mapping
+from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
-from maglev.cosim.order import Order
+from maglev.errors import MaglevError, ScenarioError
 from maglev.experiment.form import Format
-from maglev.kinds import KindName
+from maglev.schema.options import OPTIONS, with_options
 from pmlsm.rigs import RIGS
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
+VALUE = "a name, = and a value with its unit, such as y=25mm"
+MORE = "More"   # group in the help
+OTHER_FLAGS = {"source": "from"}   # by Python's names, where these are others
 AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in rig.axis_names) for rig in RIGS.values())
 
 
@@ -23,75 +26,79 @@ def run_names(beginning: str) -> list[str]:
     return [name for name in dict.fromkeys([*packaged_files(), *packaged_runs()]) if name.startswith(beginning)]
 
 
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
-Fmus = Annotated[Path | None, typer.Option(
-    "--fmus", help="Folder with FMUs that fly as they are; if not given, what is needed is built where it is missing, "
-    "and kept for all runs (`maglev cache`).", show_default=False)]
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.", rich_help_panel=MORE)]
 Built = Annotated[Path, typer.Option("--fmus", help="Folder for FMUs.")]
-Kind = Annotated[KindName | None, typer.Option("--kind", help="FMUs of this project that need no Python, `native`, or "
-                                               "`python`; the results are the same. Of --fmus native ones are in the "
-                                               "folder native.", show_default="native where there is a compiler")]
-Fmi = Annotated[int, typer.Option("--fmi", min=2, max=3, help="3 for native FMUs of FMI 3.0; of --fmus in the folder "
-                                  "fmi3.")]
 Names = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
     autocompletion=run_names)]
 NamesOrFmus = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files; or FMUs, whose own experiments "
-    "are flown.", show_default=False, autocompletion=run_names)]
+    "are run.", show_default=False, autocompletion=run_names)]
 RigFile = Annotated[Path | None, typer.Option("--rig", metavar="TOML", help="Description of a stage of yours "
                                               "(docs/own_stage.md).", show_default=False)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
-Settings = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="FMU.variable=value", help="Start value that goes before the scenario's; may carry a unit and may "
-    "be repeated.", show_default=False)]
-Parameters = Annotated[list[str] | None, typer.Option(
-    "--parameters", metavar="[FMU=]SSV", help="Start values from a parameter set (SSV), of an FMU or with its "
-    "name before each. They go before the scenario's and those of --model, --set before them.", show_default=False)]
-Model = Annotated[Path | None, typer.Option(
-    "--model", metavar="TOML", help="Constants of plant and controller, as `maglev identify` writes them; or `plant`: "
-    "the controller's model follows the masses of the plant. --set goes before them.", show_default=False)]
-Plant = Annotated[Path | None, typer.Option(help="Another plant, as `--controller`.",
-                                            show_default=False)]
-Controller = Annotated[Path | None, typer.Option(help="Another controller: an FMU of this project by its name, "
-                                                 "an FMU with the same ports or a map, or a Python file with a class "
-                                                 "(docs/controllers.md).",
-                                                 show_default=False)]
-KeepSettings = Annotated[bool, typer.Option(
-    "--keep-settings", help="Give the other controller also the settings (gains, limits) of the scenario's, where it "
-    "has parameters of their names; otherwise only FMUs of this project share them.")]
-PortsFile = Annotated[Path | None, typer.Option("--map", metavar="TOML", help="What the other FMUs call their ports, "
-                                                "their units and steps (docs/importing.md).", show_default=False)]
-Step = Annotated[str | None, typer.Option(help="Communication step, in s or with a unit.", show_default=False)]
-Timeout = Annotated[str, typer.Option(help="Longest time that a call of an FMU which is not of this project may take, "
-                                      "in s or with a unit.")]
-Ordering = Annotated[Order, typer.Option(
-    "--order", help="Order of the FMUs in a step: one after the other (sequential), or all with what the step before "
-    "gave (jacobi), which delays the loop by a step.")]
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
                                              show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
-Form = Annotated[Format, typer.Option("--format", help="Of the columns: csv, or parquet, with units and provenance.")]
+Form = Annotated[Format, typer.Option("--format", rich_help_panel=MORE, help="Of the columns: csv, or parquet, with "
+                                      "units and provenance.")]
 Every = Annotated[int | None, typer.Option("--every", metavar="N", help="Write every N-th communication step, in "
-                                           "place of the scenario's output interval.", show_default=False)]
+                                           "place of the scenario's output interval.", rich_help_panel=MORE)]
+Claims = Annotated[Literal["thesis"] | None, typer.Option(
+    "--claims", help="`thesis`: its claims also where a controller, a stage, a scenario or values are yours; they have "
+    "no verdict there.", show_default=False)]
 Jobs = Annotated[int | None, typer.Option(
-    min=1, help="Runs at a time, in as many processes; as many as processors if not given.",
-    show_default=False)]
-
-# How runs differ from their plans: `FlightOptions` of `maglev.api.options`.
-FLIGHT: dict[str, tuple[Any, object]] = {
-    "set": (Settings, None), "parameters": (Parameters, None), "model": (Model, None), "plant": (Plant, None),
-    "controller": (Controller, None), "ports": (PortsFile, None), "keep_settings": (KeepSettings, False),
-    "step": (Step, None), "order": (Ordering, "sequential"), "fmus": (Fmus, None), "kind": (Kind, None),
-    "fmi": (Fmi, 2), "timeout": (Timeout, "60 s")}
+    min=1, help="Runs at a time, in as many processes; as many as processors if not given.", show_default=False,
+    rich_help_panel=MORE)]
 
 
-def with_flight_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command, in place of its `**options`, those of `FLIGHT` but for some, after its own."""
-    def extended(command: Callable[..., None]) -> Callable[..., None]:
-        own = [each for each in signature(command).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
-        shared = [Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-                  for name, (kind, default) in FLIGHT.items() if name not in left_out]
-        command.__signature__ = Signature([*own, *shared])   # type: ignore[attr-defined]  # where typer looks
+Command = Callable[..., None]
+
+
+def with_run_options(*names: str, without: Collection[str] = ()) -> Callable[[Command], Command]:
+    """Give a command, in place of its `**options`, those of runs, or some, after its own; in Python's names."""
+    return with_more({name: (typed(name), OPTIONS[name].default) for name in names or OPTIONS if name not in without})
+
+
+def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], Command]:
+    """Give a command options, annotation and default by name, in place of its `**options`."""
+    def extended(command: Command) -> Command:
+        command.__signature__ = with_options(signature(command), options)   # type: ignore[attr-defined]  # typer's
         return command
     return extended
+
+
+def typed(name: str) -> Any:
+    """What typer reads an option as, and its help."""
+    option = OPTIONS[name]
+    numbers = {} if option.typed is not int else {"min": option.choices[0], "max": option.choices[-1]}
+    kind = option.typed if option.default is not None else option.typed | None
+    return Annotated[kind, typer.Option(
+        option.flag, help=option.help, metavar=option.metavar, rich_help_panel=option.group or None,
+        show_default=option.without or option.default is not None, **numbers)]
+
+
+def as_flag(name: str, value: object) -> str:
+    """An option as the command line has it: messages of what it calls speak so."""
+    flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
+    value = ",".join(f"{key}={each}" for key, each in value.items()) if isinstance(value, dict) else value
+    return flag if value is None or isinstance(value, bool) else f"{flag} {value}"
+
+
+def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError
+          ) -> list[tuple[str, str]]:
+    """Names and values of words `name=value`, as an option has them; an error of one that is none."""
+    read = []
+    for word in words or ():
+        name, _, value = map(str.strip, word.partition("="))
+        if not (name and value):
+            raise error(f"{flag} {word}: expected {expected}")
+        read.append((name, value))
+    return read
+
+
+def value_of(text: str) -> float | str | bool:
+    """A value as an option has it: true, false, a number, or a quantity with its unit."""
+    from maglev.units import number_or_text
+
+    return text == "true" if text in ("true", "false") else number_or_text(text)

@@ -2,8 +2,10 @@
 
 import io
 import os
+import re
 import sys
 from inspect import cleandoc
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -13,6 +15,8 @@ from maglev.cli.terminal import say
 
 UNREAD = 141   # exit code where nobody reads the output any more: that of a command which SIGPIPE ends
 ERROR = 2
+
+VARIED = re.compile(r"[\w.,]+=")
 
 
 class Output(io.FileIO):
@@ -52,14 +56,25 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
+FLAGS = ("--resume", "--debug", "--keep-settings")   # options of `sweep` that take no value
+
+
 class Commands(TyperGroup):
-    """Commands that read old spellings of options, for one version."""
+    """Commands that read the old names of commands and options, for one version."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read `--native`, of before, as what it is now."""
+        """Read what was called otherwise before, and say what it is called now."""
         if "--native" in args:
             say("--native is --kind native now, and runs need neither: results are the same")
             args = [word for each in args for word in (("--kind", "native") if each == "--native" else (each,))]
+        if args[:1] == ["sweep"]:
+            say("`maglev sweep SCENARIO …` is `maglev study SCENARIO --vary … --vary …` now")
+            args = ["study", *(word for last, each in pairwise(args) for word in (
+                ("--vary", each) if VARIED.match(each) and (last in FLAGS or not last.startswith("--"))
+                else (each,)))]
+        if args[:1] == ["frequency-response"]:
+            say("`maglev frequency-response` is `maglev linearise --measure` now")
+            args = ["linearise", "--measure", *args[1:]]
         return super().parse_args(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

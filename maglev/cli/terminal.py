@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import typer
 
-from maglev.errors import FAILURES, in_one_line, name_of, signal_of, visible
+from maglev.cli.options import as_flag
+from maglev.errors import FAILURES, in_one_line, name_of, signal_of, spelling, visible
 from maglev.processes.interrupts import termination_like_interrupt
 from maglev_files.environment import require_numbers
 
@@ -33,6 +34,7 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
+    in_python = spelling.set(as_flag)
     try:
         with termination_like_interrupt(), warnings.catch_warnings():
             warnings.showwarning = said
@@ -52,6 +54,8 @@ def one_line_errors(debug: bool) -> Iterator[None]:
             raise
         say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)")
         raise typer.Exit(2) from None
+    finally:
+        spelling.reset(in_python)
 
 
 def said(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
@@ -134,6 +138,14 @@ def print_results(results: "Results", as_json: bool = False, debug: bool = False
         raise typer.Exit(2)
 
 
+def show_page(path: Path) -> None:
+    """Open a page in the browser; where there is none, a sentence says so."""
+    import webbrowser
+
+    if not webbrowser.open(path.resolve().as_uri()):
+        say(f"no browser was found: {path} is a page for any")
+
+
 def print_json(data: object) -> None:
     """Print data as JSON that any terminal can show."""
     import json
@@ -157,7 +169,7 @@ def print_tables(results: "Results") -> None:
 
     console = report_console()
     if len(results.asked) == 1:
-        show(console, results.runs[0], results.verdicts[results.runs[0].plan.name])
+        show(console, results.runs[0], results.verdicts[results.runs[0].plan.name], briefly=True)
     else:
         for table in study_tables(results.runs, results.verdicts, results.outcomes):
             console.print(table)

@@ -22,7 +22,7 @@ from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of, function_of
 from maglev.cosim.versions.messages import Messages
-from maglev.errors import FmuError, nearest, nearest_file, shortened
+from maglev.errors import FmuError, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
 from maglev.units import known_unit
 from maglev_files.environment import MOST_UNPACKED, number_in
@@ -66,8 +66,9 @@ def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError says what is wrong with another file."""
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
-                       "without --fmus those of this project are built where they are missing, `maglev build` makes "
-                       "them in a folder, with --rig mine.toml those of a stage of yours")
+                       f"without {option('fmus')} those of this project are built where they are missing, "
+                       f"`maglev build` makes them in a folder, with {option('rig', 'mine.toml')} those of a stage of "
+                       "yours")
     written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
     return copy(described(name, path, written.st_mtime_ns, written.st_size))
@@ -116,14 +117,14 @@ def kind_of(variable: ScalarVariable) -> str:
 
 def other_kind(path: Path) -> str:
     """Say of a missing FMU of which other kind there is one."""
-    folders = {"": "without --kind", "native": "with --kind native", "fmi3": "with --fmi 3",
-               "clocked": "with --fmus {folder}"}
-    own = path.parent.name if path.parent.name in folders else ""
+    own = path.parent.name if path.parent.name in ("native", "fmi3", "clocked") else ""
     root = path.parent.parent if own else path.parent
-    for folder, option in folders.items():
+    folders = {"": f"without {option('kind')}", "native": f"with {option('kind', 'native')}",
+               "fmi3": f"with {option('fmi', 3)}", "clocked": f"with {option('fmus', str(root / 'clocked'))}"}
+    for folder, chosen in folders.items():
         other = root / folder / path.name
         if folder != own and other.is_file():
-            return f", but {other}, which runs {option.format(folder=other.parent)}"
+            return f", but {other}, which is taken {chosen}"
     return ""
 
 

@@ -1,11 +1,11 @@
-"""A controller's model at the masses of the plant: what `--model plant` asks for."""
+"""A controller's model at the masses of the plant: what the option `model` "plant" asks for."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from math import inf
 from operator import attrgetter
 
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, option
 from maglev.own_fmus import definition
 from pmlsm.rig import Rig
 
@@ -62,7 +62,8 @@ def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[st
         If plant or controller have no such parameters.
     """
     if rig is None:
-        raise ScenarioError("--model plant: expected runs of a rig, by whose nominal masses a model follows")
+        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a rig, by whose nominal masses it "
+                            "follows")
     variables = definition(f"Plant{rig.suffix}").variables
     axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
     masses = [*axes.values(), *(each.name for each in variables if each.name.startswith("payload."))]
@@ -76,6 +77,6 @@ def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
     found = {name: own(name) for name in names}
     lacking = [name for name, value in found.items() if value is None]
     if lacking:
-        raise ScenarioError(f"--model plant: the {fmu} has no {', '.join(lacking)}, expected one with masses, or a "
-                            "model, as this project's have")
+        raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected one with "
+                            "masses, or a model, as this project's have")
     return {name: value for name, value in found.items() if value is not None}

@@ -18,8 +18,8 @@ from maglev.cosim.other_process.run import TIMEOUT, Complete, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
 from maglev.cosim.step_loop import own_loop
 from maglev.cosim.wires.wiring import Drives
-from maglev.errors import ControllerError, FmuError, ScenarioError, nearest
-from maglev.experiment.following import Following, Own, following
+from maglev.errors import ControllerError, FmuError, ScenarioError, option
+from maglev.experiment.following import Following
 from maglev.experiment.ports.departure import after_departure
 from maglev.experiment.ports.inserted import needless_delays, with_generated_references
 from maglev.experiment.ports.own_units import known_signal, known_start_values
@@ -29,15 +29,16 @@ from maglev.experiment.ports.replacement import (
     Replacement,
     few,
     fit,
-    given_and_left_out,
     known_ports,
     require_essential,
 )
+from maglev.experiment.ports.starts import Starts, known_participant, known_start
 from maglev.experiment.provenance import Provenance, departures_of, provenance, sha256_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, places, stale
 from maglev.own_stage.adoption import know_stage
-from maglev.schema.run_plan import FmuTable, RunOutput, RunPlan, StartValue
+from maglev.schema.options import OPTIONS, RunOptions, completed
+from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.settings import with_references
 from maglev.time_grid import whole_steps
 from maglev.units import Unit, refused_as
@@ -88,7 +89,7 @@ class Experiment:
     files: dict[str, Path]
     step: float
     left_out: dict[str, str] = field(default_factory=dict)
-    order: Order = "sequential"
+    order: Order = OPTIONS["order"].default
     ports: dict[str, PortMap] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
@@ -128,7 +129,8 @@ class Experiment:
     def require_current(self) -> None:
         """Refuse FMUs of this project that are not what it builds now, where what is found stands for these."""
         if self.stale:
-            raise FmuError(f"{'; '.join(self.stale)}; --plant FILE or --controller FILE takes a file as it is")
+            raise FmuError(f"{'; '.join(self.stale)}; {option('plant')} or {option('controller')} takes a file "
+                           "as it is")
 
     def exact(self) -> bool:
         """Whether it has the same bits on every machine: FMUs of this project, and files that keep to its arithmetic.
@@ -261,6 +263,11 @@ class Experiment:
         return recording
 
     @property
+    def modified(self) -> bool:
+        """Whether it is another run than its plan says."""
+        return bool(self.changes or self.put_in or self.departures)
+
+    @property
     def here(self) -> bool:
         """Whether it flies in this process alone: a class was given, which no other knows."""
         return any(is_class(path) for path in self.files.values())
@@ -271,8 +278,7 @@ class Experiment:
 
 
 def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], settings: Mapping[str, StartValue],
-            step: float | None = None, order: Order = "sequential", timeout: float = TIMEOUT,
-            follow: bool = False) -> Experiment:
+            options: RunOptions | None = None) -> Experiment:
     """Experiment of a run.
 
     Parameters
@@ -285,14 +291,9 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     settings : mapping of str to StartValue
         What goes before the plan's: start values by `fmu.variable`, or other references by `reference.AXIS.amplitude`,
         see `with_reference`.
-    step : float, optional
-        Communication step that takes the place of the plan's, s.
-    order : str
-        "sequential" or "jacobi", see `wire`.
-    timeout : float
-        As of `Experiment`, s.
-    follow : bool
-        Whether the controller's model follows the masses of the plant.
+    options : RunOptions, optional
+        Of these step, order and timeout, and a `model` that follows the masses of the plant; the rest is in the other
+        arguments.
 
     Raises
     ------
@@ -300,91 +301,63 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
         If a replaced FMU or a setting does not exist or cannot be read, or the run is no whole number of steps.
     """
     know_stage_of(plan)
-    if step is not None:
-        with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with --step {step} s"):
-            whole_steps(plan.stop_time, step)
+    options = completed(options or {})
+    step = plan.step if options["step"] is None else float(options["step"])
+    with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with {option('step', step)}"):
+        whole_steps(plan.stop_time, step)
     given = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus) for name, fmu in plan.fmus.items()}
     files = {name: as_it_is(path) for name, path in given.items()}
     old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
                               if path.parent == fmus and path.stem in places())))
-    known = {}
-    # A file that the scenario names is as foreign as one on the command line: its parameters are its own, too.
-    own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
-                 if fmu.inherited or (fmu.file is not None and flies_apart(files[name]))}
-    put_in = tuple(replaced)
-    replaced = {**own_files, **{name: replace(replacement, path=files.get(name, replacement.path))
-                                for name, replacement in replaced.items()}}
-    for name, replacement in replaced.items():
-        known_participant(plan, f"--{name}", name)
-        known[name] = known_ports(plan, name)
-        replacement.ports.require_known(known[name])
-    replaced = {name: replace(replacement, ports=replace(replacement.ports, units=known[name]))
-                for name, replacement in replaced.items()}
-    start = {name: {**fmu.inherited, **fmu.start} for name, fmu in plan.fmus.items()}
-    start_from = {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}
-    left_out: dict[str, str] = {}
-    for name, replacement in replaced.items():
-        start[name], why = given_and_left_out(plan, name, replacement, name in put_in)
-        start_from[name] = {variable: source for variable, source in start_from[name].items() if variable not in why}
-        left_out |= {f"{name}.{variable}": reason for variable, reason in why.items()}
-    plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in left_out]})
+    put_in, replaced = tuple(replaced), in_place(plan, files, replaced)
+    starts = Starts.planned(plan, replaced, put_in)
+    plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})
     plan, settings, other_references = with_references(plan, settings)
     settings, fed = without_fed(plan, settings)
-    overruled = [f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []
-    for full, value in settings.items():
-        name, _, variable = full.partition(".")
-        known_participant(plan, value.origin, name)
-        start[name][variable] = value
-        source = start_from[name].pop(variable, None)
-        if source is not None:
-            overruled.append(f"{plan.name}: {name}.{variable} is as {value.file or '--set'} says, not what "
-                             f"{source.run} comes to")
+    overruled = [*([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
+                 *starts.ask(plan, settings)]
+    plan = in_declared_units(plan, starts, files)
+    asked = set(settings)
+    model = starts.follow(plan, files, asked) if str(options["model"]) == "plant" else None
+    fitted = fit(with_generated_references(starts.of(plan)), replaced,
+                 {name: replacement.ports.units for name, replacement in replaced.items()})
+    late = needless_delays(plan, options["order"], lambda name: samples(name, files[name]))
+    experiment = Experiment(fitted.plan, files, step, starts.left_out, options["order"],
+                            {name: replacement.ports for name, replacement in replaced.items()},
+                            (*old, *fitted.notes, *overruled, *late), put_in=put_in, timeout=float(options["timeout"]),
+                            departures=tuple(departures_of(plan, files, put_in)), following=model,
+                            loop=None if any(map(is_written, files.values())) else own_loop(), stale=old)
+    return replace(
+        experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
+        not_compared=tuple(name for name in plan.check.signals if name not in fitted.plan.check.signals),
+        parameter_sets={each.file: sha256_of(Path(each.file)) for each in settings.values() if each.file})
+
+
+def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Replacement]) -> dict[str, Replacement]:
+    """FMUs in the place of the plan's, with their copies and the ports that the plan knows.
+
+    A file that the scenario names is as foreign as one that is asked for: its parameters are its own, too.
+    """
+    own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
+                 if fmu.inherited or (fmu.file is not None and flies_apart(files[name]))}
+    found = {}
+    for name, replacement in {**own_files, **replaced}.items():
+        known_participant(plan, option(name), name)
+        known = known_ports(plan, name)
+        replacement.ports.require_known(known)
+        found[name] = replace(replacement, path=files[name], ports=replace(replacement.ports, units=known))
+    return found
+
+
+def in_declared_units(plan: RunPlan, starts: Starts, files: Mapping[str, Path]) -> RunPlan:
+    """Read start values and signals in units that FMUs declare; returns the plan."""
     def declared(name: str) -> dict[str, Unit]:
-        """Units that an FMU declares; none of one that is not there, which is refused later."""
+        """None of one that is not there, which is refused later."""
         return declared_units(read_description(name, files[name])) if files[name].is_file() else {}
 
-    start = known_start_values(start, str(plan.path), declared)
-    plan = plan.model_copy(update={"signals": [known_signal(signal, i, str(plan.path), declared)
+    starts.given = known_start_values(starts.given, str(plan.path), declared)
+    return plan.model_copy(update={"signals": [known_signal(signal, i, str(plan.path), declared)
                                                for i, signal in enumerate(plan.signals)]})
-    asked = set(settings)
-    model = followed(plan, files, start, start_from, asked) if follow else None
-    left_out = {full: reason for full, reason in left_out.items() if full not in asked}
-    scenario_fmus = {name: fmu.model_copy(update={"start": start[name], "start_from": start_from[name],
-                                            "inherited": {}})
-                     for name, fmu in plan.fmus.items()}
-    changed = plan.model_copy(update={"fmus": scenario_fmus})
-    fitted = fit(with_generated_references(changed), replaced, known)
-    late = needless_delays(plan, order, lambda name: samples(name, files[name]))
-    experiment = Experiment(fitted.plan, files, plan.step if step is None else step, left_out, order,
-                            {name: replacement.ports for name, replacement in replaced.items()},
-                            (*old, *fitted.notes, *overruled, *late))
-    changes = (*other_references, *changes_of(experiment, plan, asked))
-    departures = tuple(departures_of(plan, files, put_in))
-    not_compared = tuple(name for name in plan.check.signals if name not in experiment.plan.check.signals)
-    return replace(experiment, changes=changes, put_in=put_in, timeout=timeout, departures=departures,
-                   following=model, not_compared=not_compared,
-                   loop=None if any(map(is_written, files.values())) else own_loop(), stale=old,
-                   parameter_sets={each.file: sha256_of(Path(each.file)) for each in settings.values() if each.file})
-
-
-def followed(plan: RunPlan, files: Mapping[str, Path], start: Mapping[str, dict[str, StartValue]],
-             start_from: Mapping[str, Mapping[str, RunOutput]], asked: set[str]) -> Following:
-    """Let the controller's model follow the plant in the start values of a run, but for what is asked for."""
-    def own(name: str) -> Own:
-        known_participant(plan, "--model plant", name)
-        return lambda variable: (float(start[name][variable].value) if variable in start[name] else
-                                 known_start(name, files[name], variable))
-
-    found = following(plan.rig, own("plant"), own("controller"), asked)
-    for full, value in found.settings({}).items():
-        variable = full.removeprefix("controller.")
-        if variable in start_from["controller"]:
-            raise ScenarioError(f"--model plant: {plan.name} takes {full} from "
-                                f"{start_from['controller'][variable].run}, expected only runs that take no constants "
-                                "from others")
-        start["controller"][variable] = StartValue(value, None, repr(value), "--model plant")
-        asked.add(full)
-    return found
 
 
 def know_stage_of(plan: RunPlan) -> None:
@@ -411,17 +384,6 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> t
     return tuple(found)
 
 
-def known_start(name: str, file: Path, variable: str) -> float | None:
-    """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
-    if not (file.is_file() or is_written(file)):
-        return None
-    text = next((v.start for v in read_description(name, file).modelVariables if v.name == variable), None)
-    try:
-        return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
-    except ValueError:
-        return None
-
-
 def samples(name: str, file: Path) -> bool:
     """Whether an FMU computes at samples, and holds in between: it then wants a fixed step. One not there does not."""
     return ((file.is_file() or is_written(file))
@@ -436,13 +398,6 @@ def flies_apart(file: Path) -> bool:
 def is_foreign(file: Path) -> bool:
     """Whether an FMU file is not of this installation, whatever it says; one that is missing is refused later."""
     return file.is_file() and not is_written(file) and not built_here(file)
-
-
-def known_participant(plan: RunPlan, key: str, name: str) -> None:
-    """Refuse an FMU that the plan does not have."""
-    if name not in plan.fmus:
-        raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
-                            f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
 
 
 def as_it_is(path: Path) -> Path:

@@ -14,7 +14,7 @@ import orjson
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
-from maglev.errors import ScenarioError, extra
+from maglev.errors import ScenarioError, extra, option
 from maglev.experiment.form import Format
 from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.whole_file import whole_file
@@ -87,7 +87,7 @@ def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
                     held.enter_context(only_writer(ResultFiles(folder, name).lock))
             except Busy:
                 raise ScenarioError(f"{folder / name}: another process is writing the files of this run, expected one "
-                                    "at a time: wait for it, or give another --out") from None
+                                    f"at a time: wait for it, or give another {option('out')}") from None
         yield
 
 

@@ -3,13 +3,12 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from maglev.cosim.order import Order
-from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import ScenarioError, key_path, nearest
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.layers import Scenario, packaged_files
 from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.options import RunOptions
 from maglev.schema.run_plan import RunPlan, StartValue
 
 Scenarios = Scenario | Iterable[Scenario]
@@ -75,13 +74,12 @@ def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
 
 
 def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement],
-                settings: Mapping[str, StartValue], step: float | None = None, order: Order = "sequential",
-                timeout: float = TIMEOUT, follow: bool = False) -> list[Experiment]:
+                settings: Mapping[str, StartValue], options: RunOptions | None = None) -> list[Experiment]:
     """Experiments of the runs; arguments and errors as of `prepare`.
 
     Also refused is a run that starts from an output which the other run, among the given ones, does not have.
     """
-    experiments = [prepare(run, fmus, replaced, settings, step, order, timeout, follow) for run in runs]
+    experiments = [prepare(run, fmus, replaced, settings, options) for run in runs]
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
         if experiment.plan.needs:

@@ -185,10 +185,10 @@ def require_whole(file: File, expected: Expected, lacking: Sequence[str],
     absent = next((name for name in expected.left_out if name not in variables), None)
     if absent is not None:
         raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
-                       f"{nearest(absent, variables)}; --partial compares the others")
+                       f"{nearest(absent, variables)}; with `partial` the others are compared")
     if lacking:
         raise FmuError(f"{file.place}: no results from {lacking[0]}, expected some for the whole experiment; "
-                       "--partial compares those that there are")
+                       "with `partial` those are compared that there are")
 
 
 def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],

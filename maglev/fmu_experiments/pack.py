@@ -17,7 +17,7 @@ from maglev.cosim.fmu import kind_of
 from maglev.cosim.master import Recording
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import apply
-from maglev.errors import FmuError, ScenarioError
+from maglev.errors import FmuError, ScenarioError, option
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, know_stage_of, prepare
 from maglev.fmu_experiments.carried import carried_experiments
@@ -100,8 +100,8 @@ def named_place(plan: RunPlan, path: Path) -> str:
     for place, fmu in plan.fmus.items():
         if fmu.file is not None and Path(fmu.file).resolve() == path.resolve():
             return place
-    raise ScenarioError(f"{plan.path}: names no FMU {path}, expected --as with what it takes the place of, one of "
-                        f"{', '.join(plan.fmus)}")
+    raise ScenarioError(f"{plan.path}: names no FMU {path}, expected {option('name')} with what it takes the place "
+                        f"of, one of {', '.join(plan.fmus)}")
 
 
 def rows_apart(experiment: Experiment) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array, Complex
-from maglev.errors import OF_OWN_STAGE, LinearModelError, one_of
+from maglev.errors import LinearModelError, one_of, or_of_own_stage
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import linearise
 from maglev.linear.margins import Margins, margins_of
@@ -222,13 +222,13 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     True
     """
     if plant not in PLANTS:
-        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, PLANTS, OF_OWN_STAGE)}")
+        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, PLANTS, or_of_own_stage())}")
     settings: dict[str, Any] = {"amplifier": amplifier, "parameters": plant_parameters}
     split = None
     if isinstance(controller, str):
         if controller not in CONTROLLERS:
             raise LinearModelError(f"{controller!r} is no controller with a linear model, expected "
-                                   f"{one_of(controller, CONTROLLERS, OF_OWN_STAGE)}")
+                                   f"{one_of(controller, CONTROLLERS, or_of_own_stage())}")
         split = model_of(controller, block_of(controller, controller_parameters or {}))
     rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
     if isinstance(controller, str):

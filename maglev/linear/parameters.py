@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from fmi_export.definition import FmuDefinition
-from maglev.errors import OF_OWN_STAGE, LinearModelError, nearest
+from maglev.errors import LinearModelError, nearest, or_of_own_stage
 from maglev.rig.modules import definitions
 from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
@@ -55,7 +55,7 @@ def rig_of(name: str) -> Rig:
     """Rig of a plant or controller; LinearModelError if there is no linear model of an FMU of this name."""
     if name not in DEFINITIONS:
         raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, "
-                               f"{OF_OWN_STAGE}; nearest is {nearest(name, DEFINITIONS)}")
+                               f"{or_of_own_stage()}; nearest is {nearest(name, DEFINITIONS)}")
     return RIG_OF[name]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from maglev.api.comparing import put_in
-from maglev.errors import BuildError, ScenarioError
+from maglev.errors import BuildError, ScenarioError, option
 from maglev.experiment.execution import json_text
 from maglev.microcontroller.emulator import EmulatorError, require_emulator
 from maglev.microcontroller.generation import Generated, generated
@@ -90,7 +90,7 @@ def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | 
     >>> made.files[0].name  # doctest: +SKIP
     'PID2DOF.h'
     """
-    with refused_as(ScenarioError, f"--clock {clock}"):
+    with refused_as(ScenarioError, option("clock", clock)):
         frequency = parse_quantity(clock, "Hz")
     for name, value in (("clock", frequency), ("cycles", cycles)):
         if not 0.0 < value < inf:
@@ -139,4 +139,5 @@ def usual_run(definition: FmuDefinition) -> str:
             encoder.replace("encoder", "measured") for encoder in rig.encoders}
         if ports <= names:
             return f"{rig.name}-setpoints"
-    raise ScenarioError(f"{definition.name}: is of no stage of the project, expected --run with a run of its own")
+    raise ScenarioError(f"{definition.name}: is of no stage of the project, expected {option('run')} with a run of its "
+                        "own")

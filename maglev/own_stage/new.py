@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from maglev.errors import MaglevError, RigError, one_of
+from maglev.errors import MaglevError, RigError, one_of, option
 from maglev.own_stage.adoption import OWN, rig_named
 from maglev.own_stage.data_sheet import Catalogue, Field
 from maglev.own_stage.loop import TIMES, setpoints
@@ -48,7 +48,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     file = file_named(path, ".toml")
     like = like or (SINGLE if motor else EXAMPLE)
     if like not in (*RIGS, SIDE_BY_SIDE):
-        raise RigError(f"--like {like}: expected {one_of(like, (*RIGS, SIDE_BY_SIDE))}")
+        raise RigError(f"{option('like', like)}: expected {one_of(like, (*RIGS, SIDE_BY_SIDE))}")
     rig = side_by_side() if like == SIDE_BY_SIDE else RIGS[like]
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
     write_new(file, stage_text(rig, file, read_motor(motor) if motor else None))

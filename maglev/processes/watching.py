@@ -12,7 +12,7 @@ Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the 
 
 def warn(sentence: str) -> None:
     """Say a sentence as Python does."""
-    warnings.warn(sentence, stacklevel=5)
+    warnings.warn(sentence, stacklevel=6)
 
 
 def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:

@@ -54,13 +54,18 @@ COLOURS: dict[Verdict, str] = {"reproduced": "green", "within 10 %": "yellow", "
 CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 
 
-def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult]) -> None:
-    """Print what was measured on a run, and the claims with their verdicts."""
-    show_measured(console, result, claim_tables(verdicts))
+def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], briefly: bool = False) -> None:
+    """Print the claims about a run with their verdicts, what was measured on it, and how it ended.
+
+    Briefly without bounds by the axes of figures: dozens of lines, of which the last one has the sum.
+    """
+    show_measured(console, result, claim_tables([each for each in verdicts if each.claim.figure is None]
+                                                if briefly else verdicts), verdicts)
 
 
-def show_measured(console: Console, result: RunResult, below: Iterable[Table | str] = ()) -> None:
-    """Print what was measured on a run, what comes below it, and the outcome."""
+def show_measured(console: Console, result: RunResult, above: Iterable[Table | str] = (),
+                  verdicts: Sequence[ClaimResult] = ()) -> None:
+    """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts."""
     plan = result.plan
     console.print(heading(plan.name, plan.title))
     if result.metrics is None:
@@ -68,9 +73,9 @@ def show_measured(console: Console, result: RunResult, below: Iterable[Table | s
         return
     if result.provenance is not None:
         console.print(Text(origin(result.provenance), style="dim"))
-    for table in (*metric_tables(plan, result.metrics), *below):
+    for table in (*above, *metric_tables(plan, result.metrics)):
         console.print(table)
-    console.print(outcome(result, result.metrics))
+    console.print("; ".join([outcome(result, result.metrics), *sums(verdicts)]))
 
 
 def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
@@ -142,18 +147,13 @@ def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure], st
 
 
 def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
-    """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures; words where none is.
-
-    What the thesis says is left out where this is no run of its own: with a user's controller, stage or values.
-    """
+    """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
     tables: list[Table | str] = []
-    modified = any(each.verdict == "modified run" for each in results)
-    results = specification(results) if modified else results
     for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
                           ("Bounds by the axes of figures", bounds(results))):
         met = f": {met_of(claims)} met" if met_of(claims) else ""
         tables += [claim_table(f"{title}{met}", claims)] if claims else []
-    return tables or ([] if modified else ["no claims"])
+    return tables
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
@@ -255,7 +255,8 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
     notice = "".join(modified) + "\nVerdicts on the thesis are for its own runs.\n\n" if modified else ""
     of_axes = bounds_in_words(counting)
     text += ("\n# The thesis\n\n" if own else "") + (
-        f"{counted(sentences(counting), 'claim')} on {subjects}.\n\n{kinds_markdown(counting)}\n"
+        (f"{counted(sentences(counting), 'claim')} on {subjects}.\n\n{kinds_markdown(counting)}\n"
+         if claims or not notice else "")
         + (f"{of_axes}.\n\n" if of_axes else "") + notice)
     for kind, name in CLAIM_KINDS.items():
         rows = [row for row in claims if row[1].claim.figure is None and row[1].claim.kind == kind]
@@ -306,12 +307,18 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
         return ""
     tracking = {each.axis: each.peak_tracking_error for each in result.metrics.tracking}
     errors = worst_of(result.plan, tracking or result.metrics.end_errors)
+    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {held(result.metrics)}", *(
+        f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
+        *sums(claims)[:1]])
+
+
+def sums(claims: Sequence[ClaimResult]) -> list[str]:
+    """How many of the claims hold that could be judged, and how many bounds of figures; nothing where there is none."""
     judged = [claim.verdict for claim in [*specification(claims), *sentences(claims)]
               if claim.verdict not in ("not testable", "not run", "modified run")]
     good = sum(verdict in ("reproduced", "met") for verdict in judged)
-    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {held(result.metrics)}", *(
-        f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
-        *([f"{good} of {counted(judged, 'claim')} hold{'s' if len(judged) == 1 else ''}"] if judged else [])])
+    return [*([f"{good} of {counted(judged, 'claim')} hold{'s' if len(judged) == 1 else ''}"] if judged else []),
+            *([f"{bounds_met(claims)} bounds by the axes of figures met"] if bounds_met(claims) else [])]
 
 
 def short_outcome(result: RunResult) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from maglev.errors import ScenarioError, nearest
+from maglev.errors import ScenarioError, nearest, option
 from maglev.schema.run_plan import RunPlan, StartValue, read_open_value
 from maglev.schema.signals.kinds import Constant, Signal, Sinusoids, Steps
 from maglev.units import measures, number_or_text, refused_as
@@ -30,7 +30,7 @@ def start_values(given: Settings) -> dict[str, StartValue]:
 def start_value(name: str, value: float | bool | str, written: str = "") -> StartValue:
     """One of them; `written` is the word, if it was one."""
     text = str(value).strip()
-    origin = f"--set {written or f'{name}={text.lower() if isinstance(value, bool) else text}'}"
+    origin = option("set", written or {name: value})
     if not all(name.strip().partition(".")):
         raise ScenarioError(f"{origin}: expected FMU.variable=value, such as plant.y.mass=7.2")
     if text.lower() in ("true", "false"):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from maglev.errors import ScenarioError
+from maglev.errors import ScenarioError, option
 from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.scratch import PREFIX, remove_leftovers
 from maglev_files.whole_file import whole_file, write_whole
@@ -40,10 +40,10 @@ class Parts:
                 yield
         except Busy:
             raise ScenarioError(f"{self.folder}: another process is writing there, expected one at a time: wait for "
-                                "it, or give another --out") from None
+                                f"it, or give another {option('out')}") from None
         except NoLock as error:
             raise ScenarioError(f"{self.folder}: cannot be locked ({error.strerror}), expected a file system with "
-                                "locks: give another --out") from None
+                                f"locks: give another {option('out')}") from None
 
     def find(self) -> int:
         """Find the parts that are there; returns how many other files are.
@@ -65,7 +65,7 @@ class Parts:
             key = None
         if key != self.key:
             raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
-                                "another version, expected none: remove the folder, or give another --out")
+                                f"another version, expected none: remove the folder, or give another {option('out')}")
         others = 0
         for path in found:
             name = f"{path.stem.rpartition('.')[0]}{path.suffix}"
@@ -99,7 +99,7 @@ class Parts:
         content = path.read_bytes() if path.is_file() else b""
         if path != self.path(name, content):
             raise ScenarioError(f"{path}: was changed or removed meanwhile, expected nobody else to write there; "
-                                "--resume runs its samples again")
+                                f"{option('resume', True)} runs its samples again")
         return content
 
     def remove(self) -> None:

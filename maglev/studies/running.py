@@ -4,7 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from maglev.errors import Interrupted, ScenarioError, name_of, signal_of
+from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
 from maglev.studies.dataset import (
     as_bytes,
     is_as_written,
@@ -58,7 +58,7 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     kept_samples = sum(batch.last - batch.first for batch in done)
     if parts.files and not resume:
         raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
-                            "expected --resume to go on with them, or no such folder")
+                            f"expected {option('resume', True)} to go on with them, or no such folder")
     if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
         if all(is_as_written(each, job.key) for each in (path, *([trajectories_path(path)] if job.kept else []))):
             return path   # it was done before
@@ -90,7 +90,7 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
             parts.find()                # a part may have been written whole when the signal came
         kept_samples = sum(batch.last - batch.first for batch in whole_batches())
         raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
-                          "--resume goes on with them", signal_of(error)) from error
+                          f"{option('resume', True)} goes on with them", signal_of(error)) from error
     for kind, form, merged in (("trajectories", schema, trajectories_path(path)),
                                ("samples", planned.layout.schema(), path)):
         if form is not None:

@@ -11,7 +11,7 @@ from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from maglev.arrays import Array
-from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, signal_of
+from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, option, signal_of
 from maglev.studies.flying.batches import Fly, batches_of, flyers
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
@@ -111,8 +111,8 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
     with parts.alone():
         others = parts.find()
         if parts.folder.exists() and not resume:
-            raise ScenarioError(f"{parts.folder}: a part is done, expected --resume to go on with it, or no such "
-                                "folder")
+            raise ScenarioError(f"{parts.folder}: a part is done, expected {option('resume', True)} to go on with it, "
+                                "or no such folder")
         if others:
             say(f"{parts.folder}: not as it was written: {others} of the parts, run again")
         try:
@@ -120,7 +120,7 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
                 parts.begin()
                 found = Search(planned, fly_batches, parts, watch).found()
         except KeyboardInterrupt as error:
-            raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, --resume goes "
-                              "on with them", signal_of(error)) from error
+            raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, "
+                              f"{option('resume', True)} goes on with them", signal_of(error)) from error
         parts.remove()
     return found

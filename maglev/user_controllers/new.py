@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maglev.errors import ControllerError, RigError
+from maglev.errors import ControllerError, RigError, option
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import file_named, write_new
 from maglev.rig.modules import written_class
@@ -62,7 +62,7 @@ def new_class(kind: str, path: str | Path, stage: str) -> Path:
     try:
         rig = rig_named(stage)
     except RigError as error:
-        raise ControllerError(f"--stage {stage}: {error}") from None
+        raise ControllerError(f"{option('stage', str(stage))}: {error}") from None
     name = class_name(file.stem)
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "

@@ -84,7 +84,7 @@ def test_commands_are_found() -> None:
 def test_runs_and_fmus_that_pages_name_are_there(path: Path) -> None:
     known = {*packaged_runs(), *packaged_files(), *DEFINITIONS}
     for words in commands(path, "maglev"):
-        if words[1:2] in (["run"], ["report"], ["compare"], ["sweep"], ["check"]):
+        if words[1:2] in (["run"], ["report"], ["compare"], ["check"]):
             for word in words[2:]:
                 if re.fullmatch(r"[23]dof-[\w.-]+", word) and not word.endswith((".toml", ".csv")):
                     assert word in known, f"{' '.join(words)}: there is no run {word}"

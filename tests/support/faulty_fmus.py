@@ -104,4 +104,4 @@ def faulty_run(fmu: Path, fmus: Path, stop_time: float = 0.3, timeout: float = 6
     """The 2-DOF stage under that controller."""
     ports = read_port_maps(EXAMPLES / "pd_controller_c" / "ports.toml")["controller"]
     plan = load_plan("2dof-step-1-nonlinear").model_copy(update={"stop_time": stop_time})
-    return prepare(plan, fmus, {"controller": Replacement(fmu, ports)}, {}, timeout=timeout)
+    return prepare(plan, fmus, {"controller": Replacement(fmu, ports)}, {}, {"timeout": timeout})

@@ -11,12 +11,11 @@ import numpy.typing as npt
 
 from maglev.api.flown import Run
 from maglev.api.many.studying import made_ready
-from maglev.api.options import FlightOptions
 from maglev.api.running import run as fly
 from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
-from maglev.kinds import reads_native
 from maglev.processes import processors
 from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.schema.options import RunOptions, takes_run_options
 
 UNDONE = "was not run: the batch was interrupted"
 
@@ -95,11 +94,11 @@ def plain(given: Any) -> Any:
     return [each.item() if isinstance(each, np.generic) else each for each in given]
 
 
-@reads_native
+@takes_run_options("timeout", "parameters")
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
           jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
-          **options: Unpack[FlightOptions]) -> Batch:
+          **options: Unpack[RunOptions]) -> Batch:
     """Run a scenario once for each row of values, side by side.
 
     Native FMUs of this installation are one loop in C, in threads of this process; of a long batch that loop is
@@ -123,7 +122,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
+        As of `run`.
 
     Returns
     -------

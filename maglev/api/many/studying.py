@@ -1,4 +1,4 @@
-"""Studies: a scenario flown many times, side by side, one Parquet dataset of all samples, and a page."""
+"""Studies: a scenario run many times, side by side, one Parquet dataset of all samples, and a page."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 from maglev.api.flown import Run
-from maglev.api.options import FlightOptions, Value, experiments_of, seconds
+from maglev.api.options import experiments_of
 from maglev.api.running import run as fly
 from maglev.api.running import say_notes
 from maglev.catalogue.for_runs import compiles
-from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, shortened
+from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, option, shortened
 from maglev.experiment.preparation import Experiment
-from maglev.kinds import reads_native
 from maglev.processes import processors
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.schema.loading import load_plan
+from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
 from maglev.user_controllers.source import carried
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
     from maglev.tuning.schema import TuneFile
 
-Vary = Mapping[str, Sequence[Value] | str]
+Vary = Mapping[str, Sequence[float | int | bool | str] | str]
 
 PUT_IN = ("plant", "controller")   # options that name what takes the place of a plan's
 
@@ -130,51 +130,75 @@ def require_arrow() -> None:
     extra("pyarrow", "study", "a study")
 
 
-@reads_native
-def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: int | None = None,
+@takes_run_options("timeout", "parameters")
+def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
+          keep: Sequence[str] = (), name: str | None = None, out: str | Path = "results", jobs: int | None = None,
           scheduler: str | None = None, resume: bool = False, sample_timeout: float | str | None = None,
-          watch: Watch | None = None, say: Say | None = None, **options: Unpack[FlightOptions]) -> Study:
-    """Fly a study, and give its dataset.
+          watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Study:
+    """Run a scenario many times, with what varies from a file or from `vary`, and give the dataset.
 
     Parameters
     ----------
-    file : str or Path
-        A study of the package by its name, or a TOML file (docs/studies.md).
+    what : str or Path
+        A study of the package by its name, or a TOML file (docs/studies.md); with `vary` a scenario, as of `run`.
+    vary : mapping of str to sequence, or to str, optional
+        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`, of several with commas between; or
+        "from:to:number". Every combination is run; or `samples` of them, a Latin hypercube, then also of ranges:
+        "low:high", and "±20 %" of the nominal value.
+    samples, seed : int, optional
+        See `vary`.
+    keep : sequence of str
+        With `vary`: signals whose trajectories are kept.
+    name : str, optional
+        With `vary`: of the results; "SCENARIO.study" if not given.
     out : path
         Folder for NAME.parquet, and NAME.trajectories.parquet if trajectories are kept.
     jobs : int, optional
         Processes of this machine; as many as processors if not given.
     scheduler : str, optional
-        Address of a Dask scheduler, "tcp://host:8786", whose workers run it in place of this machine's.
+        Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of this machine's processes.
     resume : bool
         Go on with what an interrupted study has done.
     sample_timeout : float or str, optional
-        Longest wall time of a sample, s, or text with a unit; the file's, or none, but 600 s with FMUs that are not
-        of this project.
+        Longest wall time of a sample, s, or text with a unit; the file's, or none, but 600 s with third-party FMUs.
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
+        As of `run`.
 
     Returns
     -------
     Study
-        The same, bit for bit, whoever flew it, in whatever order, after whatever interruptions.
+        The same, bit for bit, whoever ran it, in whatever order, after whatever interruptions.
 
     Raises
     ------
     MaglevError
-        If something in it cannot be used: before the first flight.
+        If something in it cannot be used: before the first run.
     KeyboardInterrupt
         After Ctrl-C; what is done is kept.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> study = maglev.study("2dof-smooth-nonlinear", vary={"plant.v.mass": "4:5:3"})   # doctest: +SKIP
+    >>> study.to_xarray()["overshoot of v"].dims                                        # doctest: +SKIP
+    ('plant.v.mass',)
     """
     require_arrow()
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
 
-    found, path = (file, Path("study")) if isinstance(file, StudyFile) else load_study(file)
-    limit = seconds("sample-timeout", sample_timeout)
+    alone = {"samples": samples, "seed": seed or None, "keep": [*keep] or None, "name": name}
+    if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
+        raise ScenarioError(f"{', '.join(given)}: expected {option('vary')} with it, {what} says this itself")
+    if isinstance(what, StudyFile):
+        found, path = what, Path("study")
+    else:
+        found, path = load_study(what) if vary is None else (
+            varied(what, vary, name, keep, samples, seed), Path(option("vary")))
+    limit = seconds("sample_timeout", sample_timeout)
     found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
     with made_ready(found, path, options, scheduler is not None, say or warn,
                     watch or unwatched) as (experiment, flown_with):
@@ -185,33 +209,28 @@ def study(file: "str | Path | StudyFile", *, out: str | Path = "results", jobs: 
 
 
 @contextmanager
-def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions, everywhere: bool,
+def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning, for as long as the block lasts, and what flies it with `maglev run`, as JSON.
 
     `everywhere` is whether what is built for it has binaries for all platforms.
     """
-    from maglev.studies.page.again import FLAGS
     from maglev.studies.python_files import built
     from maglev.studies.targets import require_free
 
-    if options.get("parameters"):
-        raise ScenarioError(f"{path}: parameters {options['parameters']}: expected start values in its set, or as set")
     settings = start_values(found.set) | start_values(options.get("set"))
     require_free(settings, found.vary, str(path))
     scenario = path.parent / found.scenario if found.scenario.endswith(".toml") else Path(found.scenario)
     scenario = scenario.relative_to(Path.cwd()) if scenario.is_relative_to(Path.cwd()) else scenario
     options = {**options, "set": settings}
     files = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
-    options = cast("FlightOptions", {**options, **files})
+    options = cast("RunOptions", {**options, **files})
     controller: str | None = getattr(found, "controller", None)
     if controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / controller
-    usual: dict[str, object] = {"order": "sequential", "fmi": 2, "keep_settings": False}
-    given = {key: options.get(key) for key in FLAGS}
     run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
-           "options": {key: value if isinstance(value, bool) else str(value) for key, value in given.items()
-                       if value is not None and usual.get(key) not in (value, str(value))}}
+           "options": {name: value if isinstance(value, bool) else str(value) for name, each in OPTIONS.items()
+                       if (value := options.get(name)) not in (None, each.default) and name != "set"}}
     put_in: dict[str, Any] = {role: options.get(role) for role in PUT_IN}
     native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
     with built(load_plan(scenario), put_in, native, everywhere, say) as (plan, fmus):
@@ -221,62 +240,39 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: FlightOptions
         yield experiment, run
 
 
-@reads_native
-def sweep(scenario: str | Path, vary: Vary, *, name: str | None = None, keep: Sequence[str] = (),
-          samples: int | None = None, seed: int = 0, **options: Any) -> Study:
-    """Fly every combination of values, or so many samples of ranges; a study without a file.
+def sweep(scenario: str | Path, vary: Vary, **options: Any) -> Study:
+    """What `study` does with `vary`: its name before, for one version."""
+    warn("maglev.sweep(scenario, {...}) is maglev.study(scenario, vary={...}) now")
+    return study(scenario, vary=vary, **options)
 
-    Parameters
-    ----------
-    scenario : str or Path
-        As of `run`.
-    vary : mapping of str to sequence, or to str
-        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`, of several with commas between; or
-        "from:to:number". With `samples` also ranges: "low:high", and "±20 %" of the nominal value.
-    name : str, optional
-        Of the study; "SCENARIO.sweep" if not given.
-    keep : sequence of str
-        Signals whose trajectories are kept.
-    samples, seed : int, optional
-        Fly so many samples, a Latin hypercube, in place of every combination.
-    **options
-        As of `study`.
 
-    Returns
-    -------
-    Study
-
-    Examples
-    --------
-    >>> import maglev
-    >>> study = maglev.sweep("2dof-smooth-nonlinear", {"plant.v.mass": "4:5:3"})   # doctest: +SKIP
-    >>> study.to_xarray()["overshoot of v"].dims                                   # doctest: +SKIP
-    ('plant.v.mass',)
-    """
+def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], samples: int | None, seed: int
+           ) -> "StudyFile":
+    """A study of a scenario without a file, as of `study`."""
     from maglev.studies.schema import read_study
 
     if not isinstance(scenario, str | Path):
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
                             "be run again")
-    entries = [{"set": target.split(","), **(values_of(target, values, samples is not None) if isinstance(values, str)
-                                             else {"kind": "list", "values": list(values)})}
+    entries = [{"set": target.split(","), **(given_values(target, values, samples is not None)
+                                             if isinstance(values, str) else {"kind": "list", "values": list(values)})}
                for target, values in vary.items()]
     table: dict[str, Any] = {
-        "name": name or f"{Path(scenario).stem}.sweep", "scenario": str(Path(scenario).absolute())
+        "name": name or f"{Path(scenario).stem}.study", "scenario": str(Path(scenario).absolute())
         if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": list(keep)}
     if samples is not None:
         table["design"] = {"kind": "latin hypercube", "samples": samples, "seed": seed}
-    return study(read_study(table, Path("sweep")), **options)
+    return read_study(table, Path(option("vary")))
 
 
-def values_of(target: str, text: str, sampled: bool) -> dict[str, Any]:
+def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
     """A grid "from:to:number", or values "a,b,c"; if they are sampled also a range "low:high" or "±20 %"."""
     from maglev.units import number_or_text
 
     parts = [part.strip() for part in text.split(":")]
     percent = PERCENT.fullmatch(text.strip())
     if (percent or len(parts) == 2) and not sampled:
-        raise ScenarioError(f"{target}={text}: is a range, expected --samples with it, or FROM:TO:NUMBER")
+        raise ScenarioError(f"{target}={text}: is a range, expected {option('samples')} with it, or FROM:TO:NUMBER")
     if percent:
         return {"kind": "percent", "percent": f"{percent[1]} %"}
     if len(parts) == 2:

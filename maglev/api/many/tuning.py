@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from maglev.api.many.studying import made_ready
-from maglev.api.options import FlightOptions
-from maglev.kinds import reads_native
 from maglev.processes import processors
 from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.schema.options import RunOptions, takes_run_options
 from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -46,10 +45,10 @@ class Tuned:
         show_found(console, self.planned.tuning, self.planned.cost, self.found)
 
 
-@reads_native
+@takes_run_options("timeout", "parameters")
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
          resume: bool = False, watch: Watch | None = None, say: Say | None = None,
-         **options: Unpack[FlightOptions]) -> Tuned:
+         **options: Unpack[RunOptions]) -> Tuned:
     """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
 
     Parameters
@@ -65,7 +64,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     watch, say : callable, optional
         As of `run_all`.
     **options
-        As of `run`: set, model, plant, controller, ports, step, order, fmus, kind, fmi, keep_settings.
+        As of `run`.
 
     Returns
     -------

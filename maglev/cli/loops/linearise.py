@@ -1,16 +1,16 @@
-"""The command `maglev linearise`."""
+"""The command `maglev linearise`: models from equations, by differences, or from what is measured."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import Debug, Fmi, Fmus, Out, PortsFile, RigFile, Timeout
-from maglev.cli.options import Kind as FmuKind
+from maglev.cli.options import VALUE, Debug, Out, RigFile, pairs, value_of, with_more, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
-from maglev.errors import LinearModelError
+from maglev.errors import LinearModelError, option
 from maglev.units import number_or_text, positive_time
 
 if TYPE_CHECKING:
@@ -24,11 +24,7 @@ Blocks = Annotated[list[str], typer.Argument(
 At = Annotated[list[str], typer.Option(
     "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
     "axes that are not at 0.", show_default=False)]
-Kind = Annotated[str, typer.Option("--currents", help="Inputs of a plant, outputs of a controller: `dq` or `phases`.")]
-Amplifier = Annotated[bool, typer.Option("--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")]
-Hold = Annotated[str | None, typer.Option(help="Sample time of a plant whose inputs are held, in s or with a unit.",
-                                          show_default=False)]
-Forces = Annotated[bool, typer.Option("--forces", help="External forces are inputs of the plant, too.")]
+Measure = Annotated[bool, typer.Option("--measure", help="Measure the loop as it runs, by injection.")]
 Parameters = Annotated[list[str] | None, typer.Option(
     "--set", metavar="plant.variable=value", help="Parameter of `plant` or `controller`; may carry a unit and may be "
     "repeated.", show_default=False)]
@@ -36,27 +32,81 @@ Openings = Annotated[list[str] | None, typer.Option(
     "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
     "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
     "axis if not given.", show_default=False)]
-Plot = Annotated[bool, typer.Option("--plot", help="Bode and Nyquist pictures of the loop (needs matplotlib).")]
-Settle = Annotated[str, typer.Option(help="Longest time that a loop flies to its rest before it is looked at, in s "
-                                     "or with a unit.")]
+Plot = Annotated[bool, typer.Option("--plot", help="Pictures of the loop (needs matplotlib).")]
+Settle = Annotated[str, typer.Option(metavar="TIME", help="Longest time that a loop runs to its rest before it is "
+                                     "looked at.")]
 SampleTime = Annotated[str | None, typer.Option(
-    "--sample-time", help="Sample time of a controller that is given as a file, in s or with a unit; its parameter "
+    "--sample-time", metavar="TIME", help="Sample time of a controller that is given as a file; its parameter "
     "sample_time, or the step in --map, if not given.", show_default=False)]
 AsJson = Annotated[Path | None, typer.Option(
     "--json", metavar="FILE", help="Also write the model, or poles and margins of the loop, as JSON.",
     show_default=False)]
 
 
-def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier = True, hold: Hold = None,
-              forces: Forces = False, settings: Parameters = None, openings: Openings = None, rig: RigFile = None,
-              ports: PortsFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
-              fmus: Fmus = None, kind: FmuKind = None, fmi: Fmi = 2, timeout: Timeout = "60 s",
-              plot: Plot = False, as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False) -> None:
-    """Linearise a plant, a controller, or the loop of both about an equilibrium.
+def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:
+    """An option of a group."""
+    return Annotated[kind, typer.Option(*flag, rich_help_panel=group, **more)]
 
-    The plants and controllers of this project from their equations; an FMU or a Python file by differences of what it
-    does where its loop rests, with an estimate of the error, and the sentence that it has no derivative where it has
-    none (`maglev frequency-response` measures such a loop).
+
+# Options of one way only, by the names that what it calls has for them, with their defaults.
+ALONE, MEASURED = "The model of a plant", "A response that is measured"
+MODEL: dict[str, tuple[Any, Any]] = {
+    "currents": (grouped(str, ALONE, help="Inputs of a plant, outputs of a controller: `dq` or `phases`."), "dq"),
+    "hold": (grouped(str | None, ALONE, metavar="TIME", help="Sample time of a plant whose inputs are held."), None),
+    "forces": (grouped(bool, ALONE, "--forces", help="External forces are inputs of the plant, too."), False)}
+INJECTION: dict[str, tuple[Any, Any]] = {
+    "amplitude": (grouped(str, MEASURED, help="Peak of what is added to the measurement, in m, rad or with a unit."),
+                  "100 um"),
+    "lowest": (grouped(float, MEASURED, "--from", help="Lowest frequency, rad/s: a period takes 2π over it."), 1.0),
+    "highest": (grouped(float, MEASURED, "--to", help="Highest frequency, rad/s."), 2000.0),
+    "lines": (grouped(int, MEASURED, help="Frequencies, evenly over the logarithm as far as they are harmonics."), 48),
+    "realisations": (grouped(int, MEASURED, help="Multisines of other phases, by which the error is estimated."), 3),
+    "periods": (grouped(int, MEASURED, help="Periods that are recorded of each."), 2),
+    "smooth": (grouped(bool, MEASURED, "--smooth", help="Without Coulomb friction and rounding of the encoders, as the "
+                       "linear model has it."), False),
+    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="With or without the linear loop beside it."),
+               True)}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a command is about, read."""
+
+    names: Sequence[str]                         # a plant, a controller, or both
+    at: Mapping[str, "Quantity"]                 # positions by axis
+    parameters: Mapping[str, dict[str, Any]]     # of "plant" and "controller"
+    openings: Sequence[str]                      # signals; every axis if there are none
+    how: Mapping[str, Any]                       # anybody's FMU is run: rig, settle, sample_time, options of runs
+    pictures: Path | None                        # folder, where they are asked for
+    json: Path | None                            # file, where it is asked for
+
+    @property
+    def both(self) -> dict[str, Any]:
+        """Parameters as arguments of what takes a plant and a controller."""
+        return {f"{part}_parameters": values for part, values in self.parameters.items()}
+
+    def write(self, data: Mapping[str, object]) -> None:
+        """Write the JSON, if that is asked for."""
+        if self.json is not None:
+            write_json(self.json, data)
+
+
+@with_run_options("ports", "timeout", "fmus", "kind", "fmi")
+@with_more(MODEL | INJECTION)
+def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure = False, settings: Parameters = None,
+              plot: Plot = False, amplifier: Annotated[bool, typer.Option(
+                  "--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")] = True,
+              rig: RigFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
+              out: Out = Path("results"), as_json: AsJson = None, debug: Debug = False, **options: Any) -> None:
+    """Linear model, poles and margins of a plant, a controller or a loop.
+
+    The plants and controllers of this project are linearised from their equations; an FMU or a Python file by
+    differences of what it does where its loop rests, with an estimate of the error, and the sentence that it has no
+    derivative where it has none.
+
+    With `--measure` multisines are added to a measurement between plant and controller: the response of the loop that
+    is opened there, with all in it that is not linear, coherence, margins with their standard errors, and the linear
+    loop beside them where there is one.
 
     **Examples:**
 
@@ -71,126 +121,142 @@ def linearise(names: Blocks, at: At, currents: Kind = "dq", amplifier: Amplifier
     `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
 
     `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of a controller of yours, a Python file or an FMU
-    """
-    # numpy and scipy take their time to load: only who linearises waits for them.
-    from maglev.linear.linearise import linearise as linearised
-    from maglev.linear.loop import linearise_loop
-    from maglev.linear.parameters import CONTROLLERS
-    from maglev.own_stage.adoption import know_stage
 
+    `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
+    """
     with one_line_errors(debug):
+        from maglev.own_stage.adoption import know_stage
+
         if rig is not None:
             know_stage(rig)
-        positions = {axis: number_or_text(value) for axis, value in (pair("--at", text) for text in at)}
-        given = read_parameters(settings or [])
-        if len(names) == 1:
-            if openings or plot:
-                raise LinearModelError("--open and --plot are for loops, expected a plant and a controller")
-            # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
-            other, own = ("plant", "controller") if names[0] in CONTROLLERS else ("controller", "plant")
-            if given[other]:
-                raise LinearModelError(f"--set {other}.{next(iter(given[other]))}: expected {own}.… with {names[0]}")
-            model = linearised(names[0], positions, currents=currents, amplifier=amplifier,   # type: ignore[arg-type]
-                               hold=None if hold is None else number_or_text(hold), forces=forces,
-                               parameters=given[own])
-            typer.echo(str(model), nl=False)
-            data = model.as_data()
-        elif len(names) == 2:
-            if hold is not None or forces or currents != "dq":
-                raise LinearModelError("--hold, --forces and --currents are for one model, expected none with a loop")
-            if any(is_file(name) for name in names):
-                if not amplifier:
-                    raise LinearModelError("--no-amplifier: expected no file with it, whose loop flies as it is")
-                show_numerical(names, positions, given, openings or (), out if plot else None, as_json,
-                               {"rig": rig, "ports": ports, "fmus": fmus, "kind": kind, "fmi": fmi,
-                                "sample_time": None if sample_time is None else number_or_text(sample_time),
-                                "settle": seconds("settle", settle), "timeout": seconds("timeout", timeout)})
-                return
-            loop = linearise_loop(names[0], names[1], positions, amplifier=amplifier,
-                                  plant_parameters=given["plant"], controller_parameters=given["controller"])
-            signals = tuple(loop.opening(name) for name in openings or loop.measured)
-            data = show(loop, signals)
-            if plot:
-                data["pictures"] = write_pictures(out, loop, signals)
-        else:
+        if plot:
+            from maglev.pictures import require_matplotlib
+
+            require_matplotlib()   # what would fail after a run fails before it
+        model, injection = ({name: options.pop(name) for name in table} for table in (MODEL, INJECTION))
+        files = any(name.endswith((".fmu", ".py")) or ".py:" in name for name in names)
+        require_defaults("--measure", {} if measure else injection, INJECTION)
+        require_defaults("one model", {} if len(names) == 1 else model, MODEL)
+        if len(names) not in (1, 2):
             raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller")
-        if as_json is not None:
-            write_json(as_json, data)
+        if len(names) == 1 and (openings or plot or measure):
+            raise LinearModelError("--open, --measure and --plot are for loops, expected a plant and a controller")
+        if not amplifier and (files or measure):
+            raise LinearModelError("--no-amplifier: expected neither a file nor --measure with it, whose loop runs as "
+                                   "it is")
+        how = {**options, "rig": rig, "sample_time": None if sample_time is None else number_or_text(sample_time),
+               **{name: positive_time(text, LinearModelError, option(name, text))
+                  for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
+        positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}
+        asked = Asked(names, positions, read_parameters(settings or []), openings or (), how, out if plot else None,
+                      as_json)
+        if measure:
+            measured(asked, **injection)
+        elif files:
+            by_differences(asked)
+        elif len(names) == 2:
+            of_loop(asked, amplifier)
+        else:
+            of_one(asked, amplifier=amplifier, **model)
 
 
-def is_file(name: str) -> bool:
-    """Whether a name is the path of an FMU or of a Python file."""
-    return name.endswith((".fmu", ".py")) or ".py:" in name
+def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tuple[Any, Any]]) -> None:
+    """Refuse options that say nothing here: they are for something else."""
+    for name, value in given.items():
+        kind, default = table[name]
+        if value != default:
+            flag = next((flag for flag in kind.__metadata__[0].param_decls), f"--{name}")
+            raise LinearModelError(f"{flag.partition('/')[2] or flag}: is for {what}, expected none without it")
 
 
-def seconds(name: str, text: str) -> float:
-    """A time above 0, s, as an option has it."""
-    return positive_time(text, LinearModelError, f"--{name} {text}")
+def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
+    """Print the linear model of a plant or a controller."""
+    from maglev.linear.linearise import linearise as linearised
+    from maglev.linear.parameters import CONTROLLERS
+
+    name, = asked.names
+    # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
+    other, own = ("plant", "controller") if name in CONTROLLERS else ("controller", "plant")
+    if asked.parameters[other]:
+        raise LinearModelError(f"--set {other}.{next(iter(asked.parameters[other]))}: expected {own}.… with {name}")
+    found = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),
+                       parameters=asked.parameters[own], **model)
+    typer.echo(str(found), nl=False)
+    asked.write(found.as_data())
 
 
-def show_numerical(names: Sequence[str], at: Mapping[str, "Quantity"], given: Mapping[str, "dict[str, Any]"],
-                   openings: Sequence[str], pictures: Path | None, as_json: Path | None,
-                   options: Mapping[str, Any]) -> None:
-    """Print the loop of anybody's plant or controller, write its pictures and its JSON."""
+def of_loop(asked: Asked, amplifier: bool) -> None:
+    """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
+    from maglev.linear.loop import linearise_loop
+
+    asked.write(shown(asked, linearise_loop(asked.names[0], asked.names[1], asked.at, amplifier=amplifier,
+                                            **asked.both)))
+
+
+def by_differences(asked: Asked) -> None:
+    """Print poles and margins of the loop of anybody's plant or controller, by differences of what it does."""
     from maglev.analysis.numerical import linearise_numerically
-    from maglev.pictures import require_matplotlib
 
-    if pictures is not None:
-        require_matplotlib()
-    found = linearise_numerically(names[0], names[1], at, plant_parameters=given["plant"],
-                                  controller_parameters=given["controller"], **options)
+    plant, controller = asked.names
+    found = linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
     if found.loop is None:
         typer.echo(f"{found.pair.name}\n\n{found}")
-        if as_json is not None:
-            write_json(as_json, {"name": found.pair.name, **found.as_data()})
-        found.linear()
+        asked.write({"name": found.pair.name, **found.as_data()})
+        found.linear()   # says that there is none
         return
-    signals = tuple(found.loop.opening(name) for name in openings or found.loop.measured)
-    data = {**show(found.loop, signals), **found.as_data(),
-            "errors": {signal: found.errors(signal) for signal in signals}}
+    data = shown(asked, found.loop)
     typer.echo(f"\n{found}")
-    if pictures is not None:
-        data["pictures"] = write_pictures(pictures, found.loop, signals)
-    if as_json is not None:
-        write_json(as_json, data)
+    asked.write({**data, **found.as_data(), "errors": {signal: found.errors(signal) for signal in data["margins"]}})
 
 
-def pair(option: str, text: str) -> tuple[str, str]:
-    """Name and value of `name=value`, as an option has it."""
-    name, equals, value = text.partition("=")
-    if not (name.strip() and equals and value.strip()):
-        raise LinearModelError(f"{option} {text}: expected a name, = and a value with its unit, such as y=25mm")
-    return name.strip(), value.strip()
+def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
+    """Print the frequency responses and margins of a loop, measured by injection."""
+    from maglev.analysis.frequency_response import frequency_response
+    from maglev.pictures import write_figure
+
+    plant, controller = asked.names
+    found = frequency_response(plant, controller, asked.at, asked.openings, amplitude=number_or_text(amplitude),
+                               **injection, **asked.both, **asked.how)
+    typer.echo("\n".join(map(str, found.values())), nl=False)
+    data: dict[str, Any] = {signal: response.as_data() for signal, response in found.items()}
+    for signal, response in found.items() if asked.pictures is not None else ():
+        picture = Path(str(asked.pictures)) / f"{Path(plant).stem}-{Path(controller).stem}-{signal}.response.png"
+        write_figure(picture, response.plot())
+        data[signal]["picture"] = str(picture)
+        typer.echo(f"picture: {picture}")
+    asked.write(data)
 
 
 def read_parameters(settings: Sequence[str]) -> Mapping[str, dict[str, float | str | bool]]:
     """Parameters of plant and controller from the options --set."""
     found: dict[str, dict[str, float | str | bool]] = {"plant": {}, "controller": {}}
-    for text in settings:
-        name, value = pair("--set", text)
+    for name, value in pairs("--set", settings, VALUE, LinearModelError):
         part, dot, variable = name.partition(".")
         if part not in found or not dot:
-            raise LinearModelError(f"--set {text}: expected plant.… or controller.…, such as plant.y.mass=7.2kg")
-        found[part][variable] = value == "true" if value in ("true", "false") else number_or_text(value)
+            raise LinearModelError(f"--set {name}={value}: expected plant.… or controller.…, such as "
+                                   "plant.y.mass=7.2kg")
+        found[part][variable] = value_of(value)
     return found
 
 
-def show(loop: "Loop", signals: Sequence[str]) -> dict[str, object]:
-    """Print the poles and margins of a loop, and return them as data."""
+def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
+    """Print the poles and margins of a loop, write its pictures, and return them as data."""
     from maglev.linear.text import aligned, poles_text
 
+    signals = tuple(loop.opening(name) for name in asked.openings or loop.measured)
     typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "
                f"{loop.plant.equilibrium}\n\npoles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
     found = {signal: loop.margins(signal) for signal in signals}
     typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
                         ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
-                        *(row(margins) for margins in found.values())]))
-    return {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
+                        *(cells(margins) for margins in found.values())]))
+    data = {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
             "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
             "margins": {signal: vars(margins) for signal, margins in found.items()}}
+    return data if asked.pictures is None else {**data, "pictures": write_pictures(asked.pictures, loop, signals)}
 
 
-def row(margins: "Margins") -> list[str]:
+def cells(margins: "Margins") -> list[str]:
     """Cells of one opening."""
     low, high = margins.disk_gain
     return [margins.at, f"{margins.gain_down:.3g}…{margins.gain_up:.3g}", f"{degrees(margins.phase):.1f}",

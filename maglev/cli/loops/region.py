@@ -1,13 +1,13 @@
 """The command `maglev region`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.loops.linearise import pair
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, AsJson, Debug, Fmi, Fmus, Kind, Out
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, VALUE, AsJson, Debug, Out, pairs, value_of, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
+from maglev.errors import LinearModelError
 from maglev.units import number_or_text
 
 RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}, or a TOML file.", show_default=False)]
@@ -28,11 +28,11 @@ Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FM
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 
 
+@with_run_options("fmus", "kind", "fmi")
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = True, plot: Plot = False,
-           as_json: AsJson = None, out: Out = Path("results"), fmus: Fmus = None, kind: Kind = None,
-           fmi: Fmi = 2, debug: Debug = False) -> None:
-    """Say how large a step an axis takes although its command is limited, with and without antiwindup.
+           as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
+    """Find the largest step that an axis takes although currents are limited.
 
     Certified by linear matrix inequalities for the linear loop, and flown by the FMUs, which have the friction, the
     stops and the moving gap that a certificate leaves out (needs the extra `region`).
@@ -52,11 +52,9 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
     with one_line_errors(debug):
         if plot:
             require_matplotlib()
-        given = {name: value == "true" if value in ("true", "false") else number_or_text(value)
-                 for name, value in (pair("--set", text) for text in settings or [])}
+        given = {name: value_of(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
         found = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
-                             decay=decay, step=None if step is None else number_or_text(step), fly=fly, fmus=fmus,
-                             kind=kind, fmi=fmi)
+                             decay=decay, step=None if step is None else number_or_text(step), fly=fly, **options)
         typer.echo(str(found), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"

@@ -3,17 +3,15 @@
 from collections.abc import Iterable, Mapping, Sequence
 from math import isclose
 from pathlib import Path
-from typing import TypeAlias
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from fmi_export.parameter_set import SSC, SSV
 from fmi_export.units import BASE_UNITS
 from maglev.csv_table import is_finite
-from maglev.errors import ScenarioError, nearest_file, shortened
+from maglev.errors import ScenarioError, nearest_file, option, shortened
+from maglev.schema.options import ParameterFiles
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.units import WHOLE_NUMBER, Unit, known_unit, scaled, unit_of_powers
-
-ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
 
 REALS = ("Real", "Float64", "Float32")
 INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
@@ -83,7 +81,7 @@ def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, Sta
         if not fmu and name.partition(".")[0] not in {*known}:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
                                 f"{' or '.join(f'{each}.…' for each in known)}, or of which FMU they are, such as "
-                                f"--parameters {next(iter(known), 'plant')}={path.name}")
+                                f"{option('parameters', {next(iter(known), 'plant'): path.name})}")
         if full in found:
             raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
         found[full] = value_of(parameter, f"{path}: parameter {name}", units)._replace(file=str(path))

@@ -11,7 +11,7 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
-from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest, option
 from maglev.own_fmus import built_here, definition, places
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
@@ -121,7 +121,7 @@ def start_values_said(plan: RunPlan, files: Mapping[str, Path], left_out: Mappin
         if own:
             yield (f"{name} ({path.name}) keeps its own {few(own)}: those of the plan are settings of"
                    f"{left_out[own[0]].removeprefix(SETTING)}"
-                   + ("; --keep-settings gives them" if name in put_in else ""))
+                   + (f"; {option('keep_settings', True)} gives them" if name in put_in else ""))
         given = [f"{variable} = {value.written}" for variable, value in plan.fmus[name].start.items()]
         if name in put_in and (given or not is_written(path)):
             yield f"{name} ({path.name}) starts with {', '.join(given) or 'its own values'}"
@@ -176,8 +176,8 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
         tables = dict.fromkeys(f"{causality}s" for causality in missing.values())
         place = " and ".join(f"the table of {declared_in(path, table)}" for table in tables) if is_written(path) else ""
         raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "
-                            f"expected them under these names{f' in {place}' if place else ''}, or --map with a file "
-                            "that says what they are called (docs/importing.md)")
+                            f"expected them under these names{f' in {place}' if place else ''}, or {option('ports')} "
+                            "with a file that says what they are called (docs/importing.md)")
 
 
 def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:
@@ -237,7 +237,7 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     asked = replacement.ports.step
     if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
         found.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
-                     f"gets the communication step unless a --map has step = ... under [{name}]")
+                     f"gets the communication step unless {option('ports')} has step = ... under [{name}]")
     return found
 
 

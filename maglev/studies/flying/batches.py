@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from functools import partial
 
 from maglev.arrays import Array
-from maglev.errors import extra
+from maglev.errors import extra, option
 from maglev.processes.side_by_side import kept_processes
 from maglev.studies.flying.here import fly_here
 from maglev.studies.flying.samples import Batch, Job, Store
@@ -40,7 +40,7 @@ def flyers(scheduler: str | None, jobs: int) -> Iterator[Fly]:
         with kept_processes() as idle:
             yield partial(fly_here, jobs, idle)
         return
-    extra("distributed", "cluster", "--scheduler")
+    extra("distributed", "cluster", option("scheduler"))
     from maglev.studies.flying.dask_workers import connected, fly_there
 
     with connected(scheduler) as client:

@@ -12,7 +12,7 @@ from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_c
 
 from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
-from maglev.errors import MaglevError, ScenarioError, in_one_line
+from maglev.errors import MaglevError, ScenarioError, in_one_line, option
 from maglev.studies.flying.content import code_of_package, digest, files_of
 from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, failed, flown_batch, gathered, only_sample
 
@@ -27,15 +27,15 @@ def connected(scheduler: str) -> Iterator[Client]:
     try:
         client = Client(scheduler, timeout=REACHED_WITHIN)
     except (OSError, ValueError, TypeError, RuntimeError) as error:   # one that none answers at, or is none, or TLS
-        raise ScenarioError(f"--scheduler {scheduler}: cannot be reached within {REACHED_WITHIN:g} s "
+        raise ScenarioError(f"{option('scheduler', scheduler)}: cannot be reached within {REACHED_WITHIN:g} s "
                             f"({in_one_line(error)[:80]}), expected the address of a Dask scheduler, such as "
                             "tcp://host:8786") from None
     with client:
         try:
             client.wait_for_workers(1, timeout=WORKERS_WITHIN)
         except TimeoutError:
-            raise ScenarioError(f"--scheduler {scheduler}: has no worker after {WORKERS_WITHIN:g} s, expected one or "
-                                "more") from None
+            raise ScenarioError(f"{option('scheduler', scheduler)}: has no worker after {WORKERS_WITHIN:g} s, expected "
+                                "one or more") from None
         require_same_package(client, scheduler)
         yield client
 
@@ -53,7 +53,7 @@ def require_same_package(client: Client, scheduler: str) -> None:
     versions: dict[str, Any] = client.run(version_there, on_error="return")
     for worker, version in versions.items():
         if version != code_of_package():
-            raise ScenarioError(f"--scheduler {scheduler}: worker {worker} has maglev-fmus "
+            raise ScenarioError(f"{option('scheduler', scheduler)}: worker {worker} has maglev-fmus "
                                 f"{in_one_line(version) if isinstance(version, Exception) else version}, expected "
                                 f"{code_of_package()} on all workers")
 

@@ -10,13 +10,7 @@ from maglev.live.link import live_address
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
-
-# The options of `maglev run` by those of Python: what a study was flown with is kept by these.
-FLAGS = {"model": "--model", "plant": "--plant", "controller": "--controller", "ports": "--map", "step": "--step",
-         "order": "--order", "fmus": "--fmus", "kind": "--kind", "native": "--kind=native", "fmi": "--fmi",
-         "keep_settings": "--keep-settings"}
-
-HARMLESS = ("kind", "native", "fmi", "fmus")   # the kinds of FMU agree bit for bit, wherever the files are
+from maglev.schema.options import OPTIONS
 
 
 def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -25,7 +19,8 @@ def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(run, Mapping):
         raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
                             "this one: run the study again")
-    return run
+    options = dict(run["options"])
+    return {**run, "options": options | ({"kind": "native"} if options.pop("native", False) else {})}
 
 
 def values_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
@@ -47,7 +42,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
     run = run_of(about)
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():
-        words += [FLAGS[key]] if value is True else [FLAGS[key], value]
+        words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
     for target, value in values_of(about, row).items():
         words += ["--set", f"{target}={str(value).lower() if isinstance(value, bool) else repr(value)}"]
     return shlex.join(words)
@@ -62,8 +57,9 @@ def why_not_live(about: Mapping[str, Any]) -> str:
     if not flies_live(plan):
         return f"it does not have {name}"
     for key in run["options"]:
-        if key not in HARMLESS:
-            return f"it has its own plants and controllers and their steps, and this study was run with {FLAGS[key]}"
+        if not OPTIONS[key].same_results:
+            return ("it has its own plants and controllers and their steps, and this study was run with "
+                    f"{OPTIONS[key].flag}")
     for target in [*about["targets"], *run["set"]]:
         fmu, _, variable = target.partition(".")
         model = plan.fmus[fmu].model if fmu in plan.fmus else None

@@ -1,5 +1,6 @@
 """What a study found, for the terminal."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,9 @@ from maglev.quantities import metric_text
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
+MOST_ROWS = 12   # samples of which each has a row
+
+SHOWN = re.compile(r"(rms error|settling time to .*|peak current) of (\S+)")   # of a sample that has a row
 
 
 def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> None:
@@ -22,6 +26,30 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
     console.print(f"{passing} of {count} samples pass"
                   + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
+    console.print(sample_table(table, about) if count <= MOST_ROWS else quantile_table(table, about))
+    for row, why in failures[:MOST_SHOWN]:
+        console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
+                      highlight=False, soft_wrap=True)
+
+
+def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
+    """A row for each sample: what it sets, the metrics with limits, or else the main ones of each axis and motor."""
+    units = units_of(table)
+    varied = [name for name in dict.fromkeys([*(each["name"] for each in about["vary"]), *about["targets"]])
+              if name in table.column_names]
+    # Of bands to settle in the last one, the narrowest.
+    main = {(found[1].split(" to ")[0], found[2]): name for name, _, _ in metrics_of(table)
+            if (found := SHOWN.fullmatch(name))}
+    metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
+    shown = Table(*(Column(name, justify="right", overflow="fold") for name in (*varied, *metrics)))
+    for row in table.select([*varied, *metrics]).to_pylist():
+        shown.add_row(*(f"{row[name]:g} {units[name]}".strip() for name in varied),
+                      *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics))
+    return shown
+
+
+def quantile_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
+    """A row for each metric: least, median and largest value, and limits."""
     columns = Table(Column("metric"), *(Column(head, justify="right") for head in ("least", "median", "largest",
                                                                                    "limits")))
     for name, unit, values in metrics_of(table):
@@ -30,10 +58,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
         quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest")
         columns.add_row(name, *(metric_text(name, each, unit) for each in quantiles.tolist()),
                         limits_text(about, name, unit))
-    console.print(columns)
-    for row, why in failures[:MOST_SHOWN]:
-        console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
-                      highlight=False, soft_wrap=True)
+    return columns
 
 
 def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:

@@ -151,15 +151,17 @@ def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
     file = tmp_path / "h.json"
     few = ("--fmus", fastest_fmus, "--settle", "1 s", "--from", "20", "--to", "600", "--lines", "8", "--periods", "1",
            "--realisations", "2", "--no-linear")
-    done = maglev("frequency-response", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "h", *few, "--json",
-                  file)
+    done = maglev("linearise", "--measure", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "h", *few,
+                  "--json", file)
     assert done.exit_code == 0, done.output
     assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
     data = json.loads(file.read_text(encoding="utf-8"))["h.measured"]
     assert len(data["loop"]) == len(data["coherence"]) == len(data["frequencies"]) == 8
     assert data["why_not_linear"] == "it was not asked for"
     assert 0.0 < data["margin_errors"]["phase"] < 0.3
-    wrong = maglev("frequency-response", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "x", *few)
+    before = maglev("frequency-response", "Plant2DOF", "--at", "v=20mm")
+    assert "`maglev frequency-response` is `maglev linearise --measure` now" in before.stderr
+    wrong = maglev("linearise", "--measure", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "x", *few)
     assert "no measured signal 'x', expected one of v.measured, h.measured" in error_line(wrong)
 
 

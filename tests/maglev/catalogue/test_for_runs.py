@@ -175,9 +175,9 @@ def no_home(*_: object, **_options: object) -> Path:
 def test_what_is_asked_for_in_vain() -> None:
     with pytest.raises(BuildError, match="there is no FMU Plant2DOV, nearest is 'Plant2DOF'"):
         fmus_for_runs(["Plant2DOV"])
-    with pytest.raises(MaglevError, match="--kind nativ: expected python or native"):
+    with pytest.raises(MaglevError, match="kind='nativ': expected python or native"):
         fmus_for_runs([], kind="nativ")
-    with pytest.raises(MaglevError, match="--fmi 3: expected 2, or 3 and --kind native with it"):
+    with pytest.raises(MaglevError, match="fmi=3: expected 2, or 3 and kind='native' with it"):
         fmus_for_runs([], kind="python", fmi=3)
 
 

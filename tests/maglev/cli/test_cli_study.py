@@ -1,5 +1,6 @@
 """Commands about several runs: run with comparisons, report, and check with its exit codes."""
 
+import json
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -77,7 +78,62 @@ def test_with_another_fmu_nothing_is_compared(fmus: Path, hold: Path, tmp_path: 
     assert result.exit_code == 0, result.output
     assert "controller (Regulator2DOF.fmu) has no setpoint" in result.stderr
     assert not (tmp_path / "2dof-step-1-nonlinear.csv").exists()
+    claims = (tmp_path / "claims.md").read_text()
+    assert claims == "- `2dof-step-1-linear` is a modified run: controller is Regulator2DOF.fmu\n\n" \
+                     "Verdicts on the thesis are for its own runs.\n\n"
+    assert "Claims of the thesis" not in result.output
+    assert maglev("run", "2dof-step-1-linear", "--fmus", fmus, "--out", tmp_path, "--controller",
+                  fmus / "Regulator2DOF.fmu", "--claims", "thesis").output.count("Claims of the thesis") == 1
     assert "not run" in (tmp_path / "claims.md").read_text()
+
+
+def test_a_scenario_of_ones_own_has_no_claims_of_the_thesis(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Unless it is asked for, not even the runs are made that these compare with."""
+    path = tmp_path / "mine.toml"
+    path.write_text('extends = "2dof-step-1.toml"\nname = "mine"\ntitle = "Mine"\n', encoding="utf-8")
+    runs = {words: json.loads(maglev("run", path, "--fmus", fastest_fmus, "--out", tmp_path, "--json", *words).stdout)
+            ["runs"] for words in ((), ("--claims", "thesis"))}
+    assert not any(run["claims"] for run in runs[()].values())
+    assert any(run["claims"] for run in runs["--claims", "thesis"].values())
+    assert all(name.startswith("mine") for name in runs[()])
+
+
+def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+                                               ) -> None:
+    """Steps, then verdicts, then files; its page is opened, the bounds of figures are in its text."""
+    opened: list[str] = []
+
+    def browser(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", browser)
+    done = maglev("run", "3dof-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, "--open")
+    *_, edge, verdict, files = done.stdout.splitlines()
+    assert edge.startswith("└──") and done.stdout.index("Claims of the thesis") < done.stdout.index("Steps: settling")
+    assert verdict == ("held: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 bounds by the axes of "
+                       "figures met")
+    assert files.startswith("results: ") and files.endswith(str(tmp_path / "3dof-setpoints.html"))
+    assert opened == [(tmp_path / "3dof-setpoints.html").as_uri()]
+    bound = "The data end between"
+    assert bound not in done.stdout and bound in (tmp_path / "3dof-setpoints.txt").read_text()
+    assert "maglev run" not in done.stderr
+
+
+@pytest.mark.usefixtures("processes_kept")
+def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+    """By its name before, too, which says the one of now."""
+    path = tmp_path / "short.toml"
+    path.write_text(hold.read_text().partition("[variants.ours]")[0])
+    places = ("--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1", "--set", "plant.h.mass=4.4")
+    done = maglev("study", path, *places, "--vary", "plant.v.mass=4.3:4.4:2")
+    assert done.exit_code == 0, done.output
+    rows = [line.split("│")[1].strip() for line in done.stdout.splitlines() if line.startswith("│")]
+    assert rows == ["4.3 kg", "4.4 kg"]
+    before = maglev("sweep", path, "plant.v.mass=4.3:4.4:2", *places)
+    assert before.stdout == done.stdout
+    assert "maglev: `maglev sweep SCENARIO …` is `maglev study SCENARIO --vary … --vary …` now\n" in before.stderr
+    assert "--samples: expected --vary with it" in error_line(maglev("study", "payload-friction", "--samples", "3"))
 
 
 def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ def test_run_equals_direct_calls_bit_for_bit(request: pytest.FixtureRequest, nam
     """1.5 s under every controller, the first step of the set-points included; one order with each kind of FMU."""
     fmus: Path = request.getfixturevalue("fmus" if order == "sequential" else "fastest_fmus")
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
-    experiment = prepare(plan, fmus, {}, {}, order=order)
+    experiment = prepare(plan, fmus, {}, {}, {"order": order})
     recording = experiment.run()
     drives = experiment.drives(experiment.check())
     names = [n for n in recording.columns if n not in drives]

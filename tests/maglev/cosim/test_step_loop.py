@@ -81,9 +81,9 @@ def flown(folder: Path, steps: int, ports: PortMap | None = None, order: Order =
                                   "3dof-tracking-pid", "2dof-identification-rig"])
 def test_loops_agree(native_fmus: Path, loops: list[bool], name: str, order: Order) -> None:
     plan = load_plan(name).model_copy(update={"stop_time": 1.5})
-    compiled = prepare(plan, native_fmus, {}, {}, order=order).run()
+    compiled = prepare(plan, native_fmus, {}, {}, {"order": order}).run()
     with no_loop():
-        plain = prepare(plan, native_fmus, {}, {}, order=order).run()
+        plain = prepare(plan, native_fmus, {}, {}, {"order": order}).run()
     assert loops == [True, False]
     require_equal(compiled, plain)
     assert any(np.ptp(column) > 1e-4 for name, column in compiled.columns.items() if name.endswith(".position"))

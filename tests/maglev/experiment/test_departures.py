@@ -57,7 +57,8 @@ def test_another_of_our_fmus_under_the_name_is_another_run(folder: Path) -> None
 def test_its_claims_have_no_verdict(folder: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(folder / "Plant2DOF.fmu", "a") as archive:
         archive.writestr("resources/theirs.txt", "theirs")
-    done = command("run", "2dof-step-1-nonlinear", "--fmus", folder, "--out", tmp_path, "--json")
+    done = command("run", "2dof-step-1-nonlinear", "--fmus", folder, "--out", tmp_path, "--json",
+                   "--claims", "thesis")
     run = json.loads(done.stdout)["runs"]["2dof-step-1-nonlinear"]
     assert run["provenance"]["departures"] == ["plant is a Plant2DOF.fmu that this installation did not build"]
     assert run["claims"]

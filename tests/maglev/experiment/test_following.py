@@ -119,12 +119,12 @@ def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> None:
     """Each has the masses that are drawn for it; what is set is as it is set."""
     path = scenario(tmp_path, RIGS["2dof"], "Regulator", steps=True)
-    study = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, model="plant", fmus=fastest_fmus, out=tmp_path,
+    study = maglev.study(path, vary={"plant.v.mass": [4.35, 5.0, 5.5]}, model="plant", fmus=fastest_fmus, out=tmp_path,
                          jobs=1)
     overshoot = study.to_xarray()["overshoot of v"].values
     assert np.ptp(overshoot) < 1e-4
     assert overshoot[0] > 0.01
-    without = maglev.sweep(path, {"plant.v.mass": [4.35, 5.0, 5.5]}, fmus=fastest_fmus, out=tmp_path, jobs=1)
+    without = maglev.study(path, vary={"plant.v.mass": [4.35, 5.0, 5.5]}, fmus=fastest_fmus, out=tmp_path, jobs=1)
     assert np.ptp(without.to_xarray()["overshoot of v"].values) > 0.01
     asked = maglev.run(path, fmus=fastest_fmus, model="plant", set={"plant.v.mass": 5, "controller.C2": 800})
     assert asked.result.provenance is not None
@@ -132,7 +132,7 @@ def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(("settings", "controller", "message"), [
-    ({}, "Commutation3DOF.fmu", "--model plant: the controller has no C1, C2, C3, C4, C5, expected one with masses"),
+    ({}, "Commutation3DOF.fmu", "model='plant': the controller has no C1, C2, C3, C4, C5, expected one with masses"),
     ({"plant.y.mass": 0.0}, None, r"plant.y.mass = 0.0 kg, expected 0.001…1e\+06")])
 def test_what_cannot_follow_is_refused(settings: dict[str, float], controller: str | None, message: str,
                                        fastest_fmus: Path) -> None:
@@ -146,5 +146,5 @@ def test_constants_of_another_run_are_not_those_of_the_nominal_mass(fastest_fmus
     text = path.read_text(encoding="utf-8").replace("[fmus.plant.start]", "[fmus.controller.start_from]\n"
         'C2 = { run = "2dof-identification-rig", output = "estimator_10ms.C2" }\n[fmus.plant.start]')
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ScenarioError, match="--model plant: follows takes controller.C2 from 2dof-identification-rig"):
+    with pytest.raises(ScenarioError, match="model='plant': follows takes controller.C2 from 2dof-identification-rig"):
         maglev.run_all([path], fmus=fastest_fmus, model="plant", out=tmp_path)

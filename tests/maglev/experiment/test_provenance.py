@@ -43,7 +43,7 @@ def test_only_what_differs_is_a_change(fmus: Path) -> None:
 
 def test_step_order_and_fmu(fmus: Path) -> None:
     plan = load_plan(RUN)
-    shorter = prepare(plan, fmus, {}, {}, 0.1e-3, "jacobi").provenance()
+    shorter = prepare(plan, fmus, {}, {}, {"step": 0.1e-3, "order": "jacobi"}).provenance()
     assert shorter.differences == ("step = 0.0001 s instead of 0.0002 s", "order is jacobi")
     other = prepare(plan, fmus, {"controller": Replacement(fmus / "PID3DOF.fmu")}, {})
     assert other.provenance().differences == ("controller is PID3DOF.fmu",)
@@ -51,8 +51,9 @@ def test_step_order_and_fmu(fmus: Path) -> None:
 
 
 def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Neither the run nor a comparison with it; what was measured stands beside the thesis's value."""
-    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8}, jobs=2)
+    """Neither the run nor a comparison with it; what was measured stands beside the thesis's value, for who asks."""
+    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8}, jobs=2,
+                      claims="thesis")
     judged = [claim for claims in results.verdicts.values() for claim in claims]
     assert judged
     assert {claim.verdict for claim in judged} <= {"modified run", "not testable"}

@@ -14,11 +14,12 @@ from fmpy import read_model_description
 
 import maglev
 from fmi_export.parameter_set import Value, parameter_set, xml_file
-from maglev.api.options import FlightOptions, experiments_of
+from maglev.api.options import experiments_of
 from maglev.errors import MaglevError
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
+from maglev.schema.options import RunOptions
 from maglev.schema.settings import start_values
 
 RUN = "3dof-setpoints-improved"
@@ -162,7 +163,7 @@ def test_what_was_set_is_said_and_written_down(fmus: Path, mine: Path, tmp_path:
 
 
 @pytest.mark.parametrize("words", [("run", RUN), ("report", RUN), ("check", RUN), ("study", "payload-friction"),
-                                   ("sweep", RUN, "plant.y.mass=6:7:2"), ("tune", "horizontal-3dof")])
+                                   ("study", RUN, "--vary", "plant.y.mass=6:7:2"), ("tune", "horizontal-3dof")])
 def test_without_another_fmu_there_is_nobody_to_keep_them(fmus: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
     done = command(*words, "--keep-settings", "--fmus", fmus, *(() if words[0] == "check" else ("--out", tmp_path)))
     assert "--keep-settings: expected --controller or --plant with it" in error_line(done)
@@ -192,7 +193,7 @@ def parameter_file(fmu: Path, folder: Path, **changed: tuple[float, str]) -> Pat
     return path
 
 
-def made_ready(options: FlightOptions) -> Experiment:
+def made_ready(options: RunOptions) -> Experiment:
     experiment, = experiments_of([load_plan(RUN)], options)
     experiment.check()
     return experiment

@@ -139,7 +139,7 @@ def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: s
     (b"time,v,v,i_d,i_q\n0,1,2,3,4\n", "row 1 has the column 'v' 2 times, expected it once"),
     (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2dof) or y, x, z (3dof) or y, x, z, roll, "
      "pitch (5dof); its columns are"),
-    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected --rig 2dof or --rig 3dof")])
+    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected rig='2dof' or rig='3dof'")])
 def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "mine.csv"
     path.write_bytes(content)

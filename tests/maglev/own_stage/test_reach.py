@@ -65,7 +65,7 @@ def test_a_stage_whose_gap_was_edited_does_not_fly_the_references_of_before(
                "1.5 mm and 5 mm, for a stage that begins with a gap of 3 mm")
     for words in (["run", "small-setpoints.toml"], ["report", "small-setpoints.toml"], ["study", "study.toml"],
                   ["compare", "small-setpoints.toml", "--controller", "RegulatorSmall"],
-                  ["sweep", "small-setpoints.toml", "plant.v.mass=12,13"]):
+                  ["study", "small-setpoints.toml", "--vary", "plant.v.mass=12,13"]):
         refused = command(*words)
         assert refused.exit_code == 2 and message in refused.stderr.splitlines()[-1], refused.output
     assert not list((tmp_path / "results").rglob("*.csv"))
@@ -94,7 +94,8 @@ def test_a_study_may_vary_what_is_within_reach(fmus: Path, tmp_path: Path) -> No
     """Its samples are simulated as it asks, as maps of the operating range do; which touch a stop is what it finds."""
     path = tmp_path / "short.toml"
     path.write_text(SHORT, encoding="utf-8")
-    rows = maglev.sweep(path, {"reference.v.start": ["20 mm", "30 mm"]}, fmus=fmus, out=tmp_path, name="s").to_arrow()
+    study = maglev.study(path, vary={"reference.v.start": ["20 mm", "30 mm"]}, fmus=fmus, out=tmp_path)
+    rows = study.to_arrow()
     assert rows["failure"].to_pylist() == [None, None]
     assert rows["passed"].to_pylist() == [True, False]
     assert [time < 0.2 for time in rows["stop contact time"].to_pylist()] == [False, True]

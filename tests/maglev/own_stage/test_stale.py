@@ -56,9 +56,7 @@ COMMANDS: dict[str, tuple[list[str], int]] = {
     "check": (["short.toml", "--baselines", "."], 2),
     "compare": (["short.toml", "--controller", "RegulatorMine"], 0),
     "study": (["study.toml"], 0),
-    "sweep": (["short.toml", "plant.v.mass=4.4,4.5"], 0),
     "tune": (["tuning.toml"], 2),   # refused, as soon as it has said it
-    "frequency-response": (["PlantMine", "RegulatorMine", "--rig", "mine.toml", "--at", "v=20mm"], 2),
     "linearise": (["PlantMine", "law.py", "--rig", "mine.toml", "--at", "v=20mm"], 2),
     "region": (["mine.toml", "h", "--gap", "20mm"], 2),
     "live": (["mine.toml"], 2),

@@ -51,7 +51,7 @@ def test_title_tables_notes_and_claims_are_printed_in_this_order():
     places = [text.index(words) for words in ("2dof-thrust: Thrust by parabolas", "Constants", "14.2", "791",
                                               "note: C3 is not excited.", "Claims of the thesis", "reproduced")]
     assert places == sorted(places)
-    assert "no claims" in text_of_one(outcome(claims=(), tables=(), notes=()))
+    assert "claim" not in text_of_one(outcome(claims=(), tables=(), notes=()))
 
 
 def test_texts_are_no_markup():
@@ -214,7 +214,7 @@ def test_a_run_that_did_not_complete_is_told_with_its_reason():
 
 def test_a_run_without_axes_and_motors_is_printed():
     text = text_of(recorded(without_anything("mine")), [])
-    assert "no claims\nheld\n" in text
+    assert text.endswith("\nheld\n")
     assert "Currents" not in text
 
 

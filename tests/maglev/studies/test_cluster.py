@@ -82,7 +82,7 @@ def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_f
 
 def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
-    with pytest.raises(ScenarioError, match="--scheduler tcp://127.0.0.1:9: cannot be reached"), \
+    with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"), \
             flyers("tcp://127.0.0.1:9", 1):
         pass
 
@@ -90,7 +90,7 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 def test_without_a_certificate_one_line_says_so(cluster: LocalCluster) -> None:
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \
-            pytest.raises(ScenarioError, match=r"--scheduler tls://.*: cannot be reached .*TLS") as refusal, \
+            pytest.raises(ScenarioError, match=r"scheduler='tls://.*: cannot be reached .*TLS") as refusal, \
             flyers(str(cluster.scheduler_address), 1):
         pass
     assert "\n" not in str(refusal.value)

@@ -58,10 +58,10 @@ def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_
         if done >= 5:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*--resume"):
+    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
         flown(study, tmp_path / "parts", watch=interrupt)
     assert 0 < len(list((tmp_path / "parts" / "study.parts").glob("samples-*"))) < len(study.batches)
-    with pytest.raises(ScenarioError, match="of 20 samples are done, expected --resume"):
+    with pytest.raises(ScenarioError, match="of 20 samples are done, expected resume=True"):
         flown(study, tmp_path / "parts")
     assert flown(study, tmp_path / "parts", resume=True) == whole
     assert not (tmp_path / "parts" / "study.parts").exists()
@@ -105,8 +105,8 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
     import duckdb
     import polars
 
-    study = maglev.sweep(scenario(tmp_path), {"plant.v.mass": "4:5:3", "reference.h.amplitude": [1, 2]}, out=tmp_path,
-                         fmus=fastest_fmus)
+    study = maglev.study(scenario(tmp_path), vary={"plant.v.mass": "4:5:3", "reference.h.amplitude": [1, 2]},
+                         out=tmp_path, fmus=fastest_fmus)
     frame = study.to_pandas()
     overshoot = frame["overshoot of v"].tolist()
     assert polars.read_parquet(study.path)["overshoot of v"].to_list() == overshoot
@@ -177,7 +177,7 @@ def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatc
         if done >= 3:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*--resume"):
+    with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
         flown(study, tmp_path / "parts", watch=interrupt)
     assert not [each.name for each in threading.enumerate() if "fly_waiting" in each.name]
     assert flown(study, tmp_path / "parts", resume=True) == whole

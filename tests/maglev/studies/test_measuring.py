@@ -65,7 +65,7 @@ def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: 
     if stop_time is not None:
         plan = plan.model_copy(update={"stop_time": stop_time, "events": [
             each for each in plan.events if each.time < stop_time]})
-    return prepare(plan, fmus, {}, {}, order=order)
+    return prepare(plan, fmus, {}, {}, {"order": order})
 
 
 @pytest.mark.parametrize(("name", "stop_time", "order"), [

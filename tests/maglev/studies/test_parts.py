@@ -87,7 +87,7 @@ def test_a_second_writer_is_refused_until_the_first_ends_however_it_does(tmp_pat
 
 
 @pytest.mark.parametrize(("word", "text", "more"), [
-    ("study", STUDY, []), ("tune", TUNING, []), ("sweep", None, ["plant.v.mass=4,5", "--name", "it"])])
+    ("study", STUDY, []), ("tune", TUNING, []), ("study", None, ["--vary", "plant.v.mass=4,5", "--name", "it"])])
 def test_a_second_command_is_refused(word: str, text: str | None, more: list[str], fastest_fmus: Path,
                                      tmp_path: Path) -> None:
     path = scenario(tmp_path)

@@ -98,8 +98,8 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
     """Each flight would overwrite it; what a factor is of can be set."""
     name, = given
     both = {"set": ["plant.v.mass", "plant.h.mass"], "kind": "list", "values": [1.0]}
-    with pytest.raises(ScenarioError, match=rf"{name}=.*: {name} varies, expected to be set, or to vary"):
+    with pytest.raises(ScenarioError, match=rf"set=.*{name}.*: {name} varies, expected to be set, or to vary"):
         maglev.study(tiny(vary=[both], set=given), fmus=tmp_path)
     with pytest.raises(ScenarioError, match=f"{name} varies"):
-        maglev.sweep(scenario(tmp_path), {name: [4.0]}, set=given, fmus=tmp_path)
+        maglev.study(scenario(tmp_path), vary={name: [4.0]}, set=given, fmus=tmp_path)
     require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")

@@ -19,7 +19,7 @@ RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "contro
 
 
 def flown(folder: Path, fmus: Path, path: Path, **options: Any) -> maglev.Study:
-    return maglev.sweep(flight(folder), RANGES, samples=3, seed=2, controller=path, fmus=fmus, out=folder / "out",
+    return maglev.study(flight(folder), vary=RANGES, samples=3, seed=2, controller=path, fmus=fmus, out=folder / "out",
                         say=lambda _: None, jobs=1, **options)
 
 
@@ -45,8 +45,8 @@ def test_what_cannot_be_native_flies_as_python(fastest_fmus: Path, tmp_path: Pat
     said: list[str] = []
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(fastest_fmus)
-    study = maglev.sweep(flight(tmp_path), {"plant.v.mass": [4.0, 4.5]}, controller=path, kind="native", out=tmp_path,
-                         fmus=tmp_path / "fmus", say=said.append, jobs=1)
+    study = maglev.study(flight(tmp_path), vary={"plant.v.mass": [4.0, 4.5]}, controller=path, kind="native",
+                         out=tmp_path, fmus=tmp_path / "fmus", say=said.append, jobs=1)
     assert any("runs in Python" in each and "pd.py, line" in each for each in said)
     assert study.to_pandas()["failure"].isna().all()
     kinds = {fmu["name"]: fmu["kind"] for fmu in study.about["provenance"]["fmus"]}
@@ -98,9 +98,10 @@ def test_a_study_file_names_its_controller(fastest_fmus: Path, tmp_path: Path) -
 
 def test_refused(fastest_fmus: Path, tmp_path: Path) -> None:
     path = controller(tmp_path)
-    line = error_line(command("sweep", flight(tmp_path), "plant.v.mass=±20%", "--controller", path))
+    line = error_line(command("study", flight(tmp_path), "--vary", "plant.v.mass=±20%", "--controller", path))
     assert "plant.v.mass=±20%: is a range, expected --samples with it" in line
-    line = error_line(command("sweep", flight(tmp_path), "plant.v.mass=4,5", "--controller", tmp_path / "pid.py"))
+    line = error_line(command("study", flight(tmp_path), "--vary", "plant.v.mass=4,5", "--controller",
+                              tmp_path / "pid.py"))
     assert "there is no file" in line and "pd.py" in line
     names: dict[str, type] = {}
     exec(PD, names)

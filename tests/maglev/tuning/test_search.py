@@ -67,7 +67,7 @@ def searched(fastest_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Se
         if done >= 40:   # of 8 candidates on 2 plants, in the third generation
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*--resume"):
+    with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*resume=True"):
         maglev.tune(file, out=folder / "parts", fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
     return Searched(file, maglev.tune(file, out=folder / "whole", fmus=fastest_fmus, jobs=1),
                     folder / "parts" / "tuned.parts")
@@ -142,7 +142,7 @@ def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, sear
     """It flies nothing again; and it goes on with more generations."""
     shutil.copytree(searched.parts, tmp_path / "tuned.parts")
     assert len(list(searched.parts.glob("flights-*.npy"))) == 3   # the scenario's own, and two generations
-    with pytest.raises(ScenarioError, match="a part is done, expected --resume"):
+    with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):
         maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1)
     shown: list[int] = []
     resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True,

@@ -63,12 +63,12 @@ def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     assert (tmp_path / "flight@Regulator2DOF.csv").exists()
 
 
-@pytest.mark.parametrize("words", [["sweep", "SCENARIO", "plant.v.mass=4,5", "--jobs", "1"], ["build"]])
+@pytest.mark.parametrize("words", [["study", "SCENARIO", "--vary", "plant.v.mass=4,5", "--jobs", "1"], ["build"]])
 def test_what_builds_an_fmu_of_it(fastest_fmus: Path, tmp_path: Path, words: list[str]) -> None:
     path = misbehaving(tmp_path, "import", "os._exit(0)")
-    given = ["--controller", path, "--out", tmp_path] if words[0] == "sweep" else [path]
+    given = ["--controller", path, "--out", tmp_path] if words[0] == "study" else [path]
     words = [str(flight(tmp_path)) if word == "SCENARIO" else word for word in words]
-    done = command(*words, *given, "--fmus", fastest_fmus if words[0] == "sweep" else tmp_path)
+    done = command(*words, *given, "--fmus", fastest_fmus if words[0] == "study" else tmp_path)
     assert done.returncode == 2
     assert done.stderr.strip().splitlines()[-1].startswith("maglev: pd.py: ended the process that reads it with exit")
 

@@ -74,8 +74,8 @@ def test_a_supervisor_is_stepped_where_it_stands(fastest_fmus: Path, tmp_path: P
 def test_a_study_takes_every_file(fastest_fmus: Path, tmp_path: Path) -> None:
     """Those of the scenario and those that are put in; a row is what the files fly."""
     path, plant = blocks(tmp_path) / "sensor.toml", tmp_path / "plant.py"
-    study = maglev.sweep(path, {"sensor.resolution": [0.0, 1e-4]}, plant=plant, fmus=fastest_fmus, out=tmp_path / "out",
-                         jobs=1, say=lambda _: None)
+    study = maglev.study(path, vary={"sensor.resolution": [0.0, 1e-4]}, plant=plant, fmus=fastest_fmus,
+                         out=tmp_path / "out", jobs=1, say=lambda _: None)
     frame = study.to_pandas()
     assert frame["failure"].isna().all()
     run = maglev.run(path, plant=plant, fmus=fastest_fmus, set={"sensor.resolution": 1e-4})

@@ -53,7 +53,7 @@ def drives_of(plan: RunPlan, fmus: Path) -> dict[str, list[float]]:
 
 def ours(plan: RunPlan, fmus: Path, order: Order) -> Rows:
     """Positions after each step under our master."""
-    recording = prepare(plan, fmus, {}, {}, order=order).run()
+    recording = prepare(plan, fmus, {}, {}, {"order": order}).run()
     return np.array([recording.columns[name][1:] for name in positions(plan)]).T
 
 

@@ -1,0 +1,131 @@
+"""Options of runs, one record: command line, signatures, what runs a study's sample again, and live links follow it."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
+
+from maglev.cosim.order import Order
+from maglev.errors import ScenarioError, nearest, one_of, option
+from maglev.kinds import KindName, reads_native
+
+if TYPE_CHECKING:
+    from maglev.schema.settings import Settings
+    from maglev.user_controllers.source import Given
+
+ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of runs, on the command line and in Python."""
+
+    flag: str                         # on the command line
+    typed: Any                        # as what the command line reads it
+    help: str
+    default: Any = None
+    group: str = ""                   # in the help; empty for those that matter first
+    metavar: str | None = None        # how the help writes a value
+    without: str | None = None        # what holds without one
+    choices: tuple[Any, ...] = ()     # what it can be, if that is not free
+    time: bool = False                # s, or text with a unit
+    same_results: bool = False        # bit for bit, whatever it is
+
+
+class RunOptions(TypedDict, total=False):
+    """How runs differ from their plans; see `maglev.run`."""
+
+    controller: Annotated["Given | None", Option(
+        "--controller", Path, "Another controller: the name of an FMU of this project, an FMU with the same ports or "
+        "a --map, or a Python file with a class (docs/controllers.md).", metavar="CONTROLLER")]
+    plant: Annotated["Given | None", Option("--plant", Path, "Another plant, as --controller.", metavar="PLANT")]
+    set: Annotated["Settings", Option(
+        "--set", list[str], "Start value that goes before the scenario's; may carry a unit and may be repeated.",
+        metavar="FMU.variable=value")]
+    step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
+                                               metavar="TIME", time=True)]
+    ports: Annotated[str | Path | None, Option(
+        "--map", Path, "What the other FMUs call their ports, their units and steps (docs/importing.md).",
+        group=REPLACED, metavar="TOML")]
+    keep_settings: Annotated[bool, Option(
+        "--keep-settings", bool, "Give the other controller also the settings (gains, limits) of the scenario's, where "
+        "it has parameters of their names; otherwise only FMUs of this project share them.", False, REPLACED)]
+    model: Annotated[str | Path | None, Option(
+        "--model", Path, "Constants of plant and controller, as `maglev identify` writes them; or `plant`: the "
+        "controller's model follows the masses of the plant. --set goes before them.", group=REPLACED, metavar="TOML")]
+    parameters: Annotated[ParameterFiles, Option(
+        "--parameters", list[str], "Start values from a parameter set (SSV), of an FMU or with its name before each. "
+        "They go before the scenario's and those of --model, --set before them.", group=REPLACED,
+        metavar="[FMU=]SSV")]
+    order: Annotated[Order, Option(
+        "--order", Order, "Order of the FMUs in a step: one after the other (sequential), or all with what the step "
+        "before gave (jacobi), which delays the loop by a step.", "sequential", NUMERICS, choices=get_args(Order))]
+    timeout: Annotated[float | str, Option(
+        "--timeout", str, "Longest time that a call of a third-party FMU may take, in s or with a unit.", "60 s",
+        NUMERICS, "TIME", time=True)]
+    fmus: Annotated[str | Path | None, Option(
+        "--fmus", Path, "Folder with FMUs that are used as they are; if not given, what is needed is built where it is "
+        "missing, and kept for all runs (`maglev cache`).", group=FMUS, metavar="FOLDER", same_results=True)]
+    kind: Annotated[KindName | None, Option(
+        "--kind", KindName, "FMUs of this project that need no Python, `native`, or `python`; the results are the "
+        "same. Of --fmus native ones are in the folder native.", group=FMUS, without="native where there is a compiler",
+        choices=get_args(KindName), same_results=True)]
+    fmi: Annotated[int, Option("--fmi", int, "3 for native FMUs of FMI 3.0; of --fmus in the folder fmi3.", 2, FMUS,
+                               choices=(2, 3), same_results=True)]
+
+
+OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}
+
+
+def completed(options: RunOptions) -> RunOptions:
+    """Options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
+    given = {name: value for name, value in options.items() if value is not None}
+    for name, value in given.items():
+        choices = OPTIONS[name].choices
+        if choices and value not in choices:
+            raise ScenarioError(f"{option(name, value)}: expected {one_of(str(value), list(map(str, choices)))}")
+    every: dict[str, Any] = {name: given.get(name, each.default) for name, each in OPTIONS.items()}
+    return cast("RunOptions", every | {name: seconds(name, every[name]) for name, each in OPTIONS.items() if each.time})
+
+
+def seconds(name: str, value: float | str | None) -> float | None:
+    """An option that is a time (s), a number or text with a unit."""
+    from maglev.units import positive_time
+
+    return None if value is None else positive_time(value, ScenarioError, option(name, value))
+
+
+def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> Signature:
+    """Signature with options, annotation and default by name, in place of **options."""
+    own = [each for each in called.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    return called.replace(parameters=[*own, *(
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in more.items())])
+
+
+def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Show and take, as **options of a function, the options of runs but for some."""
+    types = {name: get_args(annotation)[0] for name, annotation in RunOptions.__annotations__.items()}
+    names = {name: (getattr(types[name], "__forward_arg__", types[name]), each.default)
+             for name, each in OPTIONS.items() if name not in left_out}
+
+    def extended(function: Callable[P, T]) -> Callable[P, T]:
+        shown = with_options(signature(function), names)
+
+        @wraps(function)
+        def called(*arguments: P.args, **options: P.kwargs) -> T:
+            for name in options.keys() - shown.parameters.keys() - {"native"}:
+                raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
+                                    if name in OPTIONS else
+                                    f"{name}: unknown option, nearest is {nearest(name, shown.parameters)}")
+            return reads_native(function)(*arguments, **options)
+        called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
+        return called
+    return extended
