@@ -59,8 +59,10 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     if not isinstance(bases, list) or not all(isinstance(base, str) for base in bases):
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
     layers = []
-    if table.get("signals") == SETPOINTS and "rig" not in table:
-        raise ScenarioError(f'{path}: signals = "{SETPOINTS}": expected rig = "NAME.toml" with it, or [[signals]]')
+    signals = table.get("signals")
+    if isinstance(signals, str) and (signals != SETPOINTS or "rig" not in table):
+        raise ScenarioError(f'{path}: signals = {signals!r}: expected "{SETPOINTS}" with rig = "NAME.toml", or '
+                            "[[signals]]")
     if "rig" in table:
         rig = read_own(Path(table["rig"]))
         layers = [Layer(Path(table["rig"]), loop_table(rig))]

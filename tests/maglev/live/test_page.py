@@ -242,9 +242,9 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
     (mine / "PlantMine.wasm").unlink()
     assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     scenario = tmp_path / "mine-setpoints.toml"
-    scenario.write_text(scenario.read_text(encoding="utf-8").replace('kind = "steps"', 'kind = "ramp"', 1),
+    scenario.write_text(scenario.read_text(encoding="utf-8").replace('signals = "setpoints"', 'signals = "ramp"', 1),
                         encoding="utf-8")
-    with pytest.raises(ScenarioError, match="kind"):
+    with pytest.raises(ScenarioError, match="signals"):
         plans_of(scenario)
     for name, flown in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
                         ("5dof-guided-first-linear", r"LinearRegulator3DOF, Plant5DOF \(a law without")):
