@@ -18,8 +18,7 @@ CURVES: dict[str, tuple[tuple[Point, ...], ...]] = {
     "scheduled": (((0.0, 0.92), (0.25, 0.92), (0.25, 0.66), (0.5, 0.66), (0.5, 0.38), (0.75, 0.38), (0.75, 0.1),
                    (1.0, 0.1)),),
     "interpolated": (((0.0, 0.92), (0.3, 0.72), (0.62, 0.42), (1.0, 0.1)),),
-    "adaptive": (tuple((k / 16, 0.5 - 0.42 * math.tanh(4.0 * (k / 16 - 0.5))) for k in range(17)),
-                 ((0.06, 0.94), (0.94, 0.06))),
+    "adaptive": (tuple((k / 24, 0.5 - 0.45 * math.exp(-k / 8) * math.cos(math.pi * k / 6)) for k in range(25)),),
     "PID": LETTERS,
     "commutation": tuple(tuple((k / 24, 0.5 - 0.4 * math.sin(2.0 * math.pi * (k / 24 - phase / 3))) for k in range(25))
                          for phase in range(3)),

@@ -122,7 +122,8 @@ def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str,
         if heard in waiting and said is None:
             del waiting[heard]
         elif heard in waiting and said is not None and said.last:
-            (left if said.kind == "interrupt" else results)[waiting[heard]] = said.what
+            # Nothing else comes: one that has handed over what it had done waits for another task.
+            (left if said.kind == "interrupt" else results)[waiting.pop(heard)] = said.what
     return left
 
 

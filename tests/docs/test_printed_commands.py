@@ -38,8 +38,6 @@ NOT_TYPED = {
     "maglev run 3dof-setpoints --fmus fmus --kind native": "what one of the lines before it would have built",
     "maglev build  ": "minutes; the FMUs of all other tests",
     "maglev live --out page": "minutes; tests/maglev/live",
-    "maglev sweep 3dof-setpoints controller.y.k1": "hundreds of runs; tests/maglev/studies",
-    "maglev sweep 3dof-setpoints plant.x.friction": "the same",
     "maglev study ": "the same, or a cluster",
     "maglev tune ": "the same",
     "dask ": "a cluster; tests/maglev/studies/test_cluster.py",

@@ -16,12 +16,12 @@ import maglev
 def test_it_learns_and_becomes_a_controller(native_fmus: Path, tmp_path: Path) -> None:
     (tmp_path / "native").symlink_to(native_fmus)
     done = subprocess.run([sys.executable, str(EXAMPLES / "gym_levitate.py"), "--fmus", str(tmp_path), "--out",
-                           str(tmp_path / "learned.py"), "--generations", "10", "--units", "2"],
+                           str(tmp_path / "learned.py"), "--generations", "8", "--units", "1"],
                           capture_output=True, text=True, timeout=300.0, check=False)
     assert done.returncode == 0, done.stderr
     means = [float(each) for each in re.findall(r"mean +([\d.]+) of 500", done.stdout)]
-    assert len(means) == 10 + 20
-    assert means[0] < 150.0 and means[9] > 400.0 and means[-1] > 450.0
+    assert len(means) == 8 + 16
+    assert means[0] < 150.0 and means[7] > 400.0 and means[-1] > 450.0
     held = re.findall(r"(\w+): (\d+) of 20 episodes of 5 s held", done.stdout)
     assert [what for what, count in held if int(count) >= 18] == ["linear", "network"]
     *_, error = re.findall(r"v ([\d.]+) mm", done.stdout)

@@ -25,8 +25,8 @@ from maglev.report.plots.series import pack
 from maglev.report.status import events
 
 MOST_ROWS = 16000            # of a signal
-FEWEST_ROWS = 1000           # of a signal, however large the page
-LARGEST_DATA = 8_500_000     # bytes of all signals; the rest is less than 2 million
+FEWEST_ROWS = 900            # of a signal, however large the page
+LARGEST_DATA = 8_200_000     # bytes of all signals; the rest is less than 2 million
 
 
 class Frictionless(NamedTuple):

@@ -88,7 +88,8 @@ def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> N
     (tmp_path / "fall_ref.csv").write_text(table(fall))
     stop = float(read_model_description(str(path)).defaultExperiment.stopTime)
     assert outcome(path) == ("error", f"{tmp_path / 'fall_ref.csv'}: no results from t = 0.02 s to {stop:.9g} s, "
-                                      "expected some for the whole experiment; --partial compares those that there are")
+                                      "expected some for the whole experiment; with `partial` those are compared "
+                                      "that there are")
     (tmp_path / "fall_ref.opt").write_text("StopTime,0.0299\n")   # a row more would be at 0.03
     assert outcome(path) == ("passed", "passed, 1 variable at 3 times to t = 0.02 s equal the results in it")
     (tmp_path / "fall_in.csv").write_text("time,v.force\n0,-11.5\n1,-11.5\n")
@@ -164,7 +165,7 @@ def test_a_column_that_the_fmu_lacks(fmus: Path, tmp_path: Path, fall: list[floa
     (tmp_path / "fall_ref.opt").write_text("StopTime,0.02\n")
     (tmp_path / "fall_ref.csv").write_text("\n".join([f"{rows[0]},v.positon", *(f"{row},0" for row in rows[1:])]))
     assert outcome(path) == ("error", f"{tmp_path / 'fall_ref.csv'}: column v.positon: the FMU has no such variable, "
-                                      "nearest is 'v.position'; --partial compares the others")
+                                      "nearest is 'v.position'; with `partial` the others are compared")
     assert maglev("check", path).exit_code == 2
     result = maglev("check", path, "--partial")
     assert result.exit_code == 0

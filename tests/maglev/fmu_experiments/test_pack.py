@@ -71,7 +71,7 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
     before = mine.read_bytes()
     line = error_line(maglev("pack", "ref", mine, "2dof-smooth-nonlinear", "--fmus", fmus))
     assert "names no FMU" in line
-    assert "expected --as with what it takes the place of, one of controller, plant" in line
+    assert "expected --name with what it takes the place of, one of controller, plant" in line
     with pytest.raises(ScenarioError, match="sensor: is not in the scenario 2dof-smooth-nonlinear, expected one of"):
         pack.pack_reference(mine, "2dof-smooth-nonlinear", name="sensor", fmus=fmus)
     monkeypatch.setattr(pack, "LARGEST", 1000)

@@ -1,6 +1,7 @@
 """A reference that a stage cannot reach, for its stops are in the way, is refused before the run."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -56,10 +57,15 @@ def references(plan: RunPlan, times: np.ndarray) -> dict[str, np.ndarray]:
 
 def test_a_stage_whose_gap_was_edited_does_not_fly_the_references_of_before(
         slow: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`new stage` has written set-points about 20 mm; the description now says 3 mm."""
+    """The scenario has set-points about 20 mm; the description now says 3 mm."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "small.toml", "2dof", SMALL)
     maglev.build(["PlantSmall", "RegulatorSmall"], rig="small.toml")
+    scenario = tmp_path / "small-setpoints.toml"
+    fixed = "".join(f'[[signals]]\nto = "controller.{axis}.reference"\nkind = "constant"\nvalue = "{value} mm"\n'
+                    for axis, value in (("v", 20), ("h", 0)))
+    text = re.sub("(?m)^signals = .*$", "", scenario.read_text(encoding="utf-8"))
+    scenario.write_text(text + fixed, encoding="utf-8")
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
     message = ("small-setpoints.toml: reference of v = 20 mm at t = 0 s: out of reach, expected between the stops at "
                "1.5 mm and 5 mm, for a stage that begins with a gap of 3 mm")

@@ -223,7 +223,7 @@ def test_names_that_fit_pass(write, descriptions):
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('"controller.y.measured"', '"controller.y.measurd"',
      ["connections[0][1] = 'controller.y.measurd'",
-      "missing port: controller has no input 'y.measurd'; nearest is 'y.measured'"]),
+      "missing port: controller has no input or parameter 'y.measurd'; nearest is 'y.measured'"]),
     ('"controller.y.measured"', '"controler.y.measured"', ["there is no FMU 'controler'", "nearest is 'controller'"]),
     ('"controller.y.measured"', '"controller.y.error"', ["'y.error' is of causality output, expected input"]),
     ('"plant.y.encoder"', '"plant.m.i_a_cmd"', ["connections[0][0]", "causality input, expected output"]),

@@ -66,7 +66,7 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     ({"gap": "31 mm"}, "Plant3DOF at y = 31 mm: alpha needs i_d = -4.65 A, i_q = 0.159 A, expected at most "),
     ({"gap": "35 mm"}, "Plant3DOF at y = 35 mm: beyond the end stops, expected y within 18.5…32 mm"),
     ({"gap": "19 mm", "set": {"controller.current_limit": 1.0}}, "is beyond current_limit = 1 A"),
-    ({"controller": "PID3DOF"}, "3dof: controller = 'PID3DOF', expected an output regulator, which has an antiwindup"),
+    ({"controller": "PID3DOF"}, "3dof: controller = 'PID3DOF', expected an output regulator, which has an anti-windup"),
     ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A is none, expected a limit above"),
     ({"set": {"controller.x.k1": 463.0}}, "the loop is unstable, its slowest pole is "),
     ({"set": {"controller.x.k9": 1.0}}, "Regulator3DOF: no parameter 'x.k9'; nearest is "),
