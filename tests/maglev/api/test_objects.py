@@ -65,6 +65,7 @@ def recorded() -> dict[str, np.ndarray]:
 COLUMNS = {"time": "t", "v": "gap", "h": "along", "i_d": "d", "i_q": "q"}
 
 
+@pytest.mark.thorough
 def test_columns_are_identified_as_their_file_is(recorded: dict[str, np.ndarray], tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     np.savetxt(tmp_path / "a.csv", np.column_stack(list(recorded.values())), delimiter=",",

@@ -39,7 +39,8 @@ def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
     return identify(recording, method, match=True), data
 
 
-@pytest.mark.parametrize(("rig", "method"), [("2dof", "reduced"), ("2dof", "fsdi"), ("3dof", "reduced")])
+@pytest.mark.parametrize(("rig", "method"), [("2dof", "reduced"), ("2dof", "fsdi"),
+                                             pytest.param("3dof", "reduced", marks=pytest.mark.thorough)])
 def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
     """Scatter alone is not where it is: constants are up to twenty standard errors away."""
     found, data = real(rig, method)
@@ -64,7 +65,7 @@ def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> No
     assert found.left_out["C1"] == pytest.approx(data.truth["C1"] - found.estimate.final["C1"], rel=0.2)
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
+@pytest.mark.parametrize("rig", ["2dof", pytest.param("3dof", marks=pytest.mark.thorough)])
 def test_told_of_the_effects_the_estimator_finds_the_truth(rig: str) -> None:
     """Independent of how they are added up: rows that have all of them at once, and their signs."""
     found, data = real(rig)

@@ -115,8 +115,8 @@ def folder(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-@pytest.mark.parametrize(("kind", "within"), [
-    ("ideal", 0.005), pytest.param("encoder", 0.005, marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize(("kind", "within"), [("ideal", 0.005), ("encoder", 0.005)])
 def test_constants_from_a_run(kind: str, within: float, folder: Path) -> None:
     """As near as those of the other rigs: half a percent, also with encoders of 10 µm."""
     found = identified(kind, folder / "native", folder)

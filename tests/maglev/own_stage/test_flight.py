@@ -179,6 +179,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
         model_settings(model)
 
 
+@pytest.mark.thorough
 def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)

@@ -114,6 +114,7 @@ def test_it_flies(tmp_path: Path, law: str) -> None:
     assert left.thrust == pytest.approx(right.thrust, rel=0.02, abs=0.02)   # no yaw by the gaps
 
 
+@pytest.mark.thorough
 def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run, margins, a controller to begin with, a model that follows the plant, an environment."""
     monkeypatch.chdir(tmp_path)

@@ -72,6 +72,7 @@ def test_study() -> None:
     assert frame["overshoot of v"][0] != frame["overshoot of v"][1]
 
 
+@pytest.mark.thorough
 def test_tune() -> None:
     found = maglev.tune("quicker.toml", jobs=1)
     tuned = 'extends = ["short.toml", "results/quicker.toml"]\nname = "tuned"\n'
