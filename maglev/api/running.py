@@ -326,7 +326,9 @@ def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
             for each in experiments]
 
     if not (options.get("plant") or options.get("controller")):
-        plans = [*asked, *compared([without_thesis(plan) if plan.own and not thesis else plan for plan in asked])]
+        changed = any(options.get(name) for name in ("set", "parameters", "model"))
+        plans = [*asked, *compared([without_thesis(plan) if (plan.own or changed) and not thesis else plan
+                                    for plan in asked])]
         return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
     plans = [*asked, *needed(asked)]
     flown = {plan.name for plan in plans}

@@ -15,7 +15,6 @@ from pmlsm.rigs import RIGS
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
 VALUE = "a name, = and a value with its unit, such as y=25mm"
 MORE = "More"   # group in the help
-OTHER_FLAGS = {"source": "from"}   # by Python's names, where these are others
 AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in rig.axis_names) for rig in RIGS.values())
 
 
@@ -76,13 +75,6 @@ def typed(name: str) -> Any:
     return Annotated[kind, typer.Option(
         option.flag, help=option.help, metavar=option.metavar, rich_help_panel=option.group or None,
         show_default=option.without or option.default is not None, **numbers)]
-
-
-def as_flag(name: str, value: object) -> str:
-    """An option as the command line has it: messages of what it calls speak so."""
-    flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
-    value = ",".join(f"{key}={each}" for key, each in value.items()) if isinstance(value, dict) else value
-    return flag if value is None or isinstance(value, bool) else f"{flag} {value}"
 
 
 def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, TextIO
 
 import typer
 
-from maglev.cli.options import as_flag
 from maglev.errors import FAILURES, in_one_line, name_of, signal_of, spelling, visible
 from maglev.processes.interrupts import termination_like_interrupt
+from maglev.schema.options import as_flag
 from maglev_files.environment import require_numbers
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from threading import Thread
 from traceback import format_exc
 from typing import Any, NamedTuple
 
-from maglev.errors import FAILURES, in_one_line
+from maglev.errors import FAILURES, in_one_line, spelling
 from maglev.processes.interrupts import held_interrupts, interrupts_blocked, terminate
 from maglev.processes.plain import line_of, value_of
 from maglev_files.programs import end_with_children
@@ -100,8 +100,8 @@ class Beside:
         self.inbox.put((self, None))
 
     def ask(self, task: Task | None) -> None:
-        """Have a task done in the folder of this process; None asks it to end as processes do."""
-        self.send(pickle.dumps(task and (os.getcwd(), task)))
+        """Have a task done in the folder of this process, whose messages spell options as here; None asks it to end."""
+        self.send(pickle.dumps(task and (os.getcwd(), spelling.get(), task)))
 
     def send(self, frame: object) -> None:
         """Send what the process reads."""
@@ -236,11 +236,13 @@ def serve(folder: str | None) -> None:
     caught = (Exception,) if folder else ()   # of a task of ours it is a bug, which ends the process
     with suppress(ConnectionError, *asked):   # nobody wants to know, or more
         while (task := pickle.loads(tasks.get())) is not None:
-            os.chdir(task[0])
+            folder_here, spelled, work = task
+            os.chdir(folder_here)
+            spelling.set(spelled)
             if not folder:
                 signal.signal(signal.SIGTERM, terminate)
             try:
-                result = task[1](partial(send, "report"))
+                result = work(partial(send, "report"))
             except asked as error:
                 send("interrupt", in_one_line(error))
                 break

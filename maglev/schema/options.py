@@ -20,6 +20,7 @@ ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str
 P = ParamSpec("P")
 T = TypeVar("T")
 
+OTHER_FLAGS = {"source": "from"}   # of options that are not of runs, where they are not Python's names
 REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
 
 
@@ -129,3 +130,10 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
         called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
         return called
     return extended
+
+
+def as_flag(name: str, value: object) -> str:
+    """An option as the command line has it: messages of what it calls speak so."""
+    flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
+    value = ",".join(f"{key}={each}" for key, each in value.items()) if isinstance(value, dict) else value
+    return flag if value is None or isinstance(value, bool) else f"{flag} {value}"

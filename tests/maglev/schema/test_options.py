@@ -3,6 +3,7 @@
 import inspect
 import typing
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -89,3 +90,19 @@ def test_messages_speak_as_who_reads_them(options: RunOptions, in_python: str, o
 def test_choices_are_refused_with_the_nearest() -> None:
     with pytest.raises(maglev.ScenarioError, match="order='jacob': expected one of sequential, jacobi; nearest is"):
         maglev.run("2dof-setpoints", order="jacob")   # type: ignore[arg-type]
+
+
+def test_messages_of_other_processes_speak_alike(tmp_path: Path) -> None:
+    """What is refused where a run is made, in a process of its own, reads as what is refused before."""
+    said = command("run", "2dof-step-1-nonlinear", "--fmus", "nowhere", "--out", tmp_path)
+    assert said.exit_code == 2 and "without --fmus those of" in said.output and "rig=" not in said.output
+
+
+def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tmp_path: Path) -> None:
+    """The thesis's claims are not judged then; what they compare with may be of a stage without such a parameter."""
+    def names(**options: Any) -> list[str]:
+        return [*maglev.run_all(["3dof-tracking-nonlinear"], out=tmp_path, fmus=fastest_fmus, jobs=1, **options)]
+
+    own = {"plant.x.friction.coulomb": 0.0}
+    assert names(set=own) == ["3dof-tracking-nonlinear"]
+    assert "2dof-tracking-nonlinear" in names()
