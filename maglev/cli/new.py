@@ -25,7 +25,7 @@ def main() -> None:
 @new.command()
 def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
                stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
-    """Write a controller in Python that flies as it is, for you to change.
+    """Write a controller in Python that runs as it is, for you to change.
 
     **Examples:**
 
@@ -42,7 +42,7 @@ def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
 @new.command()
 def plant(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
           stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
-    """Write a plant in Python that flies as it is, an ideal levitated mass with the ports of a stage.
+    """Write a plant in Python that runs as it is, an ideal levitated mass with the ports of a stage.
 
     **Examples:**
 
@@ -57,16 +57,16 @@ def plant(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, N
 
 
 def say_how(file: Path, stage: str, option: str) -> None:
-    """Print the command that flies a controller or a plant of a stage."""
+    """Print the command that runs a controller or a plant of a stage."""
     flown = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
-    typer.echo(f"{file}: flies with `maglev run {flown} {option} {file}`")
+    typer.echo(f"{file}: run it with `maglev run {flown} {option} {file}`")
 
 
 @new.command()
 def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
              stage: Annotated[str, typer.Option("--stage", "--rig", help=STAGES)] = EXAMPLE,
              debug: Debug = False) -> None:
-    """Write a scenario that flies as it is, with comments on what else it could have, for you to change.
+    """Write a scenario that runs as it is, with comments on what else it could have, for you to change.
 
     **Examples:**
 
@@ -78,15 +78,15 @@ def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file
         from maglev.own_stage.new import new_scenario
 
         file = new_scenario(path, stage)
-        typer.echo(f"{file}: flies with `maglev run {file} --plot`")
+        typer.echo(f"{file}: run it with `maglev run {file} --plot`")
 
 
 @new.command()
 def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
-          scenario: Annotated[str, typer.Option(help="What it flies: a run of the package, or a scenario of yours, "
+          scenario: Annotated[str, typer.Option(help="What it runs: a run of the package, or a scenario of yours, "
                                                 "without variants.", autocompletion=run_names)]
           = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
-    """Write a study that flies as it is, with comments on what else it could have, for you to change.
+    """Write a study that runs as it is, with comments on what else it could have, for you to change.
 
     **Examples:**
 
@@ -98,7 +98,7 @@ def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, N
         from maglev.studies.new import new_study
 
         file = new_study(path, scenario)
-        typer.echo(f"{file}: flies with `maglev study {file}`")
+        typer.echo(f"{file}: run it with `maglev study {file}`")
 
 
 @new.command()
@@ -129,7 +129,7 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
                    "of catalogues; or, over these or alone, numbers of a data sheet, may be repeated: "
                    f"{', '.join(MOTOR_KEYS)}; gap and mass are the stage's.", show_default=False)] = None,
                debug: Debug = False) -> None:
-    """Write the description of a stage that flies as it is, for you to change, and a scenario beside it.
+    """Write the description of a stage that runs as it is, for you to change, and a scenario beside it.
 
     **Examples:**
 
@@ -148,4 +148,4 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
         from maglev.own_stage.new import new_stage
 
         file, scenario = new_stage(path, like, motor or ())
-        typer.echo(f"{file}, {scenario}: fly with `maglev run {scenario} --plot`")
+        typer.echo(f"{file}, {scenario}: run it with `maglev run {scenario} --plot`")

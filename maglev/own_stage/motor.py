@@ -1,7 +1,7 @@
 """A motor by its data sheet, as `--motor` takes it, and a stage with such motors in place of those it is like."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from math import pi
 from pathlib import Path
 
@@ -83,6 +83,10 @@ def read_motor(given: Sequence[str]) -> Motor:
             raise RigError(f"--motor {text}: no such key; nearest is {nearest(key, known)}")
         else:
             table[key] = value if key == "currents" else number_or_text(value)
+    lacking = [each.name for each in fields(Motor) if each.default is MISSING and each.name not in table]
+    if lacking:
+        raise RigError(f"--motor: without {', '.join(lacking)}, expected KEY=VALUE of each, or to begin with one of "
+                       f"{', '.join(MOTORS)}")
     motor: Motor = Reader(Path("--motor")).read(Motor, table, "")
     if motor.currents not in ("rms", "peak"):
         raise RigError(f"--motor currents={motor.currents}: expected rms or peak")

@@ -179,7 +179,7 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(("motor", "message"), [
     (["tiny"], "--motor tiny: expected one of small, medium, large"),
     (["force=3"], "--motor force=3: no such key; nearest is 'force_constant'"),
-    (["force_constant=93"], "--motor: attraction: missing"),
+    (["force_constant=93"], "--motor: without attraction, attraction_gap, pole_pitch, peak, expected KEY=VALUE"),
     (["medium", "peak=3kg"], "--motor: peak: '3kg' is in kg, expected a quantity in A"),
     (["medium", "peak=1e9"], "--motor: peak: 1e.09, expected 0.001…700"),
     (["medium", "gap=50mm"], "--motor gap=50mm: expected at most pole_pitch = 12 mm"),

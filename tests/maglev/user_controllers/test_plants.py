@@ -28,7 +28,7 @@ def test_the_first_plant_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -
     """From a new file, without a change and without a complaint, through the first step."""
     path = tmp_path / "mover.py"
     made = maglev("new", "plant", tmp_path / "mover", "--stage", stage)
-    assert made.stdout.strip() == f"{path}: flies with `maglev run {stage}-setpoints --plant {path}`"
+    assert made.stdout.strip() == f"{path}: run it with `maglev run {stage}-setpoints --plant {path}`"
     assert len(path.read_text().splitlines()) < (170 if RIGS[stage].rotations else 126)
     run = tmp_path / "short.toml"
     run.write_text(SHORT.format(path=load_plan(f"{stage}-setpoints").path, time="5.9 s"))
