@@ -37,6 +37,11 @@ FOLDER = Path(__file__).parent
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "player.js", "index.js")
+TITLE = "Maglev stages: the experiments of the thesis, simulated"   # of more than one run
+ABOUT = """<p>R. B. Owen's thesis <cite>Implementation of High Precision Positioning Systems Using Contactless Magnetic
+Levitation</cite> (University of Toronto, 2005) shows what two levitated stages do under several controllers. Here its
+experiments are run again as co-simulations of a plant and a controller, and each of its claims is held against what the
+simulation measures.</p>"""
 
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
@@ -54,7 +59,9 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
-    rigs = {rig_name(result.plan.name, result.plan) for result in results}
+    theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
+    title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
+    rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
     maps = {kind: outcome_maps.section(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
@@ -62,8 +69,9 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
                        if (found := moving({law_of(run): run}))}}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
-        "report", "Maglev stages: the experiments of the thesis, simulated", message, read("style.css"),
-        read("page.html"),
+        "report", escape(title), message, read("style.css"), read("page.html"),
+        heading=escape(title),
+        thesis=ABOUT if theirs else "",
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=message,
         verdicts=claim_table.verdict_options(judgements),
