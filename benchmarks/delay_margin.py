@@ -1,4 +1,4 @@
-"""Print how many samples of delay each loop survives (docs/cosimulation_order.md).
+"""Print how many samples of delay each loop survives (docs/accuracy.md#the-order-of-a-co-simulation-step).
 
 `PYTHONPATH=tests/support python benchmarks/delay_margin.py`
 """

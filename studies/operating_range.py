@@ -1,4 +1,4 @@
-"""Fly the studies of the operating range with every law; their maps are for docs/operating_range.md and the report.
+"""Fly the studies of the operating range with every law; their maps are for docs/faults.md and the report.
 
     python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 

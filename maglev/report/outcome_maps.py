@@ -48,10 +48,10 @@ class Kind(NamedTuple):
 
 
 RANGE = Kind("operating-range", "How far each controller can go", "range", "operating range", "shares of the maps",
-             "docs/operating_range.md", operating_range.TOOL, operating_range.read_maps, operating_range.OUTCOMES,
+             "docs/faults.md", operating_range.TOOL, operating_range.read_maps, operating_range.OUTCOMES,
              ("o0", "o1", "o2", "o3", "o4", "o5"), 10, operating_range.SETTLED_NOMINAL)
 TOLERANCES = Kind("tolerances", "What each controller tolerates", "tolerance", "tolerances",
-                  "up to where each law holds, all else being ideal", "docs/operating_range.md", tolerances.TOOL,
+                  "up to where each law holds, all else being ideal", "docs/faults.md", tolerances.TOOL,
                   tolerances.read_tolerances, tolerances.OUTCOMES, ("o0", "o2", "o5", "o4"), 20)
 
 

@@ -90,7 +90,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
 def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
     """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
     maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
-    assert markdown_table(maps.table()) in (DOCS / "operating_range.md").read_text(encoding="utf-8")
+    assert markdown_table(maps.table()) in (DOCS / "faults.md").read_text(encoding="utf-8")
     for found in maps.laws.values():
         for axis, varied in zip((found.initial, found.target, found.steps, found.constants), study.vary,
                                 strict=True):

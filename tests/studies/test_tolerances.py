@@ -56,7 +56,7 @@ def test_a_study_sets_what_its_question_is_about(tmp_path: Path, rig: str) -> No
 def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
     write_found(tmp_path / "found.json", FOUND)
     again = read_tolerances(tmp_path / "found.json")
-    page = (DOCS / "operating_range.md").read_text(encoding="utf-8")
+    page = (DOCS / "faults.md").read_text(encoding="utf-8")
     for name, rig in FOUND.items():
         assert list(rig.maps) == [question.name for question in QUESTIONS]
         for question in QUESTIONS:
