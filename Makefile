@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check pages axe-check pace accuracy mutants bench-pages claims-check lock release clean
+	live-check pages axe-check pace mutants claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved --fmus fmus
@@ -102,16 +102,9 @@ lint: .venv/.test
 bench: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
 	$(BIN)/python benchmarks/whole_run.py --record
-	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/gym_cost.py
 	$(BIN)/python benchmarks/study_cost.py --record
 	$(BIN)/python benchmarks/speed_history.py
-
-# The benchmarks whose tables stand in pages, and which take minutes: masters of others, delay, memory of a study.
-bench-pages: build native
-	PYTHONPATH=tests/support $(BIN)/python benchmarks/foreign_masters_table.py fmus
-	PYTHONPATH=tests/support $(BIN)/python benchmarks/delay_margin.py
-	$(BIN)/python benchmarks/study_memory.py
 
 # The versions of all that the tests install, for every system: after a run of `make test` with them, to be committed.
 lock: .venv/.test
@@ -151,9 +144,6 @@ axe-check: pages
 # How fast they draw, on a quiet machine.
 pace: pages
 	$(BIN)/python tools/pages/pace.py
-
-accuracy: .venv/.demo
-	PYTHONPATH=tests/support $(BIN)/python benchmarks/accuracy_study.py
 
 # What the check would miss: one line of the blocks changed at a time. It takes half an hour.
 mutants: .venv/.test

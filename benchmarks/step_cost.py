@@ -1,4 +1,4 @@
-"""Cost of a communication step, in one run on one machine: the blocks bare, as FMUs, native, and what peers take.
+"""Cost of a communication step, in one run on one machine: the blocks bare, as FMUs, and native.
 
 Times depend on the machine; `--gate` judges ratios to a frozen C loop measured in the same run.
 """
@@ -16,7 +16,6 @@ from pathlib import Path
 from c_loop import c_loop
 from exchange_alone import for_exchange_alone
 from loops import PAIRS, OpenLoop, Pair, bare_loop, loop_fmu, master_loop
-from peers import list_loop, ssp_loop
 from reference_loop import FROZEN, reference_loop
 from rich.console import Console
 from rich.table import Table
@@ -49,15 +48,12 @@ def too_large(times: Mapping[str, float]) -> dict[str, float]:
 def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[str, float]:
     """Time of one step by what was measured, s.
 
-    The folder has the FMUs in its folders python and native; `fmi3` those of FMI 3.0, where peers are measured, too.
-    Without it a few rounds do, where each holds the limits.
+    The folder has the FMUs in its folders python and native, `fmi3` those of FMI 3.0; without it a few rounds do, where
+    each holds the limits.
     """
     ways: dict[str, Callable[[], float]] = {
         "bare Python loop": lambda: bare_loop(pair, STEPS),
         "FMUs, master": lambda: master_loop(pair, folder / "python", STEPS)}
-    if fmi3 is not None:
-        ways["plain slaves, fmpy lists"] = lambda: list_loop(pair, STEPS)
-        ways["FMUs, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "python", 1000)
     if native:
         ways[FROZEN] = reference_loop(pair, C_STEPS)
         ways["C loop"] = c_loop(pair, C_STEPS)
@@ -71,7 +67,6 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
                 exchanged = for_exchange_alone(made / other.name, fmi3 / f"exchanged{version}{other.name}")
                 ways[f"native, FMI {version}, master, plant by CVODE"] = partial(
                     master_loop, pair, made, EXCHANGE_STEPS, exchanged)
-            ways["native, fmpy.ssp"] = lambda: ssp_loop(pair, folder / "native", 1000)
     times: dict[str, list[float]] = {name: [] for name in ways}
     held = 0
     for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
