@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
     from maglev.api.many.batch import Batch, BatchInterrupted, batch
-    from maglev.api.many.studying import Study, study, sweep
+    from maglev.api.many.studying import Study, study
     from maglev.api.many.tuning import Tuned, tune
     from maglev.api.repository import new_repository
     from maglev.api.running import Results, run, run_all
@@ -57,31 +57,21 @@ if TYPE_CHECKING:
     from maglev.user_controllers.new import new_controller, new_plant
 
 # Whoever needs one function does not wait for the imports of all.
-PLACES = {
-    "Batch": "maglev.api.many.batch", "BatchInterrupted": "maglev.api.many.batch",
-    "batch": "maglev.api.many.batch", "Consequences": "maglev.own_stage.consequences",
-    "Comparison": "maglev.api.comparing", "FrequencyResponse": "maglev.analysis.response",
-    "NumericalLoop": "maglev.analysis.numerical", "Region": "maglev.stability.result", "Results": "maglev.api.running",
-    "Run": "maglev.api.flown", "RunFailed": "maglev.cosim.master", "FmuSetup": "maglev.cosim.master",
-    "Master": "maglev.cosim.master", "build": "maglev.api.catalogue",
-    "check": "maglev.api.checking", "check_fmus": "maglev.fmu_experiments.check",
-    "compare": "maglev.api.comparing", "fmus": "maglev.api.catalogue",
-    "frequency_response": "maglev.analysis.frequency_response",
-    "identify": "maglev.api.identifying", "linearise": "maglev.linear.linearise",
-    "linearise_numerically": "maglev.analysis.numerical",
-    "know_stage": "maglev.own_stage.adoption",
-    "linearise_loop": "maglev.linear.loop", "new_controller": "maglev.user_controllers.new",
-    "new_plant": "maglev.user_controllers.new", "new_repository": "maglev.api.repository",
-    "new_scenario": "maglev.own_stage.new", "new_stage": "maglev.own_stage.new",
-    "new_study": "maglev.studies.new", "pack_reference": "maglev.fmu_experiments.pack",
-    "region": "maglev.stability.analysis", "run": "maglev.api.running",
-    "run_all": "maglev.api.running",
-    "scenarios": "maglev.api.catalogue", "stage": "maglev.own_stage.consequences",
-    "Study": "maglev.api.many.studying", "study": "maglev.api.many.studying",
-    "sweep": "maglev.api.many.studying", "Target": "maglev.microcontroller.target",
-    "target": "maglev.microcontroller.target", "Tuned": "maglev.api.many.tuning", "tune": "maglev.api.many.tuning",
-    "update": "maglev.api.checking",
-    "write_identification": "maglev.api.identifying", "write_live": "maglev.live.page"}
+PLACES = {name: module for module, names in {
+    "maglev.analysis.frequency_response": "frequency_response",
+    "maglev.analysis.numerical": "NumericalLoop linearise_numerically", "maglev.analysis.response": "FrequencyResponse",
+    "maglev.api.catalogue": "build fmus scenarios", "maglev.api.checking": "check update",
+    "maglev.api.comparing": "Comparison compare", "maglev.api.flown": "Run",
+    "maglev.api.identifying": "identify write_identification", "maglev.api.many.batch": "Batch BatchInterrupted batch",
+    "maglev.api.many.studying": "Study study", "maglev.api.many.tuning": "Tuned tune",
+    "maglev.api.repository": "new_repository", "maglev.api.running": "Results run run_all",
+    "maglev.cosim.master": "FmuSetup Master RunFailed", "maglev.fmu_experiments.check": "check_fmus",
+    "maglev.fmu_experiments.pack": "pack_reference", "maglev.linear.linearise": "linearise",
+    "maglev.linear.loop": "linearise_loop", "maglev.live.page": "write_live",
+    "maglev.microcontroller.target": "Target target", "maglev.own_stage.adoption": "know_stage",
+    "maglev.own_stage.consequences": "Consequences stage", "maglev.own_stage.new": "new_scenario new_stage",
+    "maglev.stability.analysis": "region", "maglev.stability.result": "Region", "maglev.studies.new": "new_study",
+    "maglev.user_controllers.new": "new_controller new_plant"}.items() for name in names.split()}
 
 __all__ = [
     "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "Consequences", "ControllerError",
@@ -91,13 +81,14 @@ __all__ = [
     "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop",
     "linearise_numerically",
     "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference",
-    "region", "run", "run_all", "scenarios", "stage", "study", "sweep", "target", "tune", "update",
+    "region", "run", "run_all", "scenarios", "stage", "study", "target", "tune", "update",
     "write_identification", "write_live"]
 
 
 def __getattr__(name: str) -> Any:
     if name not in PLACES:
-        raise AttributeError(f"module 'maglev' has no attribute {name!r}")
+        now = ": it is maglev.study(scenario, vary=…) now" if name == "sweep" else ""
+        raise AttributeError(f"module 'maglev' has no attribute {name!r}{now}")
     require_own_packages()
     return getattr(import_module(PLACES[name]), name)
 

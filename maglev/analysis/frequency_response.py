@@ -23,7 +23,6 @@ from maglev.arrays import Array, Complex
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
-from maglev.kinds import reads_native
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
 from maglev.units import parse_quantity, refused_as
@@ -36,7 +35,6 @@ REALISATIONS, PERIODS = 3, 2
 LEAD = 4.0           # s, at least, until a loop has forgotten the multisine before
 
 
-@reads_native
 def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
                        signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
                        highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,

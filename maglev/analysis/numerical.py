@@ -16,7 +16,6 @@ from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
-from maglev.kinds import reads_native
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_amplifiers
 from maglev.linear.loop import Loop
@@ -118,7 +117,6 @@ class NumericalLoop:
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
 
 
-@reads_native
 def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
                           references: bool = True, settle: float = SETTLE, fmus: str | Path | None = None,
                           kind: str | None = None, fmi: int = 2, ports: str | Path | None = None,

@@ -10,9 +10,9 @@ from maglev.catalogue import Kind, Watch, build_written, unwatched, without_step
 from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError, option
-from maglev.kinds import KindName, reads_native
 from maglev.own_fmus import definition, kind_folder, names_of, systems
 from maglev.schema.layers import merged, packaged_files, run_layers
+from maglev.schema.options import KindName
 from maglev.user_controllers.source import Given, carried, is_written, load
 
 
@@ -67,7 +67,6 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-@reads_native
 def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,

@@ -15,7 +15,6 @@ from typing import get_args
 from maglev.catalogue import PYTHON, Kind, build, uncacheable
 from maglev.copies import copied
 from maglev.errors import BuildError, ScenarioError, option
-from maglev.kinds import KindName
 from maglev.own_fmus import definition, kind_folder, places
 from maglev.own_stage.adoption import OWN, OwnStage, know_stage
 from maglev.packages import PACKAGES
@@ -23,6 +22,7 @@ from maglev.packages.installed import HERE, digest_of
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.rig.modules import definitions
 from maglev.schema.layers import PACKAGED
+from maglev.schema.options import KindName
 from maglev_files.cache import FMUS, cache_folder, keep, kept
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch

@@ -42,7 +42,7 @@ from maglev.cli.terminal import (
     show_page,
 )
 from maglev.errors import ScenarioError
-from maglev.kinds import KindName
+from maglev.schema.options import KindName
 
 # One paragraph for each line: the help joins the lines of a paragraph.
 app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown",

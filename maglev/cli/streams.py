@@ -2,10 +2,8 @@
 
 import io
 import os
-import re
 import sys
 from inspect import cleandoc
-from itertools import pairwise
 from typing import Any
 
 import typer
@@ -15,8 +13,6 @@ from maglev.cli.terminal import say
 
 UNREAD = 141   # exit code where nobody reads the output any more: that of a command which SIGPIPE ends
 ERROR = 2
-
-VARIED = re.compile(r"[\w.,]+=")
 
 
 class Output(io.FileIO):
@@ -56,26 +52,17 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
-FLAGS = ("--resume", "--debug", "--keep-settings")   # options of `sweep` that take no value
+NOW = {"sweep": "`maglev study SCENARIO --vary …`", "frequency-response": "`maglev linearise --measure`"}
 
 
 class Commands(TyperGroup):
-    """Commands that read the old names of commands and options, for one version."""
+    """Commands with a page of their own about all of them."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what was called otherwise before, and say what it is called now."""
-        if "--native" in args:
-            say("--native is --kind native now, and runs need neither: results are the same")
-            args = [word for each in args for word in (("--kind", "native") if each == "--native" else (each,))]
-        if args[:1] == ["sweep"]:
-            say("`maglev sweep SCENARIO …` is `maglev study SCENARIO --vary … --vary …` now")
-            args = ["study", *(word for last, each in pairwise(args) for word in (
-                ("--vary", each) if VARIED.match(each) and (last in FLAGS or not last.startswith("--"))
-                else (each,)))]
-        if args[:1] == ["frequency-response"]:
-            say("`maglev frequency-response` is `maglev linearise --measure` now")
-            args = ["linearise", "--measure", *args[1:]]
-        return super().parse_args(ctx, args)
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Say of a command that was called otherwise what it is called now."""
+        if args[0] in NOW:
+            ctx.fail(f"No such command '{args[0]}': it is {NOW[args[0]]} now.")
+        return super().resolve_command(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the page of all commands without rich: what its pages import takes longer than NumPy's import."""

@@ -1,1 +1,6 @@
 """Co-simulation of FMUs: one FMU, its port map, the wiring of several, their steps."""
+
+from typing import Literal
+
+# Of the FMUs in a step: one after the other (Gauss-Seidel), or all with what the step before gave.
+Order = Literal["sequential", "jacobi"]

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
-from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import own_loop
 from maglev.cosim.stepping import StepFailed, Stepper, new_counter

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from maglev.arrays import Array
 from maglev.copies import copied, original
+from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
 from maglev.cosim.open import read_description
-from maglev.cosim.order import Order
 from maglev.cosim.other_process.run import TIMEOUT, Complete, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
 from maglev.cosim.step_loop import own_loop

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
 
-from maglev.cosim.order import Order
+from maglev.cosim import Order
 from maglev.errors import ScenarioError, nearest, one_of, option
-from maglev.kinds import KindName, reads_native
 
 if TYPE_CHECKING:
     from maglev.schema.settings import Settings
     from maglev.user_controllers.source import Given
 
+KindName = Literal["python", "native"]   # of FMUs of this project, whose results have the same bits
 ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
 
 P = ParamSpec("P")
@@ -122,11 +122,11 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
 
         @wraps(function)
         def called(*arguments: P.args, **options: P.kwargs) -> T:
-            for name in options.keys() - shown.parameters.keys() - {"native"}:
+            for name in options.keys() - shown.parameters.keys():
                 raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
                                     if name in OPTIONS else
                                     f"{name}: unknown option, nearest is {nearest(name, shown.parameters)}")
-            return reads_native(function)(*arguments, **options)
+            return function(*arguments, **options)
         called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
         return called
     return extended

@@ -9,7 +9,6 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import StabilityError
-from maglev.kinds import reads_native
 from maglev.linear.parameters import Quantity
 from maglev.stability.axis_loop import axis_loop, rig_named
 from maglev.stability.certificate import certify
@@ -24,7 +23,6 @@ DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest pol
 AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 
-@reads_native
 def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, fly: bool = True, fmus: str | Path | None = None,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.cosim.order import Order
+from maglev.cosim import Order
 from maglev.own_fmus import definition
 from maglev.schema.run_plan import RunPlan
 from pmlsm.rigs import RIGS

@@ -240,12 +240,6 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, e
         yield experiment, run
 
 
-def sweep(scenario: str | Path, vary: Vary, **options: Any) -> Study:
-    """What `study` does with `vary`: its name before, for one version."""
-    warn("maglev.sweep(scenario, {...}) is maglev.study(scenario, vary={...}) now")
-    return study(scenario, vary=vary, **options)
-
-
 def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], samples: int | None, seed: int
            ) -> "StudyFile":
     """A study of a scenario without a file, as of `study`."""

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, Observer, RunFailed
-from maglev.cosim.order import Order
 from maglev.cosim.wires.wiring import Drives, Track, Wiring
 from maglev.processes.beside import Send
 from maglev_files.cache import Kept

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from maglev.cosim import Order
 from maglev.cosim.master import (
     PROGRESS_STEPS,
     FmuSetup,
@@ -22,7 +23,6 @@ from maglev.cosim.master import (
     countable,
     ended,
 )
-from maglev.cosim.order import Order
 from maglev.cosim.other_process.flight import (
     COUNTER,
     ENDING,

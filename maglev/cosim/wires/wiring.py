@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
+from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu, kind_of
-from maglev.cosim.order import Order
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.fmi import FMI2, FMI3
 from maglev.cosim.wires.beginning import beginning, owner

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from maglev.cosim.order import Order
+from maglev.cosim import Order
 from maglev.schema.run_plan import RunPlan
 
 

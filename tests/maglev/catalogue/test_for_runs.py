@@ -17,7 +17,6 @@ from fmi_export.errors import ExportError
 from maglev.catalogue import HOST, PYTHON, for_runs
 from maglev.catalogue.for_runs import fmus_for_runs, key
 from maglev.errors import BuildError, MaglevError
-from maglev.own_fmus import own_kind
 from maglev.own_stage.adoption import forget, know_stage
 from maglev_files.cache import BLOCK_LOOPS, PLACE, keep
 
@@ -188,17 +187,6 @@ def test_a_folder_that_is_named_is_taken_as_it_is(here: Path) -> None:
     said = error_line(command("run", "short.toml", "--fmus", "nowhere"))
     assert "there is no file nowhere/Regulator2DOF.fmu" in said
     assert not (here / "cache").exists()
-
-
-def test_the_old_spellings_are_read(fastest_fmus: Path, here: Path, no_compiler: None) -> None:
-    (here / "native").symlink_to(fastest_fmus)
-    result = command("run", "short.toml", "--native", "--fmus", ".")
-    assert result.exit_code == 0, result.output
-    assert "--native is --kind native now" in result.stderr
-    with pytest.warns(UserWarning, match="native=True is kind='native' now"):
-        run = maglev.run("short.toml", native=True, fmus=".")   # type: ignore[call-arg]
-    assert kinds(run) == {str(own_kind(fastest_fmus / "Plant2DOF.fmu"))}
-    assert "--native" not in command("run", "--help").output
 
 
 def test_the_cache_is_shown_and_cleared(here: Path, no_compiler: None) -> None:

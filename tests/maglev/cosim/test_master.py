@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from sampled_loop import PHASES, sampled_loop
 
+from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
-from maglev.cosim.order import Order
 from maglev.errors import FmuError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan

@@ -16,9 +16,8 @@ from sampled_loop import PHASES
 import maglev
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import library
-from maglev.cosim import stepping
+from maglev.cosim import Order, stepping
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed, RunInterrupted
-from maglev.cosim.order import Order
 from maglev.cosim.port_map import PortMap, Scale
 from maglev.cosim.step_loop import LIBRARY, SOURCE, build_loop, keep_loop, own_loop, source, step_function, version
 from maglev.cosim.wires.wiring import Call

@@ -13,7 +13,7 @@ from written_controllers import controller
 from written_controllers import flight as flight_file
 
 import maglev
-from maglev.cosim.order import Order
+from maglev.cosim import Order
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.judging.metrics import evaluate, phase_resistances

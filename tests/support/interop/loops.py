@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from sampled_loop import sampled_loop
 
 from maglev.catalogue import SYSTEMS
+from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master
-from maglev.cosim.order import Order
 from maglev.cosim.wires.wiring import Wiring, wire
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
