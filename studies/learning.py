@@ -2,7 +2,7 @@
 
     python -m studies.learning [--samples 100] [--jobs 2] [--docs docs]
 
-Prints the tables of docs/learning.md and draws its picture. Sizes and times of the changes are by a Sobol sequence, the
+Prints the tables of docs/examples.md and draws its picture. Sizes and times of the changes are by a Sobol sequence, the
 same for both laws.
 """
 
