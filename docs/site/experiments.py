@@ -1,18 +1,16 @@
-"""Fly every experiment for the site, a page for each: `python docs/site/experiments.py FOLDER`."""
+"""Run every experiment for the site, a page for each: `python docs/site/experiments.py FOLDER`."""
 
 import shutil
 import sys
 import tempfile
-from dataclasses import replace
-from html import escape
 from pathlib import Path
 
 import maglev
 from maglev.api.catalogue import RunEntry
 from maglev.live.content import live_runs
 from maglev.live.link import live_address
-from maglev.report.plots.figures import shown_figures
-from maglev.report.plots.static import static_picture
+from maglev.pictures import write_figure
+from maglev.report.plots.picture import figure_of
 from maglev.schema.layers import packaged_runs
 
 
@@ -30,18 +28,15 @@ def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
     return text
 
 
-def picture_of(name: str) -> str:
-    """Positions, errors and currents of a run, as SVG in the colours of the site; or why there are none."""
+def picture_of(name: str, path: Path) -> str:
+    """Picture of a run, written as PNG, in Markdown; or why there is none."""
     with tempfile.TemporaryDirectory() as folder:   # as many runs, for some start from the ends of others
         found = maglev.run_all([name], out=folder).runs
     flown = next(run for run in found if run.plan.name == name)
     if flown.failure is not None:
-        return f"It does not come to its end: {escape(flown.failure)}"
-    # Runs of a procedure have no figure of their own in the report.
-    alone = replace(flown, plan=flown.plan.model_copy(update={"procedure": None}))
-    panels = static_picture(shown_figures([], [alone])[0])
-    return (f"```{{raw}} html\n<figure>{panels}<figcaption>{escape(name)}: {escape(flown.plan.title)}</figcaption>"
-            "</figure>\n```")
+        return f"It does not come to its end: {flown.failure}"
+    write_figure(path, figure_of(flown))
+    return f"![{name}: positions, errors and currents]({path.name})"
 
 
 def write_pages(folder: Path, live: set[str], names: set[str] | None = None) -> None:
@@ -53,7 +48,7 @@ def write_pages(folder: Path, live: set[str], names: set[str] | None = None) -> 
         if run.name in packaged_runs() and (names is None or run.scenario in names):
             runs.setdefault(run.scenario, []).append(run)
     for scenario, entries in runs.items():
-        picture = picture_of(entries[0].name)
+        picture = picture_of(entries[0].name, folder / f"{scenario}.png")
         (folder / f"{scenario}.md").write_text(page_of(entries, picture, live), encoding="utf-8")
 
 

@@ -22,8 +22,6 @@ from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.report.plots.picture import overlay
-from maglev.report.plots.static import DASHES, static_picture
-from maglev.report.status import events
 from maglev.report.text import as_text, heading, origin
 from maglev_files.one_writer import NoLock, only_writer
 from maglev_files.whole_file import write_whole
@@ -33,8 +31,6 @@ BEST = "*"   # behind the best value of a row, where there is no colour
 Runs = Mapping[str, RunResult]   # by label, also those that failed
 
 PAGE = Path(__file__).parent / "comparison.html"
-NOTES = (("reference", "reference", DASHES[2]), ("bands of settling", "reference", DASHES[2]),
-         ("end stops", "limit", DASHES[3]))   # of the legend: names, colours, dashes
 SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this order
 
 
@@ -141,25 +137,11 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         legend=escape(legend(runs.values(), "★")),
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
-        names="".join(f'<button type="button" data-name="{escape(label)}" aria-pressed="true">'
-                      f"{swatch(f'run-{colours[label]}', DASHES[k % len(DASHES)])}{escape(label)}</button>"
-                      for k, label in enumerate(flown)),
-        notes="".join(f'<span data-name="{escape(note)}">{swatch(colour, dash)}{escape(note)}</span>'
-                      for note, colour, dash in (*NOTES, *(
-                          (f"{label} {event.words} at {event.time:.3f} s", f"run-{colours[label]}", DASHES[1])
-                          for label, run in flown.items() for event in events(run.metrics)))),
-        figures="\n".join(f"<figure><noscript>{static_picture(shown)}</noscript>"
-                          f'<div class="plot" data-figure="figure-{number}" '
+        figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
                           f'style="min-height:{plot_height(shown)}px"></div></figure>'
                           for number, shown in enumerate(figures)) or "<p>No run was recorded.</p>",
         data=json_in_html(data),
         scripts=shell.scripts(shell.scene(), *map(read, (*PLOT_SCRIPTS, "player.js"))))
-
-
-def swatch(colour: str, dash: str) -> str:
-    """A sample of a line for the legend."""
-    return (f'<svg width="30" height="10" aria-hidden="true"><path d="M1 5h28" style="stroke:var(--{colour});'
-            f'stroke-width:2.5;stroke-dasharray:{dash}"/></svg>')
 
 
 def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:

@@ -116,14 +116,4 @@
   window.addEventListener("afterprint", () => {
     for (const details of unfolded) details.open = false;
   });
-
-  // With every plot in full; printed without this button, those that are not drawn are the coarser pictures.
-  async function print() {
-    document.documentElement.setAttribute("aria-busy", "true");
-    await maglevReport.drawAll();
-    document.documentElement.removeAttribute("aria-busy");
-    window.addEventListener("afterprint", releaseFar, { once: true });
-    window.print();
-  }
-  document.getElementById("print").addEventListener("click", () => print().catch(fail));
 }

@@ -25,7 +25,6 @@ from maglev.report.plots.figures import (
     rig_name,
     shown_figures,
 )
-from maglev.report.plots.static import static_picture
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.schema.layers import packaged_runs
@@ -126,7 +125,6 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
         about = "".join(f"<li>{run_about(run, judgements, live)}</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
-            f"<noscript>{static_picture(shown)}</noscript>\n"
             f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
             "</div>\n"
             f"{claim_table.claims_of_figure(shown, judgements)}</div></figure>")

@@ -77,8 +77,6 @@
     async function load() {
       play(false);
       const name = choice.value, { flights } = report.moving[name];
-      inUse.clear();
-      for (const { run } of flights) inUse.add(run);
       const decoded = await Promise.all(flights.map(({ run }) => decodeRun(run)));
       if (name !== choice.value) return;   // another was chosen meanwhile
       end = Math.max(...decoded.flatMap((signals) => Object.values(signals).map(({ times }) => times.at(-1))));

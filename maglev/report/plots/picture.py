@@ -13,7 +13,6 @@ from maglev.panels import PANELS
 from maglev.pictures import FAINT, new_figure
 from maglev.report.plots.figures import own_outputs, run_colours, shown_commands
 from maglev.report.plots.marks import limits
-from maglev.report.plots.static import current_colour
 from maglev.report.status import events, shown_until
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}   # legends
 STYLES = ("-", "--", ":", "-.")   # of runs
+CURRENTS = {"commands": ("direct", "quadrature"), "currents": ("phase-0", "phase-1", "phase-2")}   # colours, in turn
 
 
 def figure_of(run: RunResult) -> "Figure":
@@ -171,6 +171,7 @@ def draw_motor(name: str, row: Sequence["Axes"], runs: Mapping[str, RunResult]) 
             motor = run.plan.motors[name]
             for k, variable in enumerate(shown_commands(motor) if kind == "commands" else motor.currents):
                 own = look | {"linewidth": 0.4 if k else 0.9} if label else {
-                    "color": colour(current_colour(kind, k)), "label": variable.rpartition(".")[2], "linewidth": 0.8}
+                    "color": colour(CURRENTS[kind][k % len(CURRENTS[kind])]), "linewidth": 0.8,
+                    "label": variable.rpartition(".")[2]}
                 panel.plot(run.time, run.columns[variable], **own)
         panel.set_ylabel(PANELS[kind].title(name))

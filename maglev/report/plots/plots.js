@@ -1,10 +1,10 @@
 "use strict";
 // Plots of the figures: what their panels show of the runs, drawn when they come near the view and released when they are far.
 const RUN_DASHES = ["solid", "dash", "dot", "dashdot"];
+const MARKED = { reference: { css: "reference", dash: "dot" }, "bands of settling": { css: "reference", dash: "dot" }, "end stops": { css: "limit", dash: "dashdot" } };
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same
 const frictionless = new Set();   // ids of the figures that show their runs without friction, too
-let kept = false;     // while all are drawn, for paper, none is released
 
 /** Points of sizes, from a floor on; between rows that differ by much, further points of the straight line. */
 function logarithmicPoints({ times, values }, { scale, floor }) {
@@ -62,7 +62,7 @@ function panelLines(figure, runs, { kind, of }) {
     const longest = figure.runs.map(({ name }) => ({ run: name, signal: report.runs[name].axes[of]?.reference }))
       .filter(({ run, signal }) => ready[run][signal])
       .sort((a, b) => ready[b.run][b.signal].times.at(-1) - ready[a.run][a.signal].times.at(-1))[0];
-    if (longest) lines.unshift({ ...longest, name: "reference", css: "reference", dash: "dot" });
+    if (longest) lines.unshift({ ...longest, name: "reference", ...MARKED.reference });
   }
   return lines.filter(({ run, signal }) => ready[run][signal]);
 }
@@ -82,7 +82,7 @@ function panelLevels(figure, { kind, of, scale }) {
   for (const { name, label } of figure.runs) {
     const { axes, limits } = report.runs[name];
     if (kind === "error") {
-      for (const band of axes[of]?.bands ?? []) levels.push({ value: scale * band, name: "bands of settling", css: "reference", dash: "dot" });
+      for (const band of axes[of]?.bands ?? []) levels.push({ value: scale * band, name: "bands of settling", ...MARKED["bands of settling"] });
     }
     const whose = figure.runs.length > 1 ? ` (${label})` : "";
     for (const { of: what, kind: shown, text, values } of limits) {
@@ -115,15 +115,17 @@ function panelMarks(figure, p, end) {
   }));
 }
 
+/** When a stop was touched or a controller tripped. */
+const instantsOf = (runs) => runs.flatMap(({ name, label, css = "bad" }) => report.runs[name].events.map(({ time, text }) => ({
+  x: time, css, dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s` })));
+
 function figurePanels(id) {
   const figure = report.figures[id];
   const runs = runsOf(id);
   const ends = runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
   const windows = Object.values(Object.fromEntries(runs.flatMap(({ name }) => report.runs[name].windows)
     .map(([name, low, high]) => [`${name} ${low} ${high}`, { name, low, high, css: "open" }])));
-  const instants = runs.flatMap(({ name, label, css = "bad" }) => report.runs[name].events.map(({ time, text }) => ({
-    x: time, css, dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s`,
-  })));
+  const instants = instantsOf(runs);
   return figure.panels.map((panel, p) => ({
     title: panel.title, xTitle: "time (s)", low: 0,
     high: Math.max(...ends), logarithmic: panel.floor !== null && panel.unit,
@@ -134,8 +136,15 @@ function figurePanels(id) {
   }));
 }
 
+/** Plot of a figure whose runs are decoded. */
+function plotOf(id) {
+  const figure = report.figures[id], element = document.querySelector(`[data-figure="${id}"]`);
+  plots[id] = figure.chart ? makePlot(element, chartPanels(chartOf(id)), [])
+    : makePlot(element, figurePanels(id), runsOf(id).map(({ name }) => name), figure.view ?? (figure.until ? [0, figure.until] : null));
+  return plots[id];
+}
+
 async function decodeAndDraw(id) {
-  const figure = report.figures[id];
   const element = document.querySelector(`[data-figure="${id}"]`);
   try {
     for (const { name } of runsOf(id)) {
@@ -143,9 +152,7 @@ async function decodeAndDraw(id) {
       await breath();
     }
     if (!drawing[id]) return;   // released meanwhile
-    plots[id] = figure.chart ? makePlot(element, chartPanels(chartOf(id)), [])
-      : makePlot(element, figurePanels(id), runsOf(id).map(({ name }) => name), figure.view ?? (figure.until ? [0, figure.until] : null));
-    await plots[id].drawn;
+    await (plots[id] ?? plotOf(id)).drawn;
     element.style.minHeight = `${element.offsetHeight}px`;   // so that nothing jumps when it is released
   } catch (error) {
     fail(error);
@@ -160,17 +167,13 @@ function draw(id) {
   return drawing[id];
 }
 
-/** Forget a figure that is far from the view, and the runs that no figure needs any more. */
+/** Forget the plot of a figure that is far from the view. */
 function release(id) {
-  if (kept || !drawing[id]) return;
   delete drawing[id];
-  if (plots[id]) {
-    plots[id].gone = true;
-    plots[id].element.replaceChildren();
-    delete plots[id];
-  }
-  const needed = new Set(Object.keys(drawing).flatMap((drawn) => runsOf(drawn).map(({ name }) => name)));
-  for (const name of Object.keys(ready)) if (!needed.has(name)) forgetRun(name);
+  if (!plots[id]) return;
+  plots[id].gone = true;
+  plots[id].element.replaceChildren();
+  delete plots[id];
 }
 
 /** Show a figure's runs without friction too, or no more, in the range of time that is shown; and what claims come to. */
@@ -186,25 +189,32 @@ async function showFrictionless(id, shown) {
   const view = figure.chart ? null : plots[id]?.views[0];
   if (view) figure.view = [view.low, view.high];
   if (plots[id]) plots[id].gone = true;
+  delete plots[id];
   delete drawing[id];
   await draw(id);
 }
 
-for (const button of legendOfAll?.querySelectorAll("button") ?? []) {
-  button.addEventListener("click", () => hide(hiddenInAll, button.dataset.name, document, Object.values(plots)));
+/** Fill the legend of all plots: their runs, which a click hides, and what panels mark. */
+function fillLegend({ runs }) {
+  runs.forEach(({ label, css }, r) => {
+    const button = html("button", { type: "button", "aria-pressed": "true", "data-name": label }, legendOfAll);
+    swatch(button, { css, dash: RUN_DASHES[r % RUN_DASHES.length] });
+    button.append(label);
+    button.addEventListener("click", () => hide(hiddenInAll, label, document, Object.values(plots)));
+  });
+  for (const note of [...Object.entries(MARKED).map(([name, look]) => ({ name, ...look })), ...instantsOf(runs)]) {
+    const each = html("span", { "data-name": note.name }, legendOfAll);
+    swatch(each, note);
+    each.append(note.name);
+  }
 }
+if (legendOfAll) Object.values(report.figures).slice(0, 1).forEach(fillLegend);
 for (const button of document.querySelectorAll("[data-switch]")) {
   button.hidden = false;
   button.addEventListener("click", () => showFrictionless(button.dataset.switch, button.getAttribute("aria-pressed") !== "true"));
 }
 for (const link of document.querySelectorAll("a[data-without]")) {
   link.addEventListener("click", () => showFrictionless(link.dataset.without, true));
-}
-
-/** Draw every figure, and keep it until `releaseFar`. */
-async function drawAll() {
-  kept = true;
-  for (const id of Object.keys(report.figures)) await draw(id);
 }
 
 const near = new Set();   // ids of the figures in view or near it
@@ -221,12 +231,6 @@ const nearView = new IntersectionObserver((entries) => {
 }, { rootMargin: "800px" });
 for (const element of document.querySelectorAll("[data-figure]")) nearView.observe(element);
 
-/** After `drawAll`: keep only what is near the view. */
-function releaseFar() {
-  kept = false;
-  for (const id of Object.keys(drawing)) if (!near.has(id)) release(id);
-}
-
 let width = window.innerWidth;
 window.addEventListener("resize", () => {
   if (window.innerWidth === width) return;   // on a phone the height alone changes when the address bar hides
@@ -234,17 +238,25 @@ window.addEventListener("resize", () => {
   for (const plot of Object.values(plots)) plot.drawn = drawPanels(plot);
 });
 
-// On paper, however it is asked for: a figure that is not drawn has the picture that browsers without JavaScript show.
-window.addEventListener("beforeprint", () => {
-  for (const element of document.querySelectorAll("[data-figure]:empty")) {
-    const picture = html("div", { class: "on-paper" });
-    picture.innerHTML = element.closest("figure").querySelector("noscript")?.textContent ?? "";
-    element.before(picture);
+/** Every run, decoded while nothing else is due: paper does not wait. */
+async function decodeAll() {
+  for (const name of Object.keys(report.runs)) {
+    await decodeRun(name);
+    await breath();
   }
-});
-window.addEventListener("afterprint", () => {
-  for (const picture of document.querySelectorAll(".on-paper")) picture.remove();
-});
+}
+const decoded = decodeAll().catch(fail);
+
+/** Every panel of every figure whose runs are decoded, at once. */
+function drawAll() {
+  for (const id of Object.keys(report.figures)) {
+    if (!runsOf(id).every(({ name }) => ready[name])) continue;
+    const plot = plots[id] ?? plotOf(id);
+    plot.places.forEach((place, p) => { if (!place.querySelector(".panel-plot")) drawPanel(plot, p); });
+  }
+}
+window.addEventListener("beforeprint", drawAll);   // however it is asked for
+window.addEventListener("afterprint", () => { for (const id of Object.keys(plots)) if (!near.has(id)) release(id); });
 
 // For tests: draw everything, what is drawn, and what went wrong.
-window.maglevReport = { drawAll, errors, figures: report.figures, plots, ready };
+window.maglevReport = { drawAll: () => decoded.then(drawAll), errors, figures: report.figures, plots, ready };

@@ -4,7 +4,6 @@ const report = JSON.parse(document.getElementById("data").textContent);
 const errors = [];
 const ready = {};    // decoded runs by name: signal name -> { times (s), values (SI), tolerance }
 const pending = {};  // promises of the same
-const inUse = new Set();   // runs that are kept though no figure needs them: that of the moving picture
 
 function fail(error) {
   errors.push(String(error && error.stack ? error.stack : error));
@@ -43,13 +42,6 @@ function decodeRun(name) {
     return signals;
   })();
   return pending[name];
-}
-
-/** Forget a decoded run, unless somebody uses it still. */
-function forgetRun(name) {
-  if (inUse.has(name)) return;
-  delete ready[name];
-  delete pending[name];
 }
 
 /** Value (SI) of a signal at a time (s), on the straight line between its neighbours. */

@@ -18,6 +18,7 @@ from maglev.pages.shell import colour
 from maglev.pictures import write_figure
 from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
+from maglev.report.plots.data import run_data
 from maglev.report.plots.picture import figure_of, overlay
 from maglev.report.text import (
     claims_markdown,
@@ -28,6 +29,7 @@ from maglev.report.text import (
     text_of,
     write_outcomes,
 )
+from maglev.schema.run_plan import Event
 
 RUN = recorded(packaged("2dof-setpoints"))
 
@@ -161,6 +163,16 @@ def test_a_picture_has_two_panels_for_each_axis_and_motor_and_every_sample():
     reference, position = panels[0].get_lines()
     np.testing.assert_allclose(points_of(position)[:, 1] - points_of(reference)[:, 1], -1.0)   # mm
     assert len(points_of(position)) == len(RUN.time)
+
+
+def test_windows_of_events_are_drawn_in_every_picture():
+    pytest.importorskip("matplotlib")
+    events = [Event(name="push", time=0.1, end=0.3), Event(name="other", time=0.4)]
+    run = replace(RUN, plan=RUN.plan.model_copy(update={"events": events}))
+    assert [each[:2] for each in run_data(run, [], 1000, ())["windows"]] == [("push", 0.1), ("other", 0.4)]
+    figure = figure_of(run)
+    assert [[note.get_text() for note in panel.texts] for panel in figure.axes[:3]] == [["push", "other"]] * 2 + [[]]
+    assert all(len(panel.patches) == 2 for panel in figure.axes)
 
 
 def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
