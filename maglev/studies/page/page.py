@@ -17,7 +17,6 @@ from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, live_link, why_not_live
-from maglev.studies.page.bars import histogram, index_bars
 from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
@@ -68,6 +67,8 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
     indices, notes = sensitivity(table, about)
     provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
+    # The share of samples that pass is seen in the map, where there is one.
+    shares = not mapped and not all(table["passed"].to_pylist())
     html, css, *own = ((FOLDER / name).read_text(encoding="utf-8") for name in OWN)
     return shell.page(
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
@@ -77,8 +78,8 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         verdict=said, where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes",
-        maps=MAPS if mapped else "", responses=RESPONSES if metrics or not all(table["passed"].to_pylist()) else "",
-        metrics=quantiles_table(table, about), histograms=histograms(table, about),
+        maps=MAPS if mapped else "", responses=RESPONSES if metrics or shares else "",
+        metrics=quantiles_table(table, about),
         parallel=PARALLEL if metrics else "",
         sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
         worst=worst_table(table, about, metrics, live),
@@ -88,7 +89,8 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html({**data(table, about, metrics, drawn), **({"maps": maps_data([mapped])} if mapped else {})}),
+        data=json_in_html({**data(table, about, metrics, drawn, shares),
+                           **({"maps": maps_data([mapped])} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
 
@@ -115,8 +117,8 @@ def design_text(about: Mapping[str, Any]) -> str:
 
 
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
-         drawn: np.ndarray[Any, np.dtype[np.intp]]) -> dict[str, Any]:
-    """What the page's script draws: columns in one unit each, and which of them it begins with."""
+         drawn: np.ndarray[Any, np.dtype[np.intp]], shares: bool) -> dict[str, Any]:
+    """What the page's script draws: columns in one unit each, which it begins with, and whether shares that pass."""
     chosen = table.take(pa.array(drawn))
     units = units_of(table)
     varied = [each["name"] for each in about["vary"]]
@@ -132,8 +134,9 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     first, second, *_ = [varied.index(name) for name in telling(table, about)] * 2
     metric = decisive(table, about)
     # The metric that fails; what else fails is seen in the share of samples that pass.
-    begin = names.index(metric) if metric in names else -1 if not all(table["passed"].to_pylist()) else len(varied)
+    begin = names.index(metric) if metric in names else -1 if shares else len(varied)
     return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
+            "shares": shares,
             "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()]}
 
 
@@ -141,17 +144,6 @@ def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
     """Unit of all values of a column in the page, and how many of it are one SI unit."""
     shown = common_unit(values, unit)
     return (shown, 1.0 / factor(shown)) if known_unit(shown) else (shown, 1.0)
-
-
-def histograms(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Histograms of the metrics that have limits and differ between samples."""
-    found = []
-    for name, unit, values in metrics_of(table):
-        if name in about["limits"] and varies(values):
-            shown, scale = shown_in(values.tolist(), unit)
-            limits = {key: scale * value for key, value in about["limits"][name].items() if value is not None}
-            found.append(histogram(name, shown, scale * values, limits))
-    return "\n".join(found)
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
@@ -221,17 +213,18 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
 
 
 def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str:
-    """Sobol indices as bars and as numbers, and what has none; empty if there is nothing to say."""
+    """Sobol indices as numbers over bars, and what has none; empty if there is nothing to say."""
     if not indices and not notes:
         return ""
     said = "\n".join(f"<p>{escape(note)}</p>" for note in notes)
     if indices:
         names = list(indices[0].first)
-        rows = [(escape(each.metric), *(f"{values[name]:.2f} ± {sure[name]:.2f}" for name in names for values, sure in (
-            (each.first, each.first_confidence), (each.total, each.total_confidence)))) for each in indices]
+        rows = [(escape(each.metric), *(
+            f'<span class="share" style="--share: {100.0 * at[name]:.0f}%">{at[name]:.2f} ± {sure[name]:.2f}</span>'
+            for name in names for at, sure in ((each.first, each.first_confidence),
+                                               (each.total, each.total_confidence)))) for each in indices]
         heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
-        said += ("<p>What decides each metric: of its variance the share that is gone if a quantity is known. Full "
-                 "bars are of the quantity alone, pale ones with all that it does together with others; lines are "
-                 f"95 % confidence.</p>{index_bars(indices)}<details><summary>Numbers</summary>"
-                 f"{html_table(('metric', *heads), rows)}</details>")
+        said += ("<p>What decides each metric: of its variance the share that is gone if a quantity is known: by the "
+                 "quantity alone (first), and with all that it does together with others (total), with 95 % confidence."
+                 f"</p>{html_table(('metric', *heads), rows)}")
     return f"<section><h2>Sensitivity</h2>{said}</section>"

@@ -2,6 +2,7 @@
 // The plots of a study that change: the response of a metric to what varies, and every sample; `report`, scales and SVG are the report's.
 const { columns, varied } = report;
 const RESPONSE = { left: 78, right: 14, top: 10, below: 46, scale: 50, height: 330 };   // px
+const BARS = { left: 34, top: 6, width: 300, height: 90, most: 20 };   // px of a histogram, and bars of one
 const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: report.passed.map((passes) => 100 * passes) };
 const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
 
@@ -81,6 +82,30 @@ function drawPoints(picture, metric, first, second, box, shade) {
   labelled(picture, ticks(across, first, Math.max(3, box.width / 70), 40), ticks(up, over, 6, 15), first, over, box);
 }
 
+/** Histogram of a metric with limits: bars, those beyond a limit red, and the limits; what has no value is in no bar. */
+function drawHistogram(metric) {
+  const known = metric.values.filter((value) => value !== null), limits = Object.values(metric.limits), { left, top, width, height } = BARS;
+  if (!known.length || !limits.length) return;
+  const ends = [...known, ...limits], [low, high] = [Math.min(...ends), Math.max(...ends)], wide = (high - low) / BARS.most || 1;
+  const counts = new Array(BARS.most).fill(0), { min = -Infinity, max = Infinity } = metric.limits;
+  for (const value of known) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))] += 1;
+  const most = Math.max(...counts), across = scaleOf(low - 0.5 * wide, high + 0.5 * wide, 0, width, false);
+  const none = metric.values.length - known.length, title = titleOf(metric) + (none ? `; ${none} without` : "");
+  const picture = svg("svg", { class: "response bars", viewBox: `0 0 ${left + width + 20} ${top + height + 34}`, role: "img",
+    "aria-label": `${title}: ${known.length} samples from ${shortNumber(Math.min(...known), 4)} to ${shortNumber(Math.max(...known), 4)}` });
+  counts.forEach((count, k) => {
+    const [from, to] = [low + k * wide, low + (k + 1) * wide], middle = (from + to) / 2, x = left + across.place(from) + 0.5;
+    if (count) svg("title", {}, svg("rect", { class: middle < min || middle > max ? "bar beyond" : "bar", x, y: top + height * (1 - count / most),
+      width: across.place(to) - across.place(from) - 1, height: height * count / most }, picture), `${count} from ${shortNumber(from, 4)} to ${shortNumber(to, 4)} ${metric.unit}`);
+  });
+  for (const limit of limits) svg("path", { class: "limit", d: `M${left + across.place(limit)} ${top}v${height}` }, picture);
+  svg("text", { class: "end", x: left - 4, y: top + 8 }, picture, String(most));
+  svg("path", { class: "outline", d: `M${left} ${top}v${height}h${width}` }, picture);
+  for (const [value, text] of across.ticks(5)) svg("text", { x: left + across.place(value), y: top + height + 14 }, picture, text);
+  svg("text", { x: left + width / 2, y: top + height + 29 }, picture, title);
+  document.getElementById("histograms").append(picture);
+}
+
 function drawResponse() {
   const element = document.getElementById("response");
   if (!element) return;
@@ -137,11 +162,12 @@ function fill(id, from, to, chosen) {
 }
 
 const [metric, first, second] = report.begin;
-fill("metric", report.passed.includes(0) ? -1 : varied, columns.length, metric);
+fill("metric", report.shares ? -1 : varied, columns.length, metric);
 for (let i = 0; i < varied; i++) document.querySelector(`#metric option[value="${i}"]`)?.remove();
 fill("first", 0, varied, first);
 fill("second", 0, varied, second);
 if (parallel) fillRanges();
+columns.slice(varied).forEach(drawHistogram);
 
 function drawStudy() {
   drawResponse();

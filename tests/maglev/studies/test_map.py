@@ -92,6 +92,7 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     tab = Tab(browser, tmp_path / "study.html", viewport)
     tab.page.emulate_media(color_scheme=scheme)
     wait_until(tab.page, "document.querySelector('.maps figcaption')?.textContent")
+    assert "samples that pass" not in tab.evaluate("document.getElementById('metric')?.textContent ?? ''"), "seen once"
     tab.page.select_option("#layer", index=1)
     tab.page.locator(".maps canvas").scroll_into_view_if_needed()
     box = tab.page.locator(".maps canvas").bounding_box()

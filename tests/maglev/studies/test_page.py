@@ -4,7 +4,6 @@ import json
 import re
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import fromstring as parse_svg
 
 import numpy as np
 import pytest
@@ -13,8 +12,7 @@ from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
-from maglev.studies.page.bars import histogram, index_bars
-from maglev.studies.page.page import page
+from maglev.studies.page.page import page, sensitivity_section
 from maglev.studies.page.sensitivity import sensitivity
 from maglev.studies.page.verdict import decisive, edges, telling, verdict
 
@@ -103,28 +101,37 @@ def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None
     text = page(made, about)
     order = [text.index(each) for each in (
         "Does tiny stay within its limits with plant.a from 1 to 4 and plant.b from 0.5 to 1.5? <strong>6 of 12 samples"
-        " pass", "Where it holds, and where it breaks", 'id="response"', "what varies", 'class="bars"',
+        " pass", "Where it holds, and where it breaks", 'id="response"', "what varies", 'id="histograms"',
         "Plant.fmu (native)")]
     assert order == sorted(order) and "a-guid" not in text
     whole = table(GRID[:, 0] / 10.0, GRID)
     passing = page(whole, about)
-    assert "12 of 12 samples pass" in passing and "breaks" not in passing and 'class="bars"' in passing
-    free = page(whole, {**about, "limits": {}})
-    assert "keep the stage in the air with" in free and 'class="bars"' not in free, "no histogram without a limit"
+    assert "12 of 12 samples pass" in passing and "breaks" not in passing
+    assert "keep the stage in the air with" in page(whole, {**about, "limits": {}})
 
 
-def test_bars_add_up_to_the_samples_and_stop_at_what_is_known() -> None:
-    values = np.array([1.0, 1.0, 2.0, 5.0, np.inf])
-    picture = parse_svg(histogram("time & so", "s", values, {"max": 3.0}))
-    bars = [each for each in picture if (each.get("class") or "").startswith("bar")]
-    assert [int((each.findtext("title") or "").split()[0]) for each in bars] == [2, 1, 1]
-    assert [each.get("class") for each in bars] == ["bar", "bar", "bar beyond"]
-    assert "; 1 never" in (picture.get("aria-label") or "")
-    assert histogram("none", "s", np.array([np.inf]), {}) == ""
+def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path: Path) -> None:
+    made, about = broken_at(GRID)
+    values = [*made["overshoot of v"].to_pylist()[:-1], float("inf")]
+    made = made.set_column(made.schema.get_field_index("overshoot of v"), made.schema.field("overshoot of v"), [values])
+    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    tab = Tab(browser, tmp_path / "study.html")
+    bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
+        [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2])])""")
+    assert sum(count for count, *_ in bars) == 11
+    limit = tab.evaluate("columns.find(({ name }) => name === 'overshoot of v').limits.max")
+    assert [beyond for _, beyond, low in bars] == [low >= limit for *_, low in bars] and {each[1] for each in bars} == {
+        False, True}
+    assert tab.page.locator(".bars .limit").count() == 1
+    assert "; 1 without" in (tab.page.locator(".bars").get_attribute("aria-label") or "")
+    tab.close()
+
+
+def test_indices_are_numbers_over_bars_as_long() -> None:
     found, _ = sensitivity(table(2 * points()[:, 0] + points()[:, 1], points()), ABOUT)
-    widths = [re.search(r"h(\d+)", each.get("d") or "") for each in parse_svg(index_bars(found))
-              if each.get("class") == "bar"]
-    assert [int(each.group(1)) / 330 for each in widths if each] == pytest.approx([0.8, 0.2], abs=0.02)
+    shares = re.findall(r'--share: (\d+)%">(\S+) ±', sensitivity_section(found, []))
+    assert [int(share) / 100 for share, _ in shares] == pytest.approx([0.8, 0.8, 0.2, 0.2], abs=0.02)
+    assert all(abs(float(number) - int(share) / 100) < 0.006 for share, number in shares)
 
 
 @pytest.mark.parametrize(("viewport", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")])
